@@ -1,0 +1,21 @@
+#include "base/error.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+int fs_error_set(FsError *err, int code, const char *format, ...)
+{
+    if (err) {
+        va_list ap;
+        va_start(ap, format);
+        vsnprintf(err->message, sizeof err->message, format, ap);
+        va_end(ap);
+        err->code = code;
+    }
+    return code;
+}
+
+int fs_error_memory(FsError *err)
+{
+    return fs_error_set(err, FS_ERR_MEMORY, "out of memory: use a smaller --long-edge or fewer splats");
+}

@@ -1,0 +1,221 @@
+#include "base/file.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <ftw.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, FsError *err)
+{
+    *data = NULL;
+    *size = 0;
+    FILE *f = fopen(path, "rb");
+    if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
+    struct stat st;
+    int rc = 0;
+    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a regular file", path);
+        goto fail;
+    }
+    if ((size_t)st.st_size > max_size) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %lld bytes, expected at most %zu", path, (long long)st.st_size,
+                          max_size);
+        goto fail;
+    }
+    *data = malloc((size_t)st.st_size + 1);
+    if (!*data) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    *size = fread(*data, 1, (size_t)st.st_size, f);
+    if (ferror(f)) {
+        free(*data);
+        *data = NULL;
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: read failed: %s", path, strerror(errno));
+        goto fail;
+    }
+    (*data)[*size] = 0;
+fail:
+    fclose(f);
+    return rc;
+}
+
+char *fs_file_temp(const char *path)
+{
+    return fs_file_path("%s.part%ld", path, (long)getpid());
+}
+
+int fs_file_rename(const char *temp, const char *path, FsError *err)
+{
+    if (rename(temp, path) == 0) return 0;
+    int rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno));
+    unlink(temp);
+    return rc;
+}
+
+int fs_file_begin(AtomicFile *file, const char *path, FsError *err)
+{
+    *file = (AtomicFile){.path = strdup(path), .temp = fs_file_temp(path)};
+    if (!file->path || !file->temp) {
+        fs_file_abort(file);
+        return fs_error_memory(err);
+    }
+    file->f = fopen(file->temp, "wb");
+    if (!file->f) {
+        int rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno));
+        fs_file_abort(file);
+        return rc;
+    }
+    return 0;
+}
+
+int fs_file_commit(AtomicFile *file, FsError *err)
+{
+    int rc = 0;
+    bool bad = ferror(file->f) || fflush(file->f) != 0 || fsync(fileno(file->f)) != 0;
+    int saved = errno;
+    bad |= fclose(file->f) != 0;
+    file->f = NULL;
+    if (bad)
+        rc = fs_error_set(err, FS_ERR_IO, "%s: writing failed: %s", file->path, strerror(saved ? saved : errno));
+    else
+        rc = fs_file_rename(file->temp, file->path, err);
+    fs_file_abort(file);
+    return rc;
+}
+
+void fs_file_abort(AtomicFile *file)
+{
+    if (file->f) fclose(file->f);
+    if (file->temp) unlink(file->temp);
+    free(file->temp);
+    free(file->path);
+    *file = (AtomicFile){0};
+}
+
+int fs_file_write(const char *path, const void *data, size_t size, FsError *err)
+{
+    AtomicFile file;
+    int rc = fs_file_begin(&file, path, err);
+    if (rc < 0) return rc;
+    fwrite(data, 1, size, file.f);
+    return fs_file_commit(&file, err);
+}
+
+int fs_file_mkdirs(const char *path, FsError *err)
+{
+    char *copy = strdup(path);
+    if (!copy) return fs_error_memory(err);
+    int rc = 0;
+    for (char *p = copy + 1;; p++) {
+        if (*p != '/' && *p) continue;
+        char c = *p;
+        *p = 0;
+        if (mkdir(copy, 0777) != 0 && errno != EEXIST)
+            rc = fs_error_set(err, FS_ERR_IO, "%s: cannot make folder: %s", copy, strerror(errno));
+        *p = c;
+        if (!c || rc < 0) break;
+    }
+    if (rc == 0 && !fs_file_is_dir(path)) rc = fs_error_set(err, FS_ERR_IO, "%s: is a file, expected a folder", path);
+    free(copy);
+    return rc;
+}
+
+bool fs_file_exists(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0;
+}
+
+bool fs_file_is_dir(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
+}
+
+static int remove_one(const char *path, const struct stat *st, int type, struct FTW *ftw)
+{
+    (void)st, (void)type, (void)ftw;
+    remove(path);
+    return 0;
+}
+
+void fs_file_remove_tree(const char *path)
+{
+    nftw(path, remove_one, 16, FTW_DEPTH | FTW_PHYS);
+}
+
+char *fs_file_path(const char *format, ...)
+{
+    va_list ap;
+    va_start(ap, format);
+    char *s = NULL;
+    if (vasprintf(&s, format, ap) < 0) s = NULL;
+    va_end(ap);
+    return s;
+}
+
+const char *fs_file_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+char *fs_file_stem(const char *path)
+{
+    char *stem = strdup(fs_file_name(path));
+    char *dot = stem ? strrchr(stem, '.') : NULL;
+    if (dot && dot != stem) *dot = 0;
+    return stem;
+}
+
+bool fs_file_has_ext(const char *path, const char *ext)
+{
+    const char *dot = strrchr(fs_file_name(path), '.');
+    return dot && strcasecmp(dot + 1, ext) == 0;
+}
+
+static int compare_names(const void *a, const void *b)
+{
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+int fs_file_list(const char *dir, FileList *list, FsError *err)
+{
+    *list = (FileList){0};
+    DIR *d = opendir(dir);
+    if (!d) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open folder: %s", dir, strerror(errno));
+    int capacity = 0;
+    struct dirent *e;
+    while ((e = readdir(d))) {
+        if (e->d_name[0] == '.') continue;
+        if (list->n == capacity) {
+            capacity = capacity ? 2 * capacity : 64;
+            char **grown = realloc(list->name, (size_t)capacity * sizeof *grown);
+            if (!grown) goto memory;
+            list->name = grown;
+        }
+        if (!(list->name[list->n] = strdup(e->d_name))) goto memory;
+        list->n++;
+    }
+    closedir(d);
+    if (list->n) qsort(list->name, (size_t)list->n, sizeof *list->name, compare_names);
+    return 0;
+memory:
+    closedir(d);
+    fs_file_list_free(list);
+    return fs_error_memory(err);
+}
+
+void fs_file_list_free(FileList *list)
+{
+    for (int i = 0; i < list->n; i++) free(list->name[i]);
+    free(list->name);
+    *list = (FileList){0};
+}

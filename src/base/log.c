@@ -1,0 +1,36 @@
+#include "base/log.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+static void emit(const Log *log, FsLogLevel level, const char *format, va_list ap)
+{
+    if (!log || !log->log) return;
+    char line[2000];
+    vsnprintf(line, sizeof line, format, ap);
+    log->log(log->user, level, line);
+}
+
+#define DEFINE_LEVEL(name, level)                                                                                      \
+    void name(const Log *log, const char *format, ...)                                                                 \
+    {                                                                                                                  \
+        va_list ap;                                                                                                    \
+        va_start(ap, format);                                                                                          \
+        emit(log, level, format, ap);                                                                                  \
+        va_end(ap);                                                                                                    \
+    }
+
+DEFINE_LEVEL(fs_log_debug, FS_LOG_DEBUG)
+DEFINE_LEVEL(fs_log_info, FS_LOG_INFO)
+DEFINE_LEVEL(fs_log_warn, FS_LOG_WARN)
+
+void fs_log_progress(const Log *log, const char *stage, int64_t done, int64_t total, const char *text)
+{
+    if (!log || !log->progress) return;
+    log->progress(log->user, &(FsProgress){.stage = stage, .done = done, .total = total, .text = text ? text : ""});
+}
+
+bool fs_log_cancelled(const Log *log)
+{
+    return log && log->cancelled && log->cancelled(log->user);
+}

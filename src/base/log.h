@@ -1,0 +1,15 @@
+// Log lines, progress and cancellation, all through the caller's callbacks.
+#ifndef FS_BASE_LOG_H
+#define FS_BASE_LOG_H
+
+#include "flashsplat.h"
+
+typedef FsCallbacks Log;
+
+__attribute__((format(printf, 2, 3))) void fs_log_debug(const Log *log, const char *format, ...);
+__attribute__((format(printf, 2, 3))) void fs_log_info(const Log *log, const char *format, ...);
+__attribute__((format(printf, 2, 3))) void fs_log_warn(const Log *log, const char *format, ...);
+void fs_log_progress(const Log *log, const char *stage, int64_t done, int64_t total, const char *text);
+bool fs_log_cancelled(const Log *log);
+
+#endif

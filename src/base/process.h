@@ -1,0 +1,14 @@
+// Runs another program and waits for it.
+#ifndef FS_BASE_PROCESS_H
+#define FS_BASE_PROCESS_H
+
+#include "base/error.h"
+#include "base/log.h"
+
+// argv is NULL-terminated, argv[0] looked up in PATH; stdout and stderr are appended to log_path.
+// Polls log->cancelled and then ends the program (FS_ERR_CANCELLED). Returns the exit status (>= 0)
+// or a negative FsStatus when the program could not be started or died of a signal.
+int fs_process_run(const char *const argv[], const char *log_path, const Log *log, FsError *err);
+bool fs_process_found(const char *program); // in PATH
+
+#endif

@@ -1,0 +1,34 @@
+// Float images, interleaved channels, row by row; and the readers and writers of each file format.
+// Photos are linear light (1.0 = sensor white) unless a name says otherwise.
+#ifndef FS_IMAGE_IMAGE_H
+#define FS_IMAGE_IMAGE_H
+
+#include "base/error.h"
+
+typedef struct Image {
+    int width, height, channels;
+    float *px; // (height, width, channels)
+} Image;
+
+#define FS_IMAGE_MAX_SIDE 65535
+
+int fs_image_new(Image *image, int width, int height, int channels, FsError *err); // zeroed
+void fs_image_free(Image *image);                                                  // accepts {0}
+int fs_image_copy(Image *to, const Image *from, FsError *err);
+
+// Area average (exact box filter with fractional coverage) to a smaller size; in whatever space the values are.
+int fs_image_resize_area(const Image *from, int width, int height, Image *to, FsError *err);
+// Quarter turns and flips as EXIF Orientation 1..8 asks, in place.
+int fs_image_orient(Image *image, int exif_orientation, FsError *err);
+
+// PNG: values 0..1 <-> 8 or 16 bits (rounded, clamped); the encoding (linear or not) is the caller's.
+int fs_png_read(const char *path, Image *image, FsError *err);
+int fs_png_write(const char *path, const Image *image, int bits, FsError *err);
+// TIFF: 8, 16 bit integers as 0..1, 32-bit float as is. Writes 32-bit float, deflate-compressed.
+int fs_tiff_read(const char *path, Image *image, FsError *err);
+int fs_tiff_write_float(const char *path, const Image *image, FsError *err);
+// JPEG: 8 bits as 0..1, encoded values (sRGB), not linearised. exif/exif_size: APP1 block to embed, or NULL.
+int fs_jpeg_read(const char *path, Image *image, FsError *err);
+int fs_jpeg_write(const char *path, const Image *image, int quality, const void *exif, size_t exif_size, FsError *err);
+
+#endif

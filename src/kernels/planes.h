@@ -1,0 +1,25 @@
+// Images of a training step: (channels, height, stride) floats, stride a multiple of 16 and >= width, 64-byte aligned.
+// The padding columns may hold any finite value and never count. Work is cut into strips of rows: a kernel call
+// handles rows [y0, y1) and returns its part of a sum in double; the caller adds the parts in strip order, so that
+// results do not depend on the number of threads.
+#ifndef FS_KERNELS_PLANES_H
+#define FS_KERNELS_PLANES_H
+
+#include <stddef.h>
+
+typedef struct Planes {
+    int width, height, channels, stride;
+    float *px; // channel c, row y starts at px + (c * height + y) * stride
+} Planes;
+
+static inline float *fs_planes_row(const Planes *p, int channel, int y)
+{
+    return p->px + ((size_t)channel * (size_t)p->height + (size_t)y) * (size_t)p->stride;
+}
+
+static inline int fs_planes_stride(int width)
+{
+    return (width + 15) / 16 * 16;
+}
+
+#endif

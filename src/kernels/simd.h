@@ -1,0 +1,180 @@
+// One vocabulary for the SIMD twins of the kernels. A twin's file (<k>_avx2.c, <k>_avx512.c, <k>_neon.c) is compiled
+// for its instruction set and includes <k>_simd.h, written once in these words.
+//
+//   VW       floats in a vector            vf, vi   vectors of float, int32
+//   vm       mask (one truth per lane)     + - * /  work on vf and vi as they are
+#ifndef FS_KERNELS_SIMD_H
+#define FS_KERNELS_SIMD_H
+
+#include <stdint.h>
+#include <string.h>
+
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#define VW 16
+#define FS_SIMD_SUFFIX(name) name##_avx512
+#elif defined(__AVX2__)
+#include <immintrin.h>
+#define VW 8
+#define FS_SIMD_SUFFIX(name) name##_avx2
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
+#define VW 4
+#define FS_SIMD_SUFFIX(name) name##_neon
+#else
+#error "simd.h: compile for AVX2+FMA, AVX-512 or NEON"
+#endif
+
+typedef float vf __attribute__((vector_size(4 * VW)));
+typedef int32_t vi __attribute__((vector_size(4 * VW)));
+#define INLINE static inline __attribute__((always_inline, unused))
+
+INLINE vf v_load(const float *p) // any alignment
+{
+    vf v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+INLINE void v_store(float *p, vf v)
+{
+    memcpy(p, &v, sizeof v);
+}
+
+#if VW == 16
+typedef __mmask16 vm;
+INLINE vf v_set(float x) { return (vf)_mm512_set1_ps(x); }
+INLINE vi v_seti(int32_t x) { return (vi)_mm512_set1_epi32(x); }
+INLINE vf v_fma(vf a, vf b, vf c) { return (vf)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c); } // a*b + c
+INLINE vf v_max(vf a, vf b) { return (vf)_mm512_max_ps((__m512)a, (__m512)b); }
+INLINE vf v_min(vf a, vf b) { return (vf)_mm512_min_ps((__m512)a, (__m512)b); }
+INLINE vf v_round(vf a) { return (vf)_mm512_roundscale_ps((__m512)a, 8); }
+INLINE vi v_to_int(vf a) { return (vi)_mm512_cvtps_epi32((__m512)a); } // nearest
+INLINE vf v_from_int(vi a) { return (vf)_mm512_cvtepi32_ps((__m512i)a); }
+INLINE vi v_shift_left(vi a, int n) { return (vi)_mm512_slli_epi32((__m512i)a, (unsigned)n); }
+INLINE vi v_shift_right(vi a, int n) { return (vi)_mm512_srai_epi32((__m512i)a, (unsigned)n); }
+INLINE vf v_sqrt(vf a) { return (vf)_mm512_sqrt_ps((__m512)a); }
+INLINE vm v_lt(vf a, vf b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ); }
+INLINE vm v_le(vf a, vf b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LE_OQ); }
+INLINE vm vm_and(vm a, vm b) { return a & b; }
+INLINE vm vm_or(vm a, vm b) { return a | b; }
+INLINE vm vm_andnot(vm a, vm b) { return a & (vm)~b; } // a and not b
+INLINE int vm_any(vm a) { return a != 0; }
+INLINE unsigned vm_bits(vm a) { return a; } // bit i: lane i
+INLINE vm vm_first(int n) { return (vm)(n >= 16 ? 0xffff : (1u << (n < 0 ? 0 : n)) - 1); } // lanes 0..n-1
+INLINE vf v_sel(vm m, vf a, vf b) { return (vf)_mm512_mask_blend_ps(m, (__m512)b, (__m512)a); } // m ? a : b
+INLINE vf v_where(vm m, vf a) { return (vf)_mm512_maskz_mov_ps(m, (__m512)a); }                 // m ? a : 0
+INLINE float v_sum(vf a) { return _mm512_reduce_add_ps((__m512)a); }
+#elif VW == 8
+typedef __m256 vm;
+INLINE vf v_set(float x) { return (vf)_mm256_set1_ps(x); }
+INLINE vi v_seti(int32_t x) { return (vi)_mm256_set1_epi32(x); }
+INLINE vf v_fma(vf a, vf b, vf c) { return (vf)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c); }
+INLINE vf v_max(vf a, vf b) { return (vf)_mm256_max_ps((__m256)a, (__m256)b); }
+INLINE vf v_min(vf a, vf b) { return (vf)_mm256_min_ps((__m256)a, (__m256)b); }
+INLINE vf v_round(vf a) { return (vf)_mm256_round_ps((__m256)a, 8); }
+INLINE vi v_to_int(vf a) { return (vi)_mm256_cvtps_epi32((__m256)a); }
+INLINE vf v_from_int(vi a) { return (vf)_mm256_cvtepi32_ps((__m256i)a); }
+INLINE vi v_shift_left(vi a, int n) { return (vi)_mm256_slli_epi32((__m256i)a, n); }
+INLINE vi v_shift_right(vi a, int n) { return (vi)_mm256_srai_epi32((__m256i)a, n); }
+INLINE vf v_sqrt(vf a) { return (vf)_mm256_sqrt_ps((__m256)a); }
+INLINE vm v_lt(vf a, vf b) { return _mm256_cmp_ps((__m256)a, (__m256)b, _CMP_LT_OQ); }
+INLINE vm v_le(vf a, vf b) { return _mm256_cmp_ps((__m256)a, (__m256)b, _CMP_LE_OQ); }
+INLINE vm vm_and(vm a, vm b) { return _mm256_and_ps(a, b); }
+INLINE vm vm_or(vm a, vm b) { return _mm256_or_ps(a, b); }
+INLINE vm vm_andnot(vm a, vm b) { return _mm256_andnot_ps(b, a); }
+INLINE int vm_any(vm a) { return _mm256_movemask_ps(a) != 0; }
+INLINE unsigned vm_bits(vm a) { return (unsigned)_mm256_movemask_ps(a); }
+INLINE vm vm_first(int n)
+{
+    return (vm)_mm256_cmpgt_epi32(_mm256_set1_epi32(n), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+}
+INLINE vf v_sel(vm m, vf a, vf b) { return (vf)_mm256_blendv_ps((__m256)b, (__m256)a, m); }
+INLINE vf v_where(vm m, vf a) { return (vf)_mm256_and_ps(m, (__m256)a); }
+INLINE float v_sum(vf a)
+{
+    __m128 s = _mm_add_ps(_mm256_castps256_ps128((__m256)a), _mm256_extractf128_ps((__m256)a, 1));
+    s = _mm_add_ps(s, _mm_movehl_ps(s, s));
+    return _mm_cvtss_f32(_mm_add_ss(s, _mm_shuffle_ps(s, s, 1)));
+}
+#else
+typedef uint32x4_t vm;
+INLINE vf v_set(float x) { return (vf)vdupq_n_f32(x); }
+INLINE vi v_seti(int32_t x) { return (vi)vdupq_n_s32(x); }
+INLINE vf v_fma(vf a, vf b, vf c) { return (vf)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b); }
+INLINE vf v_max(vf a, vf b) { return (vf)vmaxq_f32((float32x4_t)a, (float32x4_t)b); }
+INLINE vf v_min(vf a, vf b) { return (vf)vminq_f32((float32x4_t)a, (float32x4_t)b); }
+INLINE vf v_round(vf a) { return (vf)vrndnq_f32((float32x4_t)a); }
+INLINE vi v_to_int(vf a) { return (vi)vcvtnq_s32_f32((float32x4_t)a); }
+INLINE vf v_from_int(vi a) { return (vf)vcvtq_f32_s32((int32x4_t)a); }
+INLINE vi v_shift_left(vi a, int n) { return (vi)vshlq_s32((int32x4_t)a, vdupq_n_s32(n)); }
+INLINE vi v_shift_right(vi a, int n) { return (vi)vshlq_s32((int32x4_t)a, vdupq_n_s32(-n)); }
+INLINE vf v_sqrt(vf a) { return (vf)vsqrtq_f32((float32x4_t)a); }
+INLINE vm v_lt(vf a, vf b) { return vcltq_f32((float32x4_t)a, (float32x4_t)b); }
+INLINE vm v_le(vf a, vf b) { return vcleq_f32((float32x4_t)a, (float32x4_t)b); }
+INLINE vm vm_and(vm a, vm b) { return vandq_u32(a, b); }
+INLINE vm vm_or(vm a, vm b) { return vorrq_u32(a, b); }
+INLINE vm vm_andnot(vm a, vm b) { return vbicq_u32(a, b); }
+INLINE int vm_any(vm a) { return vmaxvq_u32(a) != 0; }
+INLINE unsigned vm_bits(vm a)
+{
+    static const uint32_t bit[4] = {1, 2, 4, 8};
+    return vaddvq_u32(vandq_u32(a, vld1q_u32(bit)));
+}
+INLINE vm vm_first(int n)
+{
+    static const int32_t lane[4] = {0, 1, 2, 3};
+    return vcgtq_s32(vdupq_n_s32(n), vld1q_s32(lane));
+}
+INLINE vf v_sel(vm m, vf a, vf b) { return (vf)vbslq_f32(m, (float32x4_t)a, (float32x4_t)b); }
+INLINE vf v_where(vm m, vf a) { return (vf)vandq_u32(m, (uint32x4_t)a); }
+INLINE float v_sum(vf a) { return vaddvq_f32((float32x4_t)a); }
+#endif
+
+INLINE vf v_abs(vf a) { return (vf)((vi)a & v_seti(0x7fffffff)); }
+INLINE vf v_copysign(vf magnitude, vf sign)
+{
+    return (vf)(((vi)magnitude & v_seti(0x7fffffff)) | ((vi)sign & v_seti((int32_t)0x80000000)));
+}
+
+// e^x for x in [-87, 88] (clamped): relative error under 2e-7 (Cody-Waite reduction, degree-6 minimax polynomial).
+INLINE vf v_exp(vf x)
+{
+    x = v_min(v_max(x, v_set(-87.0f)), v_set(88.0f));
+    vf n = v_round(x * v_set(1.44269504f));
+    vf r = v_fma(n, v_set(-0.693359375f), x);
+    r = v_fma(n, v_set(2.12194440e-4f), r);
+    vf p = v_set(1.9875691500e-4f);
+    p = v_fma(p, r, v_set(1.3981999507e-3f));
+    p = v_fma(p, r, v_set(8.3334519073e-3f));
+    p = v_fma(p, r, v_set(4.1665795894e-2f));
+    p = v_fma(p, r, v_set(1.6666665459e-1f));
+    p = v_fma(p, r, v_set(5.0000001201e-1f));
+    p = v_fma(p, r * r, r + v_set(1.0f));
+    return (vf)((vi)p + v_shift_left(v_to_int(n), 23));
+}
+
+// ln x for normal x > 0: relative error under 3e-7 away from 1, absolute under 1e-7 near it.
+INLINE vf v_log(vf x)
+{
+    vi bits = (vi)x;
+    vi e = v_shift_right(bits - v_seti(0x3f2aaaab), 23);
+    vf m = (vf)(bits - v_shift_left(e, 23)) - v_set(1.0f); // in [-1/3, 1/3]
+    vf p = v_set(-0.13048e0f);
+    p = v_fma(p, m, v_set(0.14090e0f));
+    p = v_fma(p, m, v_set(-0.12150e0f));
+    p = v_fma(p, m, v_set(0.13983e0f));
+    p = v_fma(p, m, v_set(-0.16684e0f));
+    p = v_fma(p, m, v_set(0.20012e0f));
+    p = v_fma(p, m, v_set(-0.25000e0f));
+    p = v_fma(p, m, v_set(0.33333e0f));
+    p = v_fma(p, m, v_set(-0.5f));
+    vf y = v_fma(p, m * m, m);
+    return v_fma(v_from_int(e), v_set(0.69314718f), y);
+}
+
+INLINE vf v_pow(vf x, float exponent) // x > 0
+{
+    return v_exp(v_log(x) * v_set(exponent));
+}
+
+#endif

@@ -1,0 +1,81 @@
+#include "model/camera.h"
+
+#include <math.h>
+
+Camera fs_camera_resized(const Camera *camera, int width, int height)
+{
+    Camera c = *camera;
+    double sx = (double)width / camera->width, sy = (double)height / camera->height;
+    c.width = width;
+    c.height = height;
+    c.fx *= sx;
+    c.cx *= sx;
+    c.fy *= sy;
+    c.cy *= sy;
+    return c;
+}
+
+Camera fs_camera_limited(const Camera *camera, int long_edge)
+{
+    int side = camera->width > camera->height ? camera->width : camera->height;
+    if (long_edge <= 0 || side <= long_edge) return *camera;
+    double s = (double)long_edge / side;
+    int w = (int)lround(camera->width * s), h = (int)lround(camera->height * s);
+    return fs_camera_resized(camera, w < 1 ? 1 : w, h < 1 ? 1 : h);
+}
+
+void fs_camera_centre(const Camera *camera, double centre[3])
+{
+    const double *m = camera->w2c;
+    for (int i = 0; i < 3; i++) centre[i] = -(m[i] * m[3] + m[4 + i] * m[7] + m[8 + i] * m[11]);
+}
+
+double fs_camera_project(const Camera *camera, const double world[3], double pixel[2])
+{
+    const double *m = camera->w2c;
+    double p[3];
+    for (int i = 0; i < 3; i++)
+        p[i] = m[4 * i] * world[0] + m[4 * i + 1] * world[1] + m[4 * i + 2] * world[2] + m[4 * i + 3];
+    if (p[2] > 0) {
+        pixel[0] = camera->fx * p[0] / p[2] + camera->cx;
+        pixel[1] = camera->fy * p[1] / p[2] + camera->cy;
+    }
+    return p[2];
+}
+
+void fs_camera_quat_to_rotation(const double q[4], double r[9])
+{
+    double n = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (n == 0) n = 1;
+    double w = q[0] / n, x = q[1] / n, y = q[2] / n, z = q[3] / n;
+    r[0] = 1 - 2 * (y * y + z * z);
+    r[1] = 2 * (x * y - w * z);
+    r[2] = 2 * (x * z + w * y);
+    r[3] = 2 * (x * y + w * z);
+    r[4] = 1 - 2 * (x * x + z * z);
+    r[5] = 2 * (y * z - w * x);
+    r[6] = 2 * (x * z - w * y);
+    r[7] = 2 * (y * z + w * x);
+    r[8] = 1 - 2 * (x * x + y * y);
+}
+
+void fs_camera_rotation_to_quat(const double r[9], double q[4])
+{
+    double trace = r[0] + r[4] + r[8];
+    if (trace > 0) {
+        double s = 2 * sqrt(trace + 1);
+        q[0] = s / 4;
+        q[1] = (r[7] - r[5]) / s;
+        q[2] = (r[2] - r[6]) / s;
+        q[3] = (r[3] - r[1]) / s;
+        return;
+    }
+    int i = r[4] > r[0] ? 1 : 0;
+    if (r[8] > r[4 * i]) i = 2;
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    double s = 2 * sqrt(1 + r[4 * i] - r[4 * j] - r[4 * k]);
+    q[0] = (r[3 * k + j] - r[3 * j + k]) / s;
+    q[1 + i] = s / 4;
+    q[1 + j] = (r[3 * j + i] + r[3 * i + j]) / s;
+    q[1 + k] = (r[3 * k + i] + r[3 * i + k]) / s;
+}

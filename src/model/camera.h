@@ -1,0 +1,21 @@
+// A pinhole camera in COLMAP's conventions: world-to-camera, x right, y down, z forward, pixel centres at +0.5.
+#ifndef FS_MODEL_CAMERA_H
+#define FS_MODEL_CAMERA_H
+
+typedef struct Camera {
+    int width, height;
+    double fx, fy, cx, cy; // pixels of width x height
+    double w2c[12];        // (3, 4) row-major: [R | t], x_camera = R x_world + t
+} Camera;
+
+// The same view at another image size (fractions of the frame stay where they are).
+Camera fs_camera_resized(const Camera *camera, int width, int height);
+// The same view with the longer side at most long_edge pixels (0: unchanged); never enlarges.
+Camera fs_camera_limited(const Camera *camera, int long_edge);
+void fs_camera_centre(const Camera *camera, double centre[3]); // -R^T t
+// Projects a world point; returns depth z (pixel written when z > 0).
+double fs_camera_project(const Camera *camera, const double world[3], double pixel[2]);
+void fs_camera_quat_to_rotation(const double quat_wxyz[4], double rotation[9]); // normalises
+void fs_camera_rotation_to_quat(const double rotation[9], double quat_wxyz[4]);
+
+#endif

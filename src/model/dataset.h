@@ -1,0 +1,29 @@
+// The posed photos of a capture: OUT/views.json.
+#ifndef FS_MODEL_DATASET_H
+#define FS_MODEL_DATASET_H
+
+#include "image/image.h"
+#include "model/camera.h"
+
+typedef struct View {
+    char *name;    // without folder and extension
+    bool flash;    // taken with the flash
+    bool held_out; // never trained on
+    Camera camera; // of the working image
+} View;
+
+typedef struct Dataset {
+    View *view; // sorted by name
+    int n;
+} Dataset;
+
+void fs_dataset_free(Dataset *dataset);
+int fs_dataset_append(Dataset *dataset, const View *view, FsError *err); // copies name
+int fs_dataset_find(const Dataset *dataset, const char *name);           // by stem; -1 when missing
+// JSON: {"views": [{"name","flash","held_out","width","height","fx","fy","cx","cy","w2c": 4x4}]}
+int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err);
+int fs_dataset_read(Dataset *dataset, const char *path, FsError *err); // also truth/cameras.json ("images": [...])
+// Photo and mask (1 channel, 1 = trusted) of one view out of OUT/images.
+int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err);
+
+#endif

@@ -1,0 +1,278 @@
+#include "model/settings.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+#define OFFSET(member) offsetof(Settings, member)
+#define BOOL(name_, member, stages_, help_)                                                                            \
+    {.name = name_, .type = FS_OPTION_BOOL, .stages = stages_, .initial = "false", .help = help_, .offset = OFFSET(member)}
+#define INT(name_, member, stages_, initial_, min_, max_, argument_, help_)                                            \
+    {.name = name_, .type = FS_OPTION_INT, .stages = stages_, .initial = initial_, .min = min_, .max = max_,           \
+     .argument = argument_, .help = help_, .offset = OFFSET(member)}
+#define FLOAT(name_, member, stages_, initial_, min_, max_, argument_, help_)                                          \
+    {.name = name_, .type = FS_OPTION_FLOAT, .stages = stages_, .initial = initial_, .min = min_, .max = max_,         \
+     .argument = argument_, .help = help_, .offset = OFFSET(member)}
+#define STRING(name_, member, stages_, initial_, argument_, help_)                                                     \
+    {.name = name_, .type = FS_OPTION_STRING, .stages = stages_, .initial = initial_, .argument = argument_,           \
+     .help = help_, .offset = OFFSET(member)}
+#define ENUM(name_, member, stages_, initial_, choices_, help_)                                                        \
+    {.name = name_, .type = FS_OPTION_ENUM, .stages = stages_, .initial = initial_, .choices = choices_,               \
+     .argument = choices_, .help = help_, .offset = OFFSET(member)}
+
+#define ALL FS_STAGE_ALL
+#define INGEST FS_STAGE_INGEST
+#define POSES FS_STAGE_POSES
+#define INITIALISE FS_STAGE_INITIALISE
+#define TRAIN FS_STAGE_TRAIN
+#define RENDER FS_STAGE_RENDER
+#define EVALUATE FS_STAGE_EVALUATE
+#define SYNTH FS_STAGE_SYNTH
+#define PAIR FS_STAGE_PAIR
+#define BENCH FS_STAGE_BENCH
+
+static const FsOption table[] = {
+    ENUM("preset", preset, INITIALISE | TRAIN, "standard", "preview|standard|paper", "named set of the settings below"),
+    INT("threads", threads, ALL | SYNTH | BENCH, "0", 0, 1024, "N", "threads to use; 0: one per core"),
+    INT("seed", seed, INITIALISE | TRAIN | SYNTH, "1", 0, INT_MAX, "N", "seed of all random choices"),
+    INT("long-edge", long_edge, INGEST | RENDER | PAIR, "1200", 0, 16384, "N",
+        "longer side of the working images in pixels; 0: as shot"),
+    BOOL("force", force, ALL, "redo what is already done"),
+    ENUM("cpu", cpu, TRAIN | RENDER | BENCH, "best", "best|scalar|avx2|avx512|neon", "highest instruction set to use"),
+
+    STRING("flash-glob", flash_glob, INGEST | PAIR, "", "PATTERN", "file names that are flash photos, instead of EXIF"),
+    STRING("flash-list", flash_list, INGEST, "", "FILE", "text file with one flash photo's name per line, instead of EXIF"),
+
+    STRING("poses", poses, POSES, "", "MODEL", "known poses: COLMAP model folder or nerfstudio transforms.json"),
+    STRING("colmap", colmap, POSES, "colmap", "PROGRAM", "the COLMAP program"),
+    ENUM("align", align, POSES, "joint", "joint|separate",
+         "pose all photos in one model, or flash and no-flash apart and align them (the paper's way)"),
+
+    INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
+
+    INT("steps", steps, TRAIN, "5000", 1, 1000000, "N", "training steps"),
+    INT("test-every", test_every, TRAIN, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
+    INT("checkpoint-every", checkpoint_every, TRAIN, "500", 0, 1000000, "N", "steps between checkpoints; 0: only at the end"),
+    INT("progress-every", progress_every, TRAIN, "500", 0, 1000000, "N", "steps between contact sheets; 0: none"),
+    INT("max-splats", max_splats, TRAIN, "500000", 100, 10000000, "N", "most Gaussians per cloud"),
+    BOOL("resume", resume, TRAIN, "go on from the last checkpoint"),
+    ENUM("geometry", geometry, INITIALISE | TRAIN, "shared", "shared|separate",
+         "one set of Gaussians for T_F and T_N, or two (the paper's way)"),
+    ENUM("beta", beta, INITIALISE | TRAIN, "pane", "pane|cloud",
+         "reflectance as Fresnel's law on a pane, or as a fourth cloud (the paper's way)"),
+
+    STRING("cameras", cameras, RENDER, "", "MODEL", "views to render: COLMAP model folder, transforms.json or cameras.json"),
+    STRING("output", output, RENDER, "", "DIR", "folder for the renders (default: OUT/renders)"),
+    ENUM("path", path, RENDER, "none", "none|spiral", "render a camera path instead of views"),
+    BOOL("linear", linear, RENDER | PAIR, "write 32-bit float TIFF in linear light too"),
+    BOOL("video", video, RENDER, "write MP4 of the camera path"),
+    INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
+
+    STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]", "other programs' output folders to compare"),
+    STRING("json", json, EVALUATE | BENCH, "", "FILE", "write the figures as JSON too"),
+    ENUM("views", views, EVALUATE, "held_out", "held_out|capture|all", "views to measure at"),
+
+    INT("photos", synth_photos, SYNTH, "30", 2, 1000, "N", "photos, half of them with flash"),
+    INT("held-out", synth_held_out, SYNTH, "6", 0, 1000, "N", "extra poses with ground truth and no photo"),
+    INT("width", synth_width, SYNTH, "600", 32, 8192, "N", "photo width in pixels"),
+    INT("height", synth_height, SYNTH, "400", 32, 8192, "N", "photo height in pixels"),
+    FLOAT("alpha", synth_alpha, SYNTH, "1.5", 0, 100, "X", "mean gain of the flash on the transmitted scene"),
+    FLOAT("reflection", synth_reflection, SYNTH, "0.45", 0, 0.95, "X",
+          "the mirrored layer's share of a no-flash photo's light"),
+    STRING("hard", synth_hard, SYNTH, "", "LIST", "difficulties, comma-separated; see --help"),
+};
+#define N_OPTIONS (sizeof table / sizeof *table)
+
+static const struct {
+    const char *name, *help;
+} presets[] = {
+    {"preview", "minutes on two cores"},
+    {"standard", "the best this program knows"},
+    {"paper", "the paper's four clouds, losses, weights and schedules"},
+};
+
+static const struct {
+    const char *preset, *name, *value;
+} preset_values[] = {
+    {"preview", "steps", "3000"},       {"preview", "long-edge", "600"},   {"preview", "max-splats", "60000"},
+    {"standard", "steps", "10000"},     {"paper", "steps", "5000"},        {"paper", "geometry", "separate"},
+    {"paper", "beta", "cloud"},         {"paper", "init-count", "350000"}, {"paper", "max-splats", "500000"},
+};
+
+const FsOption *fs_settings_options(size_t *n)
+{
+    *n = N_OPTIONS;
+    return table;
+}
+
+const char *fs_settings_preset(size_t i, const char **help)
+{
+    if (i >= sizeof presets / sizeof *presets) return NULL;
+    if (help) *help = presets[i].help;
+    return presets[i].name;
+}
+
+static void *member(const Settings *settings, const FsOption *option)
+{
+    return (char *)settings + option->offset;
+}
+
+static bool has_choice(const char *choices, const char *value)
+{
+    size_t n = strlen(value);
+    for (const char *p = choices; p; p = strchr(p, '|') ? strchr(p, '|') + 1 : NULL)
+        if (strncmp(p, value, n) == 0 && (p[n] == '|' || p[n] == 0)) return n > 0;
+    return false;
+}
+
+static int set_number(Settings *settings, const FsOption *option, const char *value, FsError *err)
+{
+    char *end;
+    errno = 0;
+    double v = strtod(value, &end);
+    bool whole = option->type == FS_OPTION_FLOAT || v == floor(v);
+    if (end == value || *end || errno || !isfinite(v) || !whole || v < option->min || v > option->max)
+        return fs_error_set(err, FS_ERR_USAGE, "--%s: '%s' is not %s from %g to %g", option->name, value,
+                            option->type == FS_OPTION_INT ? "a whole number" : "a number", option->min, option->max);
+    if (option->type == FS_OPTION_INT)
+        *(int *)member(settings, option) = (int)v;
+    else
+        *(double *)member(settings, option) = v;
+    return 0;
+}
+
+static int set_text(Settings *settings, const FsOption *option, const char *value, FsError *err)
+{
+    if (option->type == FS_OPTION_ENUM && !has_choice(option->choices, value))
+        return fs_error_set(err, FS_ERR_USAGE, "--%s: '%s' is not one of %s", option->name, value, option->choices);
+    char *copy = strdup(value);
+    if (!copy) return fs_error_memory(err);
+    char **text = member(settings, option);
+    free(*text);
+    *text = copy;
+    return 0;
+}
+
+static int set_option(Settings *settings, const FsOption *option, const char *value, FsError *err)
+{
+    switch (option->type) {
+    case FS_OPTION_BOOL:
+        if (strcmp(value, "true") != 0 && strcmp(value, "false") != 0)
+            return fs_error_set(err, FS_ERR_USAGE, "--%s: '%s' is not true or false", option->name, value);
+        *(bool *)member(settings, option) = value[0] == 't';
+        return 0;
+    case FS_OPTION_INT:
+    case FS_OPTION_FLOAT: return set_number(settings, option, value, err);
+    default: return set_text(settings, option, value, err);
+    }
+}
+
+static const FsOption *find(const char *name)
+{
+    for (size_t i = 0; i < N_OPTIONS; i++)
+        if (strcmp(table[i].name, name) == 0) return &table[i];
+    return NULL;
+}
+
+static int apply_preset(Settings *settings, FsError *err)
+{
+    int rc = 0;
+    for (size_t i = 0; i < N_OPTIONS && rc == 0; i++)
+        if (!settings->was_set[i]) rc = set_option(settings, &table[i], table[i].initial, err);
+    for (size_t i = 0; i < sizeof preset_values / sizeof *preset_values && rc == 0; i++) {
+        const FsOption *option = find(preset_values[i].name);
+        if (strcmp(preset_values[i].preset, settings->preset) == 0 && !settings->was_set[option - table])
+            rc = set_option(settings, option, preset_values[i].value, err);
+    }
+    return rc;
+}
+
+int fs_settings_set(FsSettings *settings, const char *name, const char *value, FsError *err)
+{
+    const FsOption *option = find(name);
+    if (!option) return fs_error_set(err, FS_ERR_USAGE, "--%s: no such option", name);
+    int rc = set_option(settings, option, value, err);
+    if (rc < 0) return rc;
+    settings->was_set[option - table] = 1;
+    return strcmp(name, "preset") == 0 ? apply_preset(settings, err) : 0;
+}
+
+int fs_settings_get(const FsSettings *settings, const char *name, char *buf, size_t n)
+{
+    const FsOption *option = find(name);
+    if (!option) return FS_ERR_USAGE;
+    const void *p = member(settings, option);
+    switch (option->type) {
+    case FS_OPTION_BOOL: snprintf(buf, n, "%s", *(const bool *)p ? "true" : "false"); break;
+    case FS_OPTION_INT: snprintf(buf, n, "%d", *(const int *)p); break;
+    case FS_OPTION_FLOAT: snprintf(buf, n, "%g", *(const double *)p); break;
+    default: snprintf(buf, n, "%s", *(char *const *)p); break;
+    }
+    return 0;
+}
+
+FsSettings *fs_settings_new(void)
+{
+    _Static_assert(N_OPTIONS <= sizeof((Settings *)0)->was_set, "was_set is too small");
+    Settings *settings = calloc(1, sizeof *settings);
+    if (!settings) return NULL;
+    int rc = 0;
+    for (size_t i = 0; i < N_OPTIONS && rc == 0; i++) rc = set_option(settings, &table[i], table[i].initial, NULL);
+    if (rc == 0) rc = apply_preset(settings, NULL);
+    if (rc < 0) {
+        fs_settings_free(settings);
+        return NULL;
+    }
+    return settings;
+}
+
+void fs_settings_clear(Settings *settings)
+{
+    for (size_t i = 0; i < N_OPTIONS; i++)
+        if (table[i].type == FS_OPTION_STRING || table[i].type == FS_OPTION_ENUM)
+            free(*(char **)member(settings, &table[i]));
+    memset(settings, 0, sizeof *settings);
+}
+
+void fs_settings_free(FsSettings *settings)
+{
+    if (!settings) return;
+    fs_settings_clear(settings);
+    free(settings);
+}
+
+void fs_settings_copy(Settings *to, const Settings *from)
+{
+    *to = *from;
+    for (size_t i = 0; i < N_OPTIONS; i++)
+        if (table[i].type == FS_OPTION_STRING || table[i].type == FS_OPTION_ENUM) {
+            const char *text = *(char *const *)member(from, &table[i]);
+            *(char **)member(to, &table[i]) = strdup(text ? text : "");
+        }
+}
+
+char *fs_settings_json(const Settings *settings, unsigned stages)
+{
+    json_t *root = json_object();
+    for (size_t i = 0; i < N_OPTIONS; i++) {
+        if (!(table[i].stages & stages)) continue;
+        const void *p = member(settings, &table[i]);
+        json_t *value = NULL;
+        switch (table[i].type) {
+        case FS_OPTION_BOOL: value = json_boolean(*(const bool *)p); break;
+        case FS_OPTION_INT: value = json_integer(*(const int *)p); break;
+        case FS_OPTION_FLOAT: value = json_real(*(const double *)p); break;
+        default: value = json_string(*(char *const *)p); break;
+        }
+        json_object_set_new(root, table[i].name, value);
+    }
+    char *text = json_dumps(root, JSON_INDENT(1));
+    json_decref(root);
+    return text;
+}

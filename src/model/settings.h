@@ -1,0 +1,41 @@
+// All settings as one struct; settings.c has the one table that describes them.
+#ifndef FS_MODEL_SETTINGS_H
+#define FS_MODEL_SETTINGS_H
+
+#include "flashsplat.h"
+
+typedef struct FsSettings {
+    // general
+    char *preset;
+    int threads, seed, long_edge;
+    bool force;
+    char *cpu; // highest instruction set level to use
+    // ingest
+    char *flash_glob, *flash_list;
+    // poses
+    char *poses, *colmap, *align;
+    // initialise
+    int init_count;
+    // train
+    int steps, test_every, checkpoint_every, progress_every, max_splats;
+    bool resume;
+    char *geometry, *beta;
+    // render
+    char *cameras, *output, *path;
+    bool linear, video;
+    int path_views;
+    // evaluate
+    char *methods, *json, *views;
+    // synth
+    int synth_photos, synth_held_out, synth_width, synth_height;
+    double synth_alpha, synth_reflection;
+    char *synth_hard;
+    unsigned char was_set[128]; // per row of the table: set by the user, not by default or preset
+} Settings;
+
+void fs_settings_copy(Settings *to, const Settings *from); // deep
+void fs_settings_clear(Settings *settings);
+// The settings of the given stages as a JSON object text (caller frees), NULL when out of memory.
+char *fs_settings_json(const Settings *settings, unsigned stages);
+
+#endif
