@@ -1,0 +1,130 @@
+// The public calls: a project folder, its stages in order, and the programs beside them.
+#include "flashsplat.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "model/project.h"
+
+int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
+                    FsError *err)
+{
+    *project = NULL;
+    if (!out || !*out) return fs_error_set(err, FS_ERR_USAGE, "the output folder has no name");
+    int rc = 0;
+    FsProject *p = calloc(1, sizeof *p);
+    if (!p) return fs_error_memory(err);
+    p->out = strdup(out);
+    if (callbacks) p->log = *callbacks;
+    fs_settings_copy(&p->set, settings);
+    if (!p->out) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    for (size_t n = strlen(p->out); n > 1 && p->out[n - 1] == '/'; n--) p->out[n - 1] = 0;
+    TRY(fs_file_mkdirs(p->out, err));
+    *project = p;
+    return 0;
+fail:
+    fs_project_close(p);
+    return rc;
+}
+
+void fs_project_close(FsProject *project)
+{
+    if (!project) return;
+    fs_settings_clear(&project->set);
+    free(project->out);
+    free(project);
+}
+
+static int not_built(const char *stage, FsError *err)
+{
+    return fs_error_set(err, FS_ERR_INPUT, "%s: not built yet", stage);
+}
+
+int fs_ingest(FsProject *project, const char *photos, FsError *err)
+{
+    (void)project, (void)photos;
+    return not_built("ingest", err);
+}
+
+int fs_poses(FsProject *project, FsError *err)
+{
+    (void)project;
+    return not_built("poses", err);
+}
+
+int fs_initialise(FsProject *project, FsError *err)
+{
+    (void)project;
+    return not_built("initialise", err);
+}
+
+int fs_train(FsProject *project, FsError *err)
+{
+    (void)project;
+    return not_built("train", err);
+}
+
+int fs_render(FsProject *project, FsError *err)
+{
+    (void)project;
+    return not_built("render", err);
+}
+
+int fs_evaluate(FsProject *project, const char *truth, FsError *err)
+{
+    (void)project, (void)truth;
+    return not_built("evaluate", err);
+}
+
+int fs_export(FsProject *project, FsError *err)
+{
+    (void)project;
+    return not_built("export", err);
+}
+
+int fs_run(FsProject *project, const char *photos, FsError *err)
+{
+    int rc;
+    TRY(fs_ingest(project, photos, err));
+    TRY(fs_poses(project, err));
+    TRY(fs_initialise(project, err));
+    TRY(fs_train(project, err));
+    TRY(fs_render(project, err));
+    TRY(fs_export(project, err));
+fail:
+    return rc;
+}
+
+int fs_synth(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
+{
+    (void)out, (void)settings, (void)callbacks;
+    return not_built("synth", err);
+}
+
+int fs_pair(const char *flash, const char *noflash, const char *out, const FsSettings *settings,
+            const FsCallbacks *callbacks, FsError *err)
+{
+    (void)flash, (void)noflash, (void)out, (void)settings, (void)callbacks;
+    return not_built("pair", err);
+}
+
+int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
+{
+    (void)settings, (void)callbacks;
+    return not_built("bench", err);
+}
+
+int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
+{
+    (void)path, (void)settings, (void)callbacks;
+    return not_built("info", err);
+}
+
+const char *fs_version(void)
+{
+    return FS_VERSION;
+}
