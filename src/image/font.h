@@ -1,0 +1,15 @@
+// A small built-in bitmap font (ASCII, fixed width) for labels on pictures.
+#ifndef FS_IMAGE_FONT_H
+#define FS_IMAGE_FONT_H
+
+#include "image/image.h"
+
+#define FS_FONT_ADVANCE 6 // pixels from one character to the next, at scale 1
+#define FS_FONT_HEIGHT 9  // 7 above the base line, 2 below
+
+// Draws text with its upper left corner at (x, y), each font pixel a square of scale x scale; what falls outside of
+// the image or beyond x_end is left out. Bytes outside of printable ASCII are drawn as one '?' per UTF-8 character.
+void fs_font_draw(Image *image, int x, int y, int x_end, int scale, const float color[3], const char *text);
+int fs_font_width(const char *text, int scale); // pixels the text takes
+
+#endif
