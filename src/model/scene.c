@@ -1,0 +1,211 @@
+// Scenes on disk: <layer>.ply per cloud that is not empty, and model.json with the rest, written last.
+#include "model/scene.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+
+#define VERSION 1
+
+void fs_scene_free(Scene *scene)
+{
+    for (int l = 0; l < LAYERS; l++) fs_cloud_free(&scene->cloud[l]);
+    *scene = (Scene){0};
+}
+
+// ---- model.json: one table of its numbers ----
+
+typedef struct Number {
+    const char *name;
+    size_t offset;
+    int n;
+    double min, max;
+} Number;
+
+static const Number numbers[] = {
+    {"pane_normal", offsetof(Scene, pane.normal), 3, -1.001, 1.001},
+    {"pane_f0", offsetof(Scene, pane.f0), 1, 0, 1},
+    {"gain_color", offsetof(Scene, gain_color), 3, 0, 1e6},
+    {"flash_distance", offsetof(Scene, flash_distance), 1, 0, 1e12},
+    {"extent", offsetof(Scene, extent), 1, 0, 1e12},
+    {"metres_per_unit", offsetof(Scene, metres_per_unit), 1, 0, 1e12},
+};
+#define N_NUMBERS (sizeof numbers / sizeof *numbers)
+
+static json_t *to_json(const Scene *scene)
+{
+    json_t *root = json_object(), *clouds = json_object();
+    json_object_set_new(root, "version", json_integer(VERSION));
+    json_object_set_new(root, "shared_geometry", json_boolean(scene->shared_geometry));
+    json_object_set_new(root, "pane_beta", json_boolean(scene->pane_beta));
+    for (size_t i = 0; i < N_NUMBERS; i++) {
+        const double *v = (const double *)((const char *)scene + numbers[i].offset);
+        json_t *value = numbers[i].n == 1 ? json_real(*v) : json_array();
+        for (int k = 0; k < numbers[i].n && numbers[i].n > 1; k++) json_array_append_new(value, json_real(v[k]));
+        json_object_set_new(root, numbers[i].name, value);
+    }
+    for (int l = 0; l < LAYERS; l++)
+        if (scene->cloud[l].n) json_object_set_new(clouds, fs_layers[l].name, json_integer(scene->cloud[l].n));
+    json_object_set_new(root, "clouds", clouds);
+    return root;
+}
+
+static int number_check(const Number *number, double v, const char *path, FsError *err)
+{
+    if (isfinite(v) && v >= number->min && v <= number->max) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: %s is %g, expected a number from %g to %g", path, number->name, v,
+                        number->min, number->max);
+}
+
+static int write_model(const Scene *scene, const char *path, FsError *err)
+{
+    int rc = 0;
+    for (size_t i = 0; i < N_NUMBERS; i++)
+        for (int k = 0; k < numbers[i].n; k++)
+            TRY(number_check(&numbers[i], ((const double *)((const char *)scene + numbers[i].offset))[k], path, err));
+    json_t *root = to_json(scene);
+    char *text = json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17));
+    json_decref(root);
+    if (!text) return fs_error_memory(err);
+    rc = fs_file_write(path, text, strlen(text), err);
+    free(text);
+fail:
+    return rc;
+}
+
+static int read_flag(const json_t *root, const char *name, bool *flag, const char *path, FsError *err)
+{
+    json_t *value = json_object_get(root, name);
+    if (!json_is_boolean(value)) return fs_error_set(err, FS_ERR_INPUT, "%s: %s: expected true or false", path, name);
+    *flag = json_is_true(value);
+    return 0;
+}
+
+static int read_number(const json_t *root, const Number *number, Scene *scene, const char *path, FsError *err)
+{
+    json_t *value = json_object_get(root, number->name);
+    double *to = (double *)((char *)scene + number->offset);
+    bool ok = number->n == 1 ? json_is_number(value)
+                             : json_is_array(value) && json_array_size(value) == (size_t)number->n;
+    for (int k = 0; k < number->n && ok; k++) {
+        json_t *item = number->n == 1 ? value : json_array_get(value, (size_t)k);
+        ok = json_is_number(item);
+        to[k] = json_number_value(item);
+        int rc = ok ? number_check(number, to[k], path, err) : 0;
+        if (rc < 0) return rc;
+    }
+    if (ok) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: %s: expected %d number(s)", path, number->name, number->n);
+}
+
+static int read_model(Scene *scene, json_t **root, const char *path, FsError *err)
+{
+    json_error_t where;
+    char *text = NULL;
+    size_t size;
+    int rc = fs_file_read(path, 1 << 20, &text, &size, err);
+    if (rc < 0) return rc;
+    *root = json_loadb(text, size, 0, &where);
+    free(text);
+    if (!json_is_object(*root))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not the JSON of a scene: %s", path, where.line, where.text);
+    json_t *version = json_object_get(*root, "version");
+    if (!json_is_integer(version) || json_integer_value(version) != VERSION)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: expected \"version\": %d", path, VERSION);
+    TRY(read_flag(*root, "shared_geometry", &scene->shared_geometry, path, err));
+    TRY(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
+    for (size_t i = 0; i < N_NUMBERS; i++) TRY(read_number(*root, &numbers[i], scene, path, err));
+fail:
+    return rc;
+}
+
+// ---- clouds ----
+
+// What the layers and switches ask of a cloud.
+static int cloud_check(const Scene *scene, int layer, const char *path, FsError *err)
+{
+    const Cloud *cloud = &scene->cloud[layer];
+    if (cloud->n == 0) return 0;
+    if ((layer == LAYER_T_F && scene->shared_geometry) || (layer == LAYER_BETA && scene->pane_beta))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: a scene of this kind has no cloud %s", path, fs_layers[layer].name);
+    if (cloud->width[CLOUD_COLORS] != fs_layers[layer].channels)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: %d colour channel(s), expected %d", path, cloud->width[CLOUD_COLORS],
+                            fs_layers[layer].channels);
+    if (layer == LAYER_T_N && scene->shared_geometry && cloud->width[CLOUD_GAINS] != 1)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: no flash gains, which shared geometry needs", path);
+    return 0;
+}
+
+int fs_scene_write(const Scene *scene, const char *dir, FsError *err)
+{
+    char *part[LAYERS] = {0}, *path[LAYERS] = {0}, *model = fs_file_path("%s/model.json", dir);
+    int rc;
+    TRY(model ? fs_file_mkdirs(dir, err) : fs_error_memory(err));
+    for (int l = 0; l < LAYERS; l++) {
+        path[l] = fs_file_path("%s/%s.ply", dir, fs_layers[l].name);
+        part[l] = path[l] ? fs_file_path("%s.new", path[l]) : NULL;
+        if (!part[l]) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
+        TRY(cloud_check(scene, l, path[l], err));
+        if (scene->cloud[l].n) TRY(fs_cloud_ply_write(&scene->cloud[l], part[l], err));
+    }
+    // All written: the old scene gives way as nearly at once as files can.
+    for (int l = 0; l < LAYERS; l++)
+        if (scene->cloud[l].n) TRY(fs_file_rename(part[l], path[l], err));
+    TRY(write_model(scene, model, err));
+    for (int l = 0; l < LAYERS; l++)
+        if (!scene->cloud[l].n) unlink(path[l]);
+fail:
+    for (int l = 0; l < LAYERS; l++) {
+        if (rc < 0 && part[l]) unlink(part[l]);
+        free(part[l]);
+        free(path[l]);
+    }
+    free(model);
+    return rc;
+}
+
+static int read_cloud(Scene *scene, int layer, const json_t *clouds, const char *dir, FsError *err)
+{
+    json_t *count = json_object_get(clouds, fs_layers[layer].name);
+    if (!count) return 0;
+    char *path = fs_file_path("%s/%s.ply", dir, fs_layers[layer].name);
+    if (!path) return fs_error_memory(err);
+    int rc;
+    TRY(fs_cloud_ply_read(&scene->cloud[layer], path, err));
+    if (!json_is_integer(count) || json_integer_value(count) != scene->cloud[layer].n)
+        rc = fs_error_set(err, FS_ERR_INPUT,
+                          "%s: %d Gaussians, but model.json beside it was written with another cloud: run that stage again",
+                          path, scene->cloud[layer].n);
+    else
+        rc = cloud_check(scene, layer, path, err);
+fail:
+    free(path);
+    return rc;
+}
+
+int fs_scene_read(Scene *scene, const char *dir, FsError *err)
+{
+    *scene = (Scene){0};
+    json_t *root = NULL;
+    char *model = fs_file_path("%s/model.json", dir);
+    int rc;
+    TRY(model ? read_model(scene, &root, model, err) : fs_error_memory(err));
+    json_t *clouds = json_object_get(root, "clouds");
+    if (!json_is_object(clouds)) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no object \"clouds\"", model);
+        goto fail;
+    }
+    for (int l = 0; l < LAYERS; l++) TRY(read_cloud(scene, l, clouds, dir, err));
+fail:
+    if (rc < 0) fs_scene_free(scene);
+    json_decref(root);
+    free(model);
+    return rc;
+}
