@@ -11,6 +11,7 @@ typedef struct Image {
 } Image;
 
 #define FS_IMAGE_MAX_SIDE 65535
+#define FS_IMAGE_MAX_PIXELS 400000000
 
 int fs_image_new(Image *image, int width, int height, int channels, FsError *err); // zeroed
 void fs_image_free(Image *image);                                                  // accepts {0}
@@ -21,13 +22,15 @@ int fs_image_resize_area(const Image *from, int width, int height, Image *to, Fs
 // Quarter turns and flips as EXIF Orientation 1..8 asks, in place.
 int fs_image_orient(Image *image, int exif_orientation, FsError *err);
 
+// Readers give 1 channel (grey) or 3 (RGB); an alpha channel is dropped. Orientation is not applied.
 // PNG: values 0..1 <-> 8 or 16 bits (rounded, clamped); the encoding (linear or not) is the caller's.
 int fs_png_read(const char *path, Image *image, FsError *err);
 int fs_png_write(const char *path, const Image *image, int bits, FsError *err);
 // TIFF: 8, 16 bit integers as 0..1, 32-bit float as is. Writes 32-bit float, deflate-compressed.
 int fs_tiff_read(const char *path, Image *image, FsError *err);
 int fs_tiff_write_float(const char *path, const Image *image, FsError *err);
-// JPEG: 8 bits as 0..1, encoded values (sRGB), not linearised. exif/exif_size: APP1 block to embed, or NULL.
+// JPEG: 8 bits as 0..1, encoded values (sRGB), not linearised. exif/exif_size: TIFF block ("II*" or "MM", with or
+// without "Exif\0\0" before it) to embed as APP1, or NULL.
 int fs_jpeg_read(const char *path, Image *image, FsError *err);
 int fs_jpeg_write(const char *path, const Image *image, int quality, const void *exif, size_t exif_size, FsError *err);
 

@@ -1,0 +1,181 @@
+// JPEG through libjpeg. Whatever must be released after its longjmp lives in a struct of the caller's frame.
+#include <errno.h>
+#include <setjmp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <jpeglib.h>
+#include <jerror.h>
+
+#include "base/file.h"
+#include "image/image.h"
+
+#define MAX_SCANS 1000 // a progressive file of a few bytes a scan would take for ever
+
+typedef struct Jpeg {
+    struct jpeg_error_mgr manager; // first: libjpeg hands back its address
+    jmp_buf jump;
+    const char *path;
+    FsError *err;
+    int rc;
+    struct jpeg_decompress_struct in;
+    struct jpeg_compress_struct out;
+    struct jpeg_progress_mgr progress;
+    JSAMPLE *row;
+} Jpeg;
+
+static void on_error(j_common_ptr common)
+{
+    Jpeg *s = (Jpeg *)common->err;
+    char text[JMSG_LENGTH_MAX];
+    s->manager.format_message(common, text);
+    s->rc = fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: %s", s->path, text);
+    longjmp(s->jump, 1);
+}
+
+// Lost data comes as a warning and a grey rest of the picture: that is an error here.
+static void on_message(j_common_ptr common, int level)
+{
+    int code = common->err->msg_code;
+    if (level < 0 && (code == JWRN_JPEG_EOF || code == JWRN_HIT_MARKER || code == JWRN_HUFF_BAD_CODE)) on_error(common);
+}
+
+static void on_output(j_common_ptr common)
+{
+    (void)common;
+}
+
+static void on_progress(j_common_ptr common)
+{
+    if (common->is_decompressor && ((j_decompress_ptr)common)->input_scan_number > MAX_SCANS) {
+        Jpeg *s = (Jpeg *)common->err;
+        s->rc = fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: more than %d scans", s->path, MAX_SCANS);
+        longjmp(s->jump, 1);
+    }
+}
+
+static void set_handlers(Jpeg *s)
+{
+    jpeg_std_error(&s->manager);
+    s->manager.error_exit = on_error;
+    s->manager.emit_message = on_message;
+    s->manager.output_message = on_output;
+    s->progress.progress_monitor = on_progress;
+}
+
+static void decode(Jpeg *s, FILE *f, Image *image)
+{
+    jpeg_create_decompress(&s->in);
+    s->in.progress = &s->progress;
+    jpeg_stdio_src(&s->in, f);
+    jpeg_read_header(&s->in, TRUE);
+    if (s->in.num_components != 1 && s->in.num_components != 3) {
+        s->rc = fs_error_set(s->err, FS_ERR_INPUT, "%s: a JPEG of %d components, expected grey or RGB", s->path,
+                             s->in.num_components);
+        longjmp(s->jump, 1);
+    }
+    s->in.out_color_space = s->in.num_components == 1 ? JCS_GRAYSCALE : JCS_RGB;
+    s->in.dct_method = JDCT_ISLOW;
+    FsError why;
+    s->rc = fs_image_new(image, (int)s->in.image_width, (int)s->in.image_height, s->in.num_components, &why);
+    if (s->rc < 0) {
+        fs_error_set(s->err, s->rc, "%s: %s", s->path, why.message);
+        longjmp(s->jump, 1);
+    }
+    jpeg_start_decompress(&s->in);
+    size_t n = (size_t)image->width * (size_t)image->channels;
+    s->row = malloc(n);
+    if (!s->row) {
+        s->rc = fs_error_memory(s->err);
+        longjmp(s->jump, 1);
+    }
+    while (s->in.output_scanline < s->in.output_height) {
+        float *out = image->px + (size_t)s->in.output_scanline * n;
+        if (jpeg_read_scanlines(&s->in, &s->row, 1) != 1) ERREXIT(&s->in, JERR_INPUT_EOF);
+        for (size_t i = 0; i < n; i++) out[i] = (float)s->row[i] / 255.0f;
+    }
+    jpeg_finish_decompress(&s->in);
+}
+
+int fs_jpeg_read(const char *path, Image *image, FsError *err)
+{
+    *image = (Image){0};
+    FILE *f = fopen(path, "rb");
+    if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
+    Jpeg s = {.path = path, .err = err};
+    set_handlers(&s);
+    s.in.err = &s.manager;
+    if (setjmp(s.jump) == 0) decode(&s, f, image);
+    jpeg_destroy_decompress(&s.in);
+    free(s.row);
+    fclose(f);
+    if (s.rc < 0) fs_image_free(image);
+    return s.rc;
+}
+
+static void write_exif(Jpeg *s, const void *exif, size_t size)
+{
+    static const char head[6] = "Exif\0"; // and a second 0
+    bool has_head = size >= sizeof head && memcmp(exif, head, sizeof head) == 0;
+    size_t total = size + (has_head ? 0 : sizeof head);
+    if (total > 65533) {
+        s->rc = fs_error_set(s->err, FS_ERR_USAGE, "%s: an EXIF block of %zu bytes, at most 65527 fit", s->path, size);
+        longjmp(s->jump, 1);
+    }
+    jpeg_write_m_header(&s->out, JPEG_APP0 + 1, (unsigned)total);
+    for (size_t i = 0; !has_head && i < sizeof head; i++) jpeg_write_m_byte(&s->out, head[i]);
+    for (size_t i = 0; i < size; i++) jpeg_write_m_byte(&s->out, ((const unsigned char *)exif)[i]);
+}
+
+static void encode(Jpeg *s, FILE *f, const Image *image, int quality, const void *exif, size_t exif_size)
+{
+    jpeg_create_compress(&s->out);
+    jpeg_stdio_dest(&s->out, f);
+    s->out.image_width = (JDIMENSION)image->width;
+    s->out.image_height = (JDIMENSION)image->height;
+    s->out.input_components = image->channels;
+    s->out.in_color_space = image->channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
+    jpeg_set_defaults(&s->out);
+    jpeg_set_quality(&s->out, quality, TRUE);
+    s->out.dct_method = JDCT_ISLOW;
+    s->out.optimize_coding = TRUE;
+    if (quality >= 90) s->out.comp_info[0].h_samp_factor = s->out.comp_info[0].v_samp_factor = 1;
+    if (exif) s->out.write_JFIF_header = FALSE;
+    jpeg_start_compress(&s->out, TRUE);
+    if (exif) write_exif(s, exif, exif_size);
+    size_t n = (size_t)image->width * (size_t)image->channels;
+    while (s->out.next_scanline < s->out.image_height) {
+        const float *in = image->px + (size_t)s->out.next_scanline * n;
+        for (size_t i = 0; i < n; i++) {
+            float x = in[i] > 0 ? (in[i] < 1 ? in[i] : 1) : 0; // NaN becomes 0
+            s->row[i] = (JSAMPLE)(x * 255.0f + 0.5f);
+        }
+        jpeg_write_scanlines(&s->out, &s->row, 1);
+    }
+    jpeg_finish_compress(&s->out);
+}
+
+int fs_jpeg_write(const char *path, const Image *image, int quality, const void *exif, size_t exif_size, FsError *err)
+{
+    if (image->channels != 1 && image->channels != 3)
+        return fs_error_set(err, FS_ERR_USAGE, "%s: a JPEG of %d channels: expected 1 or 3", path, image->channels);
+    AtomicFile file;
+    int rc = fs_file_begin(&file, path, err);
+    if (rc < 0) return rc;
+    Jpeg s = {.path = path, .err = err};
+    set_handlers(&s);
+    s.out.err = &s.manager;
+    s.row = malloc((size_t)image->width * (size_t)image->channels);
+    if (!s.row)
+        s.rc = fs_error_memory(err);
+    else if (setjmp(s.jump) == 0)
+        encode(&s, file.f, image, quality, exif, exif_size);
+    else if (s.rc == FS_ERR_INPUT)
+        s.rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write JPEG (disk full, or too large?)", path);
+    jpeg_destroy_compress(&s.out);
+    free(s.row);
+    if (s.rc == 0) return fs_file_commit(&file, err);
+    fs_file_abort(&file);
+    return s.rc;
+}

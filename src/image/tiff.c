@@ -1,0 +1,243 @@
+// TIFF through libtiff: integers and floats of 8 to 64 bits, grey or RGB, strips or tiles, either plane layout.
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <tiffio.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "image/image.h"
+
+#define MAX_BLOCK ((tmsize_t)1 << 30) // bytes of one strip or tile
+
+typedef struct Tiff {
+    const char *path;
+    TIFF *tiff;
+    char why[300]; // what libtiff said first
+} Tiff;
+
+static int on_error(TIFF *tiff, void *user, const char *module, const char *format, va_list ap)
+{
+    (void)tiff, (void)module;
+    Tiff *t = user;
+    if (!t->why[0]) vsnprintf(t->why, sizeof t->why, format, ap);
+    return 1;
+}
+
+static int on_warning(TIFF *tiff, void *user, const char *module, const char *format, va_list ap)
+{
+    (void)tiff, (void)user, (void)module, (void)format, (void)ap;
+    return 1;
+}
+
+static int open_tiff(Tiff *t, const char *path, const char *mode, FsError *err)
+{
+    TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
+    if (!options) return fs_error_memory(err);
+    TIFFOpenOptionsSetErrorHandlerExtR(options, on_error, t);
+    TIFFOpenOptionsSetWarningHandlerExtR(options, on_warning, t);
+    errno = 0;
+    t->tiff = TIFFOpenExt(path, mode, options);
+    TIFFOpenOptionsFree(options);
+    if (t->tiff) return 0;
+    if (mode[0] == 'w')
+        return fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", t->path, errno ? strerror(errno) : t->why);
+    return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open as TIFF: %s", t->path,
+                        errno ? strerror(errno) : t->why[0] ? t->why : "not a TIFF file");
+}
+
+// How the samples lie in the file.
+typedef struct Layout {
+    uint32_t width, height;
+    uint16_t samples, bits, format, planar, photometric;
+    int channels; // of the image made of it
+} Layout;
+
+static int bad(const Tiff *t, FsError *err)
+{
+    return fs_error_set(err, FS_ERR_INPUT, "%s: bad TIFF: %s", t->path, t->why[0] ? t->why : "damaged or cut short");
+}
+
+static int read_layout(Tiff *t, Layout *l, FsError *err)
+{
+    uint16_t compression = 0;
+    if (!TIFFGetField(t->tiff, TIFFTAG_IMAGEWIDTH, &l->width) || !TIFFGetField(t->tiff, TIFFTAG_IMAGELENGTH, &l->height))
+        return bad(t, err);
+    TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLESPERPIXEL, &l->samples);
+    TIFFGetFieldDefaulted(t->tiff, TIFFTAG_BITSPERSAMPLE, &l->bits);
+    TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLEFORMAT, &l->format);
+    TIFFGetFieldDefaulted(t->tiff, TIFFTAG_PLANARCONFIG, &l->planar);
+    TIFFGetFieldDefaulted(t->tiff, TIFFTAG_COMPRESSION, &compression);
+    if (!TIFFGetField(t->tiff, TIFFTAG_PHOTOMETRIC, &l->photometric))
+        l->photometric = l->samples >= 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK;
+    if (l->photometric == PHOTOMETRIC_YCBCR && compression == COMPRESSION_JPEG) {
+        TIFFSetField(t->tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+        l->photometric = PHOTOMETRIC_RGB;
+    }
+    bool grey = l->photometric == PHOTOMETRIC_MINISBLACK || l->photometric == PHOTOMETRIC_MINISWHITE;
+    bool integer = l->format == SAMPLEFORMAT_UINT && (l->bits == 8 || l->bits == 16 || l->bits == 32);
+    bool real = l->format == SAMPLEFORMAT_IEEEFP && (l->bits == 16 || l->bits == 32 || l->bits == 64);
+    if ((!grey && l->photometric != PHOTOMETRIC_RGB) || l->samples < 1 || l->samples > 16 ||
+        (!grey && l->samples < 3) || (!integer && !real))
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: a TIFF of photometric %d, %d samples of %d bits, format %d: expected grey or RGB of 8 "
+                            "or 16 bits or float",
+                            t->path, l->photometric, l->samples, l->bits, l->format);
+    l->channels = grey ? 1 : 3;
+    return 0;
+}
+
+static float half_to_float(uint16_t h)
+{
+    uint32_t sign = (uint32_t)(h & 0x8000) << 16, exponent = (h >> 10) & 31, mantissa = h & 0x3ff, bits;
+    float f;
+    if (exponent == 0) {
+        f = (float)mantissa * 0x1p-24f;
+        return sign ? -f : f;
+    }
+    bits = sign | (exponent == 31 ? 0x7f800000u : (exponent + 112) << 23) | mantissa << 13;
+    memcpy(&f, &bits, sizeof f);
+    return f;
+}
+
+static float sample(const Layout *l, const unsigned char *block, size_t i)
+{
+    union {
+        uint16_t u16;
+        uint32_t u32;
+        float f32;
+        double f64;
+    } v;
+    size_t size = l->bits / 8u;
+    if (size == 1) return (float)block[i] / 255.0f;
+    memcpy(&v, block + i * size, size);
+    if (l->format == SAMPLEFORMAT_UINT) return size == 2 ? (float)v.u16 / 65535.0f : (float)(v.u32 / 4294967295.0);
+    return size == 2 ? half_to_float(v.u16) : size == 4 ? v.f32 : (float)v.f64;
+}
+
+// Copies a block of block_width x rows pixels that begins at (x, y) of the image; plane: its sample, or all of them.
+static void put_block(const Layout *l, const unsigned char *block, Image *image, uint32_t x, uint32_t y,
+                      uint32_t block_width, uint32_t rows, int plane)
+{
+    size_t in_step = l->planar == PLANARCONFIG_SEPARATE ? 1 : l->samples;
+    uint32_t columns = block_width < l->width - x ? block_width : l->width - x;
+    int first = plane < 0 ? 0 : plane, last = plane < 0 ? l->channels - 1 : plane;
+    for (uint32_t j = 0; j < rows && y + j < l->height; j++) {
+        for (uint32_t i = 0; i < columns; i++) {
+            float *out = image->px + ((size_t)(y + j) * l->width + x + i) * (size_t)l->channels;
+            size_t in = ((size_t)j * block_width + i) * in_step;
+            for (int c = first; c <= last; c++) {
+                float v = sample(l, block, in + (plane < 0 ? (size_t)c : 0));
+                out[c] = l->photometric == PHOTOMETRIC_MINISWHITE ? 1.0f - v : v;
+            }
+        }
+    }
+}
+
+static int read_blocks(Tiff *t, const Layout *l, unsigned char *block, tmsize_t size, Image *image, FsError *err)
+{
+    bool tiled = TIFFIsTiled(t->tiff) != 0;
+    uint32_t block_width = l->width, block_rows = 0;
+    if (tiled) {
+        TIFFGetField(t->tiff, TIFFTAG_TILEWIDTH, &block_width);
+        TIFFGetField(t->tiff, TIFFTAG_TILELENGTH, &block_rows);
+    } else {
+        TIFFGetFieldDefaulted(t->tiff, TIFFTAG_ROWSPERSTRIP, &block_rows);
+        if (block_rows > l->height) block_rows = l->height;
+    }
+    bool planes = l->planar == PLANARCONFIG_SEPARATE;
+    size_t pixel = (size_t)(l->bits / 8) * (planes ? 1 : l->samples);
+    if (!block_width || !block_rows || (tmsize_t)(pixel * block_width * (size_t)block_rows) > size) return bad(t, err);
+    for (int p = 0; p < (planes ? l->channels : 1); p++) {
+        for (uint32_t y = 0; y < l->height; y += block_rows) {
+            uint32_t rows = block_rows < l->height - y ? block_rows : l->height - y;
+            for (uint32_t x = 0; x < l->width; x += block_width) {
+                uint16_t plane = (uint16_t)p;
+                tmsize_t want = tiled ? size : (tmsize_t)(pixel * block_width * rows);
+                tmsize_t got = tiled ? TIFFReadEncodedTile(t->tiff, TIFFComputeTile(t->tiff, x, y, 0, plane), block, size)
+                                     : TIFFReadEncodedStrip(t->tiff, TIFFComputeStrip(t->tiff, y, plane), block, want);
+                if (got < want) return bad(t, err);
+                put_block(l, block, image, x, y, block_width, rows, planes ? p : -1);
+                if (!tiled) break;
+            }
+        }
+    }
+    return 0;
+}
+
+int fs_tiff_read(const char *path, Image *image, FsError *err)
+{
+    *image = (Image){0};
+    Tiff t = {.path = path};
+    unsigned char *block = NULL;
+    int rc = open_tiff(&t, path, "rm", err); // m: no memory map
+    if (rc < 0) return rc;
+    Layout l = {0};
+    FsError why;
+    TRY(read_layout(&t, &l, err));
+    if ((rc = fs_image_new(image, l.width > FS_IMAGE_MAX_SIDE ? -1 : (int)l.width,
+                           l.height > FS_IMAGE_MAX_SIDE ? -1 : (int)l.height, l.channels, &why)) < 0) {
+        fs_error_set(err, rc, "%s: %u x %u pixels: %s", path, l.width, l.height, why.message);
+        goto fail;
+    }
+    tmsize_t size = TIFFIsTiled(t.tiff) ? TIFFTileSize(t.tiff) : TIFFStripSize(t.tiff);
+    if (size <= 0 || size > MAX_BLOCK) {
+        rc = bad(&t, err);
+        goto fail;
+    }
+    block = malloc((size_t)size);
+    if (!block) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(read_blocks(&t, &l, block, size, image, err));
+fail:
+    free(block);
+    TIFFClose(t.tiff);
+    if (rc < 0) fs_image_free(image);
+    return rc;
+}
+
+static bool write_all(TIFF *tiff, const Image *image, float *copy, uint32_t rows)
+{
+    size_t n = (size_t)image->width * (size_t)image->channels;
+    bool ok = TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, (uint32_t)image->width) &&
+              TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, (uint32_t)image->height) &&
+              TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, image->channels) &&
+              TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32) &&
+              TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP) &&
+              TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) &&
+              TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC,
+                           image->channels == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB) &&
+              TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE) &&
+              TIFFSetField(tiff, TIFFTAG_PREDICTOR, PREDICTOR_FLOATINGPOINT) &&
+              TIFFSetField(tiff, TIFFTAG_ZIPQUALITY, 1) && TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, rows);
+    for (uint32_t y = 0, strip = 0; ok && y < (uint32_t)image->height; y += rows, strip++) {
+        uint32_t left = (uint32_t)image->height - y, count = rows < left ? rows : left;
+        memcpy(copy, image->px + y * n, count * n * sizeof *copy); // the predictor works in place
+        ok = TIFFWriteEncodedStrip(tiff, strip, copy, (tmsize_t)(count * n * sizeof *copy)) >= 0;
+    }
+    return ok && TIFFFlush(tiff);
+}
+
+int fs_tiff_write_float(const char *path, const Image *image, FsError *err)
+{
+    if (image->channels != 1 && image->channels != 3)
+        return fs_error_set(err, FS_ERR_USAGE, "%s: a TIFF of %d channels: expected 1 or 3", path, image->channels);
+    uint32_t rows = 32;
+    Tiff t = {.path = path};
+    char *temp = fs_file_temp(path);
+    float *copy = malloc((size_t)rows * (size_t)image->width * (size_t)image->channels * sizeof *copy);
+    int rc = temp && copy ? 0 : fs_error_memory(err);
+    if (rc == 0) rc = open_tiff(&t, temp, "w", err);
+    if (rc == 0) {
+        if (!write_all(t.tiff, image, copy, rows))
+            rc = fs_error_set(err, FS_ERR_IO, "%s: writing failed: %s", path, t.why[0] ? t.why : strerror(errno));
+        TIFFClose(t.tiff);
+        if (rc == 0) rc = fs_file_rename(temp, path, err);
+        else unlink(temp);
+    }
+    free(copy);
+    free(temp);
+    return rc;
+}
