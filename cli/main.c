@@ -1,0 +1,94 @@
+// The program `flashsplat`: finds the command, reads its options, calls the library, turns errors into exit codes.
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+
+static int exit_code(int rc)
+{
+    switch (rc) {
+    case FS_ERR_USAGE: return EXIT_USAGE;
+    case FS_ERR_CANCELLED: return EXIT_CANCELLED;
+    default: return rc < 0 ? EXIT_FAILED : EXIT_OK;
+    }
+}
+
+static int run_command(const Command *command, int argc, char **argv)
+{
+    FsError err = {0};
+    Invocation invocation = {.command = command, .settings = fs_settings_new()};
+    if (!invocation.settings) {
+        fprintf(stderr, "flashsplat: out of memory\n");
+        return EXIT_FAILED;
+    }
+    int rc = cli_args_parse(argc, argv, &invocation, &err);
+    if (rc == 0 && invocation.help) {
+        cli_help_command(stdout, command);
+    } else if (rc == 0) {
+        Terminal terminal;
+        cli_terminal_start(&terminal, &invocation);
+        FsCallbacks callbacks = cli_terminal_callbacks(&terminal);
+        rc = command->call(&invocation, &callbacks, &err);
+        cli_terminal_finish(&terminal);
+    }
+    fs_settings_free(invocation.settings);
+    if (rc < 0) fprintf(stderr, "flashsplat: %s\n", err.message);
+    if (rc == FS_ERR_USAGE) fprintf(stderr, "Try: flashsplat %s --help\n", command->name);
+    if (fflush(stdout) != 0 && rc == 0) {
+        fprintf(stderr, "flashsplat: cannot write to standard output\n");
+        return EXIT_FAILED;
+    }
+    return exit_code(rc);
+}
+
+static const char *command_name(size_t i)
+{
+    size_t n;
+    return cli_commands(&n)[i].name;
+}
+
+static const Command *find_or_complain(const char *name)
+{
+    const Command *command = cli_command_find(name);
+    if (command) return command;
+    size_t n;
+    cli_commands(&n);
+    const char *nearest = cli_args_nearest(name, command_name, n);
+    fprintf(stderr, "flashsplat: '%s' is not a command", name);
+    if (nearest) fprintf(stderr, "; did you mean '%s'?", nearest);
+    fprintf(stderr, "\nTry: flashsplat --help\n");
+    return NULL;
+}
+
+static int help(int argc, char **argv)
+{
+    if (argc < 1) {
+        cli_help_usage(stdout);
+        return EXIT_OK;
+    }
+    const Command *command = find_or_complain(argv[0]);
+    if (!command) return EXIT_USAGE;
+    cli_help_command(stdout, command);
+    return EXIT_OK;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 2) {
+        cli_help_usage(stderr);
+        return EXIT_USAGE;
+    }
+    const char *word = argv[1];
+    if (strcmp(word, "help") == 0 || strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0)
+        return help(argc - 2, argv + 2);
+    if (strcmp(word, "version") == 0 || strcmp(word, "--version") == 0) {
+        printf("flashsplat %s\n", fs_version());
+        return EXIT_OK;
+    }
+    if (strcmp(word, "--man") == 0) { // how the build makes the manual page
+        cli_help_man(stdout);
+        return fflush(stdout) == 0 ? EXIT_OK : EXIT_FAILED;
+    }
+    const Command *command = find_or_complain(word);
+    return command ? run_command(command, argc - 2, argv + 2) : EXIT_USAGE;
+}
