@@ -1,0 +1,252 @@
+#include "model/cameras_file.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+
+#define MAX_FRAMES 1000000
+
+void fs_cameras_file_free(CamerasFile *file)
+{
+    fs_dataset_free(&file->views);
+    fs_colmap_model_free(&file->model);
+    free(file->lens);
+    free(file->image);
+    *file = (CamerasFile){0};
+}
+
+typedef struct Posed { // a view before sorting
+    char *name;
+    Lens lens;
+    double w2c[12];
+    int image;
+} Posed;
+
+static int compare_posed(const void *a, const void *b)
+{
+    return strcmp(((const Posed *)a)->name, ((const Posed *)b)->name);
+}
+
+// Fills views and lens from posed views in any order.
+static int take_posed(CamerasFile *file, const char *path, Posed *posed, int n, FsError *err)
+{
+    int rc = 0;
+    qsort(posed, (size_t)n, sizeof *posed, compare_posed);
+    file->lens = malloc((size_t)(n + 1) * sizeof *file->lens);
+    file->image = malloc((size_t)(n + 1) * sizeof *file->image);
+    if (!file->lens || !file->image) return fs_error_memory(err);
+    for (int i = 0; i < n; i++) {
+        View view = {.name = posed[i].name};
+        FsError inner = {0};
+        TRY(fs_lens_camera(&posed[i].lens, path, &view.camera, err));
+        memcpy(view.camera.w2c, posed[i].w2c, sizeof view.camera.w2c);
+        rc = fs_dataset_append(&file->views, &view, &inner);
+        if (rc < 0) {
+            fs_error_set(err, rc, "%s: %s", path, inner.message);
+            goto fail;
+        }
+        file->lens[i] = posed[i].lens;
+        file->image[i] = posed[i].image;
+    }
+fail:
+    return rc;
+}
+
+static void free_posed(Posed *posed, int n)
+{
+    for (int i = 0; i < n && posed; i++) free(posed[i].name);
+    free(posed);
+}
+
+static int read_colmap(const char *path, CamerasFile *file, FsError *err)
+{
+    int rc = 0;
+    Posed *posed = NULL;
+    TRY(fs_colmap_model_read(path, &file->model, err));
+    posed = calloc((size_t)file->model.n_images, sizeof *posed);
+    if (!posed) return fs_error_memory(err);
+    for (int i = 0; i < file->model.n_images; i++) {
+        const ColmapImage *image = &file->model.image[i];
+        double r[9];
+        fs_camera_quat_to_rotation(image->quat, r);
+        posed[i].lens = fs_colmap_model_camera(&file->model, image->camera_id)->lens;
+        posed[i].image = i;
+        for (int k = 0; k < 3; k++) {
+            memcpy(posed[i].w2c + 4 * k, r + 3 * k, 3 * sizeof *r);
+            posed[i].w2c[4 * k + 3] = image->t[k];
+        }
+        if (!(posed[i].name = fs_file_stem(image->name))) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
+    }
+    TRY(take_posed(file, path, posed, file->model.n_images, err));
+fail:
+    free_posed(posed, file->model.n_images);
+    return rc;
+}
+
+// A number of the frame, or of the file where the frame has none.
+static bool number(const json_t *root, const json_t *frame, const char *key, double *value)
+{
+    const json_t *v = json_object_get(frame, key);
+    if (!v) v = json_object_get(root, key);
+    if (!json_is_number(v)) return false;
+    *value = json_number_value(v);
+    return isfinite(*value);
+}
+
+static const char *lens_from_json(const json_t *root, const json_t *frame, Lens *lens)
+{
+    double w, h, fx, fy, angle;
+    if (!number(root, frame, "w", &w) || !number(root, frame, "h", &h) || w < 1 || h < 1 || w > FS_IMAGE_MAX_SIDE ||
+        h > FS_IMAGE_MAX_SIDE)
+        return "image size \"w\" and \"h\"";
+    if (!number(root, frame, "fl_x", &fx)) {
+        if (!number(root, frame, "camera_angle_x", &angle) || !(angle > 0 && angle < 3.1))
+            return "focal length \"fl_x\" or \"camera_angle_x\"";
+        fx = 0.5 * w / tan(0.5 * angle);
+    }
+    if (!number(root, frame, "fl_y", &fy)) fy = fx;
+    *lens = (Lens){.model = LENS_OPENCV, .width = (int)w, .height = (int)h, .param = {fx, fy, 0.5 * w, 0.5 * h}};
+    double *p = lens->param;
+    number(root, frame, "cx", &p[2]);
+    number(root, frame, "cy", &p[3]);
+    const json_t *model = json_object_get(frame, "camera_model");
+    const char *name = json_string_value(model ? model : json_object_get(root, "camera_model"));
+    double k[6] = {0}, q[2] = {0};
+    static const char *const keys[6] = {"k1", "k2", "k3", "k4", "k5", "k6"};
+    for (int i = 0; i < 6; i++) number(root, frame, keys[i], &k[i]);
+    number(root, frame, "p1", &q[0]);
+    number(root, frame, "p2", &q[1]);
+    if (name && strcmp(name, "OPENCV_FISHEYE") == 0) {
+        lens->model = LENS_OPENCV_FISHEYE;
+        memcpy(p + 4, k, 4 * sizeof *k);
+        return NULL;
+    }
+    if (name && fs_lens_model_find(name) < 0) return "a \"camera_model\" that COLMAP knows";
+    int known = name ? fs_lens_model_find(name) : LENS_OPENCV;
+    if (known > LENS_OPENCV && known != LENS_FULL_OPENCV) return "\"camera_model\" PINHOLE, OPENCV or OPENCV_FISHEYE";
+    double distortion[8] = {k[0], k[1], q[0], q[1], k[2], k[3], k[4], k[5]};
+    if (k[2] != 0 || k[3] != 0 || k[4] != 0 || k[5] != 0) lens->model = LENS_FULL_OPENCV;
+    if (known == LENS_PINHOLE || known == LENS_SIMPLE_PINHOLE)
+        lens->model = LENS_PINHOLE;
+    else
+        memcpy(p + 4, distortion, sizeof distortion);
+    return NULL;
+}
+
+// "transform_matrix": camera-to-world, OpenGL axes (x right, y up, z backward) -> world-to-camera, COLMAP axes.
+static const char *pose_from_json(const json_t *frame, double w2c[12])
+{
+    const json_t *rows = json_object_get(frame, "transform_matrix");
+    double m[3][4];
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 4; j++) {
+            const json_t *v = json_array_get(json_array_get(rows, i), j);
+            if (!json_is_number(v)) return "\"transform_matrix\" of 4x4 numbers";
+            m[i][j] = json_number_value(v);
+            if (!isfinite(m[i][j])) return "finite numbers in \"transform_matrix\"";
+        }
+    double r[9], quat[4];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) r[3 * j + i] = j == 0 ? m[i][j] : -m[i][j];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j <= i; j++) {
+            double dot = r[3 * i] * r[3 * j] + r[3 * i + 1] * r[3 * j + 1] + r[3 * i + 2] * r[3 * j + 2];
+            if (!(fabs(dot - (i == j)) < 1e-2)) return "a rotation in \"transform_matrix\"";
+        }
+    if (r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]) < 0)
+        return "a right-handed rotation in \"transform_matrix\"";
+    fs_camera_rotation_to_quat(r, quat); // back and forth: takes out the rounding
+    fs_camera_quat_to_rotation(quat, r);
+    for (int i = 0; i < 3; i++) {
+        memcpy(w2c + 4 * i, r + 3 * i, 3 * sizeof *r);
+        w2c[4 * i + 3] = -(r[3 * i] * m[0][3] + r[3 * i + 1] * m[1][3] + r[3 * i + 2] * m[2][3]);
+    }
+    return NULL;
+}
+
+static int read_transforms(const char *path, const json_t *root, CamerasFile *file, FsError *err)
+{
+    const json_t *frames = json_object_get(root, "frames");
+    size_t n = json_array_size(frames);
+    if (n < 1 || n > MAX_FRAMES) return fs_error_set(err, FS_ERR_INPUT, "%s: expected a list \"frames\"", path);
+    Posed *posed = calloc(n, sizeof *posed);
+    if (!posed) return fs_error_memory(err);
+    int rc = 0;
+    for (size_t i = 0; i < n; i++) {
+        const json_t *frame = json_array_get(frames, i);
+        const char *name = json_string_value(json_object_get(frame, "file_path"));
+        const char *wanted = name && *fs_file_name(name) ? NULL : "\"file_path\"";
+        if (!wanted) wanted = lens_from_json(root, frame, &posed[i].lens);
+        if (!wanted) wanted = pose_from_json(frame, posed[i].w2c);
+        if (wanted) {
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s: frame %zu: expected %s", path, i, wanted);
+            goto fail;
+        }
+        if (!(posed[i].name = fs_file_stem(name))) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
+    }
+    TRY(take_posed(file, path, posed, (int)n, err));
+fail:
+    free_posed(posed, (int)n);
+    return rc;
+}
+
+static int read_json(const char *path, CamerasFile *file, FsError *err)
+{
+    char *text = NULL;
+    size_t size;
+    int rc = 0;
+    json_t *root = NULL;
+    TRY(fs_file_read(path, (size_t)1 << 30, &text, &size, err));
+    json_error_t at;
+    root = json_loadb(text, size, 0, &at);
+    if (!root) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text);
+        goto fail;
+    }
+    if (json_object_get(root, "frames")) {
+        TRY(read_transforms(path, root, file, err));
+    } else {
+        TRY(fs_dataset_read(&file->views, path, err));
+        file->lens = malloc((size_t)(file->views.n + 1) * sizeof *file->lens);
+        if (!file->lens) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
+        for (int i = 0; i < file->views.n; i++) file->lens[i] = fs_lens_from_camera(&file->views.view[i].camera);
+    }
+fail:
+    json_decref(root);
+    free(text);
+    return rc;
+}
+
+int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
+{
+    *file = (CamerasFile){0};
+    int rc = 0;
+    char *model = NULL, *transforms = NULL;
+    if (!fs_file_exists(path)) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no such file or folder; expected a COLMAP model or a transforms.json", path);
+    } else if (!fs_file_is_dir(path)) {
+        rc = read_json(path, file, err);
+    } else if ((model = fs_colmap_model_find(path))) {
+        rc = read_colmap(model, file, err);
+    } else if ((transforms = fs_file_path("%s/transforms.json", path)) && fs_file_exists(transforms)) {
+        rc = read_json(transforms, file, err);
+    } else {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt) and no transforms.json", path);
+    }
+    free(model);
+    free(transforms);
+    if (rc < 0) fs_cameras_file_free(file);
+    return rc;
+}

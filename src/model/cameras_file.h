@@ -1,0 +1,18 @@
+// Reads "any camera model": a COLMAP folder, nerfstudio's transforms.json, or our own views.json / cameras.json.
+#ifndef FS_MODEL_CAMERAS_FILE_H
+#define FS_MODEL_CAMERAS_FILE_H
+
+#include "model/colmap_model.h"
+#include "model/dataset.h"
+
+typedef struct CamerasFile {
+    Dataset views;     // pinhole cameras at the model's own image size; flash and held_out where the file tells
+    Lens *lens;        // (views.n) the same intrinsics with distortion
+    ColmapModel model; // of a COLMAP folder: everything in it; else empty
+    int *image;        // (views.n) index of each view in model.image; NULL without a model
+} CamerasFile;
+
+int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err);
+void fs_cameras_file_free(CamerasFile *file);
+
+#endif

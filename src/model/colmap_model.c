@@ -1,0 +1,197 @@
+#include "model/colmap_model.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+
+void fs_colmap_model_free(ColmapModel *model)
+{
+    for (int i = 0; i < model->n_images; i++) free(model->image[i].name);
+    free(model->camera);
+    free(model->image);
+    free(model->point);
+    free(model->observation);
+    free(model->track);
+    *model = (ColmapModel){0};
+}
+
+// One more element at the end of an array that grows at powers of two.
+static void *grow(void *array, int n, size_t size, FsError *err)
+{
+    if (n > 0 && (n & (n - 1)) != 0) return array;
+    if (n > INT_MAX / 2) {
+        fs_error_memory(err);
+        return NULL;
+    }
+    void *grown = realloc(array, (n ? 2 * (size_t)n : 1) * size);
+    if (!grown) fs_error_memory(err);
+    return grown;
+}
+
+ColmapCamera *fs_colmap_model_add_camera(ColmapModel *model, FsError *err)
+{
+    void *p = grow(model->camera, model->n_cameras, sizeof *model->camera, err);
+    if (!p) return NULL;
+    model->camera = p;
+    ColmapCamera *camera = &model->camera[model->n_cameras++];
+    *camera = (ColmapCamera){0};
+    return camera;
+}
+
+ColmapImage *fs_colmap_model_add_image(ColmapModel *model, const char *name, FsError *err)
+{
+    void *p = grow(model->image, model->n_images, sizeof *model->image, err);
+    if (!p) return NULL;
+    model->image = p;
+    char *copy = strdup(name);
+    if (!copy) {
+        fs_error_memory(err);
+        return NULL;
+    }
+    ColmapImage *image = &model->image[model->n_images++];
+    *image = (ColmapImage){.quat = {1, 0, 0, 0}, .name = copy, .first = model->n_observations};
+    return image;
+}
+
+ColmapPoint *fs_colmap_model_add_point(ColmapModel *model, FsError *err)
+{
+    void *p = grow(model->point, model->n_points, sizeof *model->point, err);
+    if (!p) return NULL;
+    model->point = p;
+    ColmapPoint *point = &model->point[model->n_points++];
+    *point = (ColmapPoint){.first = model->n_tracks};
+    return point;
+}
+
+int fs_colmap_model_add_observation(ColmapModel *model, ColmapObservation observation, FsError *err)
+{
+    void *p = grow(model->observation, model->n_observations, sizeof *model->observation, err);
+    if (!p) return FS_ERR_MEMORY;
+    model->observation = p;
+    model->observation[model->n_observations++] = observation;
+    model->image[model->n_images - 1].n++;
+    return 0;
+}
+
+int fs_colmap_model_add_track(ColmapModel *model, ColmapTrack track, FsError *err)
+{
+    void *p = grow(model->track, model->n_tracks, sizeof *model->track, err);
+    if (!p) return FS_ERR_MEMORY;
+    model->track = p;
+    model->track[model->n_tracks++] = track;
+    model->point[model->n_points - 1].n++;
+    return 0;
+}
+
+const ColmapCamera *fs_colmap_model_camera(const ColmapModel *model, uint32_t id)
+{
+    for (int i = 0; i < model->n_cameras; i++)
+        if (model->camera[i].id == id) return &model->camera[i];
+    return NULL;
+}
+
+int fs_colmap_model_image(const ColmapModel *model, uint32_t id)
+{
+    for (int i = 0; i < model->n_images; i++)
+        if (model->image[i].id == id) return i;
+    return -1;
+}
+
+static bool has_files(const char *dir, const char *ext)
+{
+    char *cameras = fs_file_path("%s/cameras.%s", dir, ext), *images = fs_file_path("%s/images.%s", dir, ext);
+    bool found = cameras && images && fs_file_exists(cameras) && fs_file_exists(images);
+    free(cameras);
+    free(images);
+    return found;
+}
+
+char *fs_colmap_model_find(const char *dir)
+{
+    static const char *const places[] = {"", "/sparse/0", "/sparse", "/0", "/colmap/sparse/0"};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        char *place = fs_file_path("%s%s", dir, places[i]);
+        if (place && (has_files(place, "bin") || has_files(place, "txt"))) return place;
+        free(place);
+    }
+    return NULL;
+}
+
+static int compare_ids(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+static int check_unique(const char *dir, const ColmapModel *model, FsError *err)
+{
+    size_t n = (size_t)(model->n_images > model->n_cameras ? model->n_images : model->n_cameras);
+    uint32_t *id = malloc((n + 1) * sizeof *id);
+    if (!id) return fs_error_memory(err);
+    int rc = 0;
+    for (int pass = 0; pass < 2 && rc == 0; pass++) {
+        int count = pass ? model->n_images : model->n_cameras;
+        for (int i = 0; i < count; i++) id[i] = pass ? model->image[i].id : model->camera[i].id;
+        qsort(id, (size_t)count, sizeof *id, compare_ids);
+        for (int i = 1; i < count && rc == 0; i++)
+            if (id[i] == id[i - 1])
+                rc = fs_error_set(err, FS_ERR_INPUT, "%s: two %s have the number %u", dir, pass ? "images" : "cameras",
+                                  id[i]);
+    }
+    free(id);
+    return rc;
+}
+
+// What the readers do not see line by line: cameras exist, poses and points are finite.
+static int check(const char *dir, const ColmapModel *model, FsError *err)
+{
+    if (model->n_cameras < 1 || model->n_images < 1)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: the COLMAP model has %d cameras and %d images, expected some of both",
+                            dir, model->n_cameras, model->n_images);
+    for (int i = 0; i < model->n_images; i++) {
+        const ColmapImage *image = &model->image[i];
+        double sum = 0, norm = 0;
+        for (int k = 0; k < 4; k++) norm += image->quat[k] * image->quat[k];
+        for (int k = 0; k < 3; k++) sum += image->t[k];
+        if (!isfinite(sum) || !isfinite(norm) || norm < 1e-12)
+            return fs_error_set(err, FS_ERR_INPUT, "%s: image '%s' has no finite pose", dir, image->name);
+        if (!fs_colmap_model_camera(model, image->camera_id))
+            return fs_error_set(err, FS_ERR_INPUT, "%s: image '%s' uses camera %u, which is not there", dir, image->name,
+                                image->camera_id);
+    }
+    for (int i = 0; i < model->n_points; i++) {
+        const double *x = model->point[i].xyz;
+        if (!isfinite(x[0] + x[1] + x[2]))
+            return fs_error_set(err, FS_ERR_INPUT, "%s: point %lld is not finite", dir, (long long)model->point[i].id);
+    }
+    return check_unique(dir, model, err);
+}
+
+int fs_colmap_model_read(const char *dir, ColmapModel *model, FsError *err)
+{
+    *model = (ColmapModel){0};
+    char *place = fs_colmap_model_find(dir);
+    if (!place)
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: no COLMAP model here (expected cameras.bin and images.bin, or cameras.txt and images.txt)",
+                            dir);
+    int rc = 0;
+    TRY(has_files(place, "bin") ? fs_colmap_binary_read(place, model, err) : fs_colmap_text_read(place, model, err));
+    TRY(check(place, model, err));
+fail:
+    if (rc < 0) fs_colmap_model_free(model);
+    free(place);
+    return rc;
+}
+
+int fs_colmap_model_write(const char *dir, const ColmapModel *model, bool binary, FsError *err)
+{
+    int rc = 0;
+    TRY(fs_file_mkdirs(dir, err));
+    TRY(binary ? fs_colmap_binary_write(dir, model, err) : fs_colmap_text_write(dir, model, err));
+fail:
+    return rc;
+}

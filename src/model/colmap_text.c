@@ -1,0 +1,262 @@
+// Text files of a COLMAP model: one camera or point a line, two lines an image, '#' begins a comment line.
+#include <errno.h>
+#include <inttypes.h>
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "model/colmap_model.h"
+
+typedef struct Lines {
+    const char *path;
+    char *p, *end; // rest of the text
+    char *line;    // present line, 0-terminated; its reading goes on at `at`
+    char *at;
+    int number;
+} Lines;
+
+static bool next_line(Lines *l)
+{
+    if (l->p >= l->end) return false;
+    char *stop = memchr(l->p, '\n', (size_t)(l->end - l->p));
+    if (!stop) stop = l->end; // fs_file_read put a 0 there
+    *stop = 0;
+    l->line = l->at = l->p;
+    l->p = stop + 1;
+    l->number++;
+    return true;
+}
+
+static bool is_blank(const char *s)
+{
+    return s[strspn(s, " \t\r")] == 0;
+}
+
+// The next line that is neither empty nor a comment.
+static bool next_record(Lines *l)
+{
+    while (next_line(l))
+        if (!is_blank(l->line) && l->line[strspn(l->line, " \t")] != '#') return true;
+    return false;
+}
+
+static char *next_word(Lines *l)
+{
+    l->at += strspn(l->at, " \t\r");
+    if (!*l->at) return NULL;
+    char *word = l->at;
+    l->at += strcspn(l->at, " \t\r");
+    if (*l->at) *l->at++ = 0;
+    return word;
+}
+
+static bool next_double(Lines *l, double *v)
+{
+    char *word = next_word(l), *end;
+    if (!word) return false;
+    *v = strtod(word, &end);
+    return *end == 0 && end != word;
+}
+
+static bool next_integer(Lines *l, int64_t min, int64_t max, int64_t *v)
+{
+    char *word = next_word(l), *end;
+    if (!word) return false;
+    errno = 0;
+    long long value = strtoll(word, &end, 10);
+    *v = value;
+    return *end == 0 && end != word && errno == 0 && value >= min && value <= max;
+}
+
+static int bad_line(const Lines *l, const char *expected, FsError *err)
+{
+    return fs_error_set(err, FS_ERR_INPUT, "%s: line %d: expected %s", l->path, l->number, expected);
+}
+
+static int read_cameras(Lines *l, ColmapModel *model, FsError *err)
+{
+    while (next_record(l)) {
+        ColmapCamera *c = fs_colmap_model_add_camera(model, err);
+        if (!c) return FS_ERR_MEMORY;
+        int64_t id, w, h;
+        if (!next_integer(l, 0, UINT32_MAX, &id)) return bad_line(l, "a camera's number", err);
+        const char *name = next_word(l);
+        c->lens.model = name ? fs_lens_model_find(name) : -1;
+        int n_params = 0;
+        if (!fs_lens_model_name(c->lens.model, &n_params)) return bad_line(l, "the name of a camera model", err);
+        if (!next_integer(l, 1, 1000000, &w) || !next_integer(l, 1, 1000000, &h))
+            return bad_line(l, "width and height in pixels", err);
+        for (int k = 0; k < n_params; k++)
+            if (!next_double(l, &c->lens.param[k])) return bad_line(l, "all the parameters of the camera model", err);
+        c->id = (uint32_t)id;
+        c->lens.width = (int)w;
+        c->lens.height = (int)h;
+    }
+    return 0;
+}
+
+static int read_observations(Lines *l, ColmapModel *model, FsError *err)
+{
+    double x, y;
+    int64_t point;
+    while (!is_blank(l->at)) {
+        if (!next_double(l, &x) || !next_double(l, &y) || !next_integer(l, -1, INT64_MAX, &point))
+            return bad_line(l, "X Y POINT3D_ID", err);
+        int rc = fs_colmap_model_add_observation(model, (ColmapObservation){x, y, point}, err);
+        if (rc < 0) return rc;
+    }
+    return 0;
+}
+
+static int read_images(Lines *l, ColmapModel *model, FsError *err)
+{
+    while (next_record(l)) {
+        int64_t id, camera_id;
+        double pose[7];
+        if (!next_integer(l, 0, UINT32_MAX, &id)) return bad_line(l, "an image's number", err);
+        for (int k = 0; k < 7; k++)
+            if (!next_double(l, &pose[k])) return bad_line(l, "QW QX QY QZ TX TY TZ", err);
+        if (!next_integer(l, 0, UINT32_MAX, &camera_id)) return bad_line(l, "a camera's number", err);
+        l->at += strspn(l->at, " \t"); // the name goes on to the end of the line
+        size_t n = strlen(l->at);
+        while (n > 0 && strchr(" \t\r", l->at[n - 1])) l->at[--n] = 0;
+        if (n == 0) return bad_line(l, "an image's name", err);
+        ColmapImage *image = fs_colmap_model_add_image(model, l->at, err);
+        if (!image) return FS_ERR_MEMORY;
+        image->id = (uint32_t)id;
+        image->camera_id = (uint32_t)camera_id;
+        memcpy(image->quat, pose, sizeof image->quat);
+        memcpy(image->t, pose + 4, sizeof image->t);
+        if (next_line(l)) { // always there, may be empty
+            int rc = read_observations(l, model, err);
+            if (rc < 0) return rc;
+        }
+    }
+    return 0;
+}
+
+static int read_points(Lines *l, ColmapModel *model, FsError *err)
+{
+    while (next_record(l)) {
+        int64_t id, rgb[3], image_id, index;
+        double xyz[3], error;
+        bool ok = next_integer(l, 0, INT64_MAX, &id);
+        for (int k = 0; k < 3; k++) ok = ok && next_double(l, &xyz[k]);
+        for (int k = 0; k < 3; k++) ok = ok && next_integer(l, 0, 255, &rgb[k]);
+        if (!ok || !next_double(l, &error)) return bad_line(l, "POINT3D_ID X Y Z R G B ERROR", err);
+        ColmapPoint *p = fs_colmap_model_add_point(model, err);
+        if (!p) return FS_ERR_MEMORY;
+        p->id = id;
+        p->error = error;
+        for (int k = 0; k < 3; k++) {
+            p->xyz[k] = xyz[k];
+            p->rgb[k] = (unsigned char)rgb[k];
+        }
+        while (!is_blank(l->at)) {
+            if (!next_integer(l, 0, UINT32_MAX, &image_id) || !next_integer(l, 0, UINT32_MAX, &index))
+                return bad_line(l, "pairs of IMAGE_ID POINT2D_IDX", err);
+            int rc = fs_colmap_model_add_track(model, (ColmapTrack){(uint32_t)image_id, (uint32_t)index}, err);
+            if (rc < 0) return rc;
+        }
+    }
+    return 0;
+}
+
+static int read_file(const char *dir, const char *name, int (*read)(Lines *, ColmapModel *, FsError *),
+                     ColmapModel *model, FsError *err)
+{
+    int rc = 0;
+    char *path = fs_file_path("%s/%s", dir, name), *data = NULL;
+    size_t size;
+    if (!path) return fs_error_memory(err);
+    TRY(fs_file_read(path, FS_COLMAP_MAX_FILE, &data, &size, err));
+    if (memchr(data, 0, size)) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a text file", path);
+        goto fail;
+    }
+    Lines l = {.path = path, .p = data, .end = data + size};
+    TRY(read(&l, model, err));
+fail:
+    free(data);
+    free(path);
+    return rc;
+}
+
+int fs_colmap_text_read(const char *dir, ColmapModel *model, FsError *err)
+{
+    int rc = 0;
+    TRY(read_file(dir, "cameras.txt", read_cameras, model, err));
+    TRY(read_file(dir, "images.txt", read_images, model, err));
+    char *points = fs_file_path("%s/points3D.txt", dir);
+    bool there = points && fs_file_exists(points);
+    free(points);
+    if (there) TRY(read_file(dir, "points3D.txt", read_points, model, err));
+fail:
+    return rc;
+}
+
+static void write_cameras(FILE *f, const ColmapModel *model)
+{
+    fprintf(f, "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n");
+    for (int i = 0; i < model->n_cameras; i++) {
+        const ColmapCamera *c = &model->camera[i];
+        int n_params = 0;
+        const char *name = fs_lens_model_name(c->lens.model, &n_params);
+        fprintf(f, "%u %s %d %d", c->id, name, c->lens.width, c->lens.height);
+        for (int k = 0; k < n_params; k++) fprintf(f, " %.17g", c->lens.param[k]);
+        fputc('\n', f);
+    }
+}
+
+static void write_images(FILE *f, const ColmapModel *model)
+{
+    fprintf(f, "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of X Y POINT3D_ID\n");
+    for (int i = 0; i < model->n_images; i++) {
+        const ColmapImage *image = &model->image[i];
+        fprintf(f, "%u", image->id);
+        for (int k = 0; k < 4; k++) fprintf(f, " %.17g", image->quat[k]);
+        for (int k = 0; k < 3; k++) fprintf(f, " %.17g", image->t[k]);
+        fprintf(f, " %u %s\n", image->camera_id, image->name);
+        for (int k = 0; k < image->n; k++) {
+            const ColmapObservation *o = &model->observation[image->first + k];
+            fprintf(f, "%s%.9g %.9g %" PRId64, k ? " " : "", o->x, o->y, o->point);
+        }
+        fputc('\n', f);
+    }
+}
+
+static void write_points(FILE *f, const ColmapModel *model)
+{
+    fprintf(f, "# POINT3D_ID X Y Z R G B ERROR, then pairs of IMAGE_ID POINT2D_IDX\n");
+    for (int i = 0; i < model->n_points; i++) {
+        const ColmapPoint *p = &model->point[i];
+        fprintf(f, "%" PRId64 " %.9g %.9g %.9g %d %d %d %.6g", p->id, p->xyz[0], p->xyz[1], p->xyz[2], p->rgb[0],
+                p->rgb[1], p->rgb[2], p->error);
+        for (int k = 0; k < p->n; k++)
+            fprintf(f, " %u %u", model->track[p->first + k].image_id, model->track[p->first + k].index);
+        fputc('\n', f);
+    }
+}
+
+int fs_colmap_text_write(const char *dir, const ColmapModel *model, FsError *err)
+{
+    static const struct {
+        const char *name;
+        void (*write)(FILE *, const ColmapModel *);
+    } files[] = {{"cameras.txt", write_cameras}, {"images.txt", write_images}, {"points3D.txt", write_points}};
+    int rc = 0;
+    for (int i = 0; i < 3; i++) {
+        AtomicFile file = {0};
+        char *path = fs_file_path("%s/%s", dir, files[i].name);
+        if (!path) return fs_error_memory(err);
+        rc = fs_file_begin(&file, path, err);
+        free(path);
+        TRY(rc);
+        files[i].write(file.f, model);
+        TRY(fs_file_commit(&file, err));
+    }
+fail:
+    return rc;
+}

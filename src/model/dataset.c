@@ -1,0 +1,224 @@
+#include "model/dataset.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+
+#define MAX_VIEWS 1000000
+
+void fs_dataset_free(Dataset *dataset)
+{
+    for (int i = 0; i < dataset->n; i++) free(dataset->view[i].name);
+    free(dataset->view);
+    *dataset = (Dataset){0};
+}
+
+// Place of name in the sorted views: the first that is not before it.
+static int lower_bound(const Dataset *dataset, const char *name)
+{
+    int lo = 0, hi = dataset->n;
+    while (lo < hi) {
+        int mid = lo + (hi - lo) / 2;
+        if (strcmp(dataset->view[mid].name, name) < 0)
+            lo = mid + 1;
+        else
+            hi = mid;
+    }
+    return lo;
+}
+
+int fs_dataset_append(Dataset *dataset, const View *view, FsError *err)
+{
+    int at = lower_bound(dataset, view->name);
+    if (at < dataset->n && strcmp(dataset->view[at].name, view->name) == 0)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: two views have this name; names must differ without folder and extension",
+                            view->name);
+    if ((dataset->n & (dataset->n - 1)) == 0) { // grows at powers of two
+        size_t capacity = dataset->n ? 2 * (size_t)dataset->n : 1;
+        View *grown = realloc(dataset->view, capacity * sizeof *grown);
+        if (!grown) return fs_error_memory(err);
+        dataset->view = grown;
+    }
+    char *name = strdup(view->name);
+    if (!name) return fs_error_memory(err);
+    memmove(dataset->view + at + 1, dataset->view + at, (size_t)(dataset->n - at) * sizeof *dataset->view);
+    dataset->view[at] = *view;
+    dataset->view[at].name = name;
+    dataset->n++;
+    return 0;
+}
+
+int fs_dataset_find(const Dataset *dataset, const char *name)
+{
+    char *stem = fs_file_stem(name);
+    if (!stem) return -1;
+    int at = lower_bound(dataset, name); // a stored name is a stem already, and may hold a dot
+    if (at < dataset->n && strcmp(dataset->view[at].name, name) == 0) {
+        free(stem);
+        return at;
+    }
+    at = lower_bound(dataset, stem);
+    bool found = at < dataset->n && strcmp(dataset->view[at].name, stem) == 0;
+    free(stem);
+    return found ? at : -1;
+}
+
+static json_t *view_to_json(const View *view)
+{
+    const Camera *c = &view->camera;
+    json_t *rows = json_array();
+    for (int i = 0; i < 3; i++)
+        json_array_append_new(rows, json_pack("[ffff]", c->w2c[4 * i], c->w2c[4 * i + 1], c->w2c[4 * i + 2],
+                                              c->w2c[4 * i + 3]));
+    json_array_append_new(rows, json_pack("[ffff]", 0.0, 0.0, 0.0, 1.0));
+    return json_pack("{s:s, s:b, s:b, s:i, s:i, s:f, s:f, s:f, s:f, s:o}", "name", view->name, "flash", view->flash,
+                     "held_out", view->held_out, "width", c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx",
+                     c->cx, "cy", c->cy, "w2c", rows);
+}
+
+int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err)
+{
+    json_t *views = json_array(), *root = json_object();
+    bool ok = views && root;
+    for (int i = 0; i < dataset->n && ok; i++) {
+        json_t *view = view_to_json(&dataset->view[i]);
+        ok = view && json_array_append_new(views, view) == 0;
+    }
+    ok = root && json_object_set_new(root, "views", views) == 0 && ok;
+    char *text = ok ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    json_decref(root);
+    if (!text) return fs_error_set(err, FS_ERR_IO, "%s: cannot write: a camera is not finite or memory is out", path);
+    int rc = fs_file_write(path, text, strlen(text), err);
+    free(text);
+    return rc;
+}
+
+static bool get_number(const json_t *object, const char *key, double *value)
+{
+    const json_t *v = json_object_get(object, key);
+    if (!json_is_number(v)) return false;
+    *value = json_number_value(v);
+    return isfinite(*value);
+}
+
+// A rotation within rounding: rows of unit length, at right angles, right-handed.
+static bool is_rotation(const double m[12])
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j <= i; j++) {
+            double dot = m[4 * i] * m[4 * j] + m[4 * i + 1] * m[4 * j + 1] + m[4 * i + 2] * m[4 * j + 2];
+            if (!(fabs(dot - (i == j)) < 1e-3)) return false;
+        }
+    double det = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+                 m[2] * (m[4] * m[9] - m[5] * m[8]);
+    return det > 0;
+}
+
+static const char *camera_from_json(const json_t *object, Camera *c)
+{
+    double w = 0, h = 0;
+    if (!get_number(object, "width", &w) || !get_number(object, "height", &h) || w < 1 || h < 1 ||
+        w > FS_IMAGE_MAX_SIDE || h > FS_IMAGE_MAX_SIDE)
+        return "\"width\" and \"height\" from 1 to 65535";
+    c->width = (int)w;
+    c->height = (int)h;
+    if (!get_number(object, "fx", &c->fx) || !get_number(object, "fy", &c->fy) || !(c->fx > 0) || !(c->fy > 0))
+        return "positive \"fx\" and \"fy\"";
+    if (!get_number(object, "cx", &c->cx) || !get_number(object, "cy", &c->cy)) return "\"cx\" and \"cy\"";
+    const json_t *rows = json_object_get(object, "w2c");
+    if (json_array_size(rows) < 3) return "\"w2c\" of 4x4 numbers";
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 4; j++) {
+            const json_t *v = json_array_get(json_array_get(rows, i), j);
+            if (!json_is_number(v)) return "\"w2c\" of 4x4 numbers";
+            c->w2c[4 * i + j] = json_number_value(v);
+        }
+    return is_rotation(c->w2c) ? NULL : "a rotation in \"w2c\"";
+}
+
+static int read_view(Dataset *dataset, const json_t *object, size_t index, const char *path, FsError *err)
+{
+    View view = {0};
+    const char *name = json_string_value(json_object_get(object, "name"));
+    if (!name || !*name || strchr(name, '/'))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: view %zu: expected a \"name\" without folder", path, index);
+    view.name = (char *)name;
+    view.flash = json_is_true(json_object_get(object, "flash"));
+    view.held_out = json_is_true(json_object_get(object, "held_out"));
+    const char *wanted = camera_from_json(object, &view.camera);
+    if (wanted) return fs_error_set(err, FS_ERR_INPUT, "%s: view '%s': expected %s", path, name, wanted);
+    FsError inner = {0};
+    int rc = fs_dataset_append(dataset, &view, &inner);
+    return rc < 0 ? fs_error_set(err, rc, "%s: %s", path, inner.message) : 0;
+}
+
+int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)
+{
+    *dataset = (Dataset){0};
+    char *text = NULL;
+    size_t size;
+    json_t *root = NULL;
+    int rc = 0;
+    TRY(fs_file_read(path, (size_t)1 << 30, &text, &size, err));
+    json_error_t at;
+    root = json_loadb(text, size, 0, &at);
+    if (!root) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text);
+        goto fail;
+    }
+    const json_t *views = json_object_get(root, "views");
+    if (!views) views = json_object_get(root, "images");
+    if (!json_is_array(views) || json_array_size(views) > MAX_VIEWS) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: expected a list \"views\" or \"images\" of cameras", path);
+        goto fail;
+    }
+    for (size_t i = 0; i < json_array_size(views); i++) TRY(read_view(dataset, json_array_get(views, i), i, path, err));
+fail:
+    if (rc < 0) fs_dataset_free(dataset);
+    json_decref(root);
+    free(text);
+    return rc;
+}
+
+static int check_size(const char *path, const Image *image, const View *view, FsError *err)
+{
+    if (image->width == view->camera.width && image->height == view->camera.height) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: %d x %d pixels, but views.json says %d x %d; rerun the stage poses with --force",
+                        path, image->width, image->height, view->camera.width, view->camera.height);
+}
+
+int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err)
+{
+    int rc = 0;
+    char *photo_path = fs_file_path("%s/images/%s.tif", out, view->name);
+    char *mask_path = fs_file_path("%s/images/%s_mask.png", out, view->name);
+    if (!photo_path || !mask_path) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    if (photo) {
+        TRY(fs_tiff_read(photo_path, photo, err));
+        TRY(check_size(photo_path, photo, view, err));
+        if (photo->channels != 3) {
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 3", photo_path, photo->channels);
+            goto fail;
+        }
+    }
+    if (mask) {
+        TRY(fs_png_read(mask_path, mask, err));
+        TRY(check_size(mask_path, mask, view, err));
+        if (mask->channels != 1) {
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 1 (grey)", mask_path, mask->channels);
+            goto fail;
+        }
+    }
+fail:
+    if (rc < 0 && photo) fs_image_free(photo);
+    if (rc < 0 && mask) fs_image_free(mask);
+    free(photo_path);
+    free(mask_path);
+    return rc;
+}
