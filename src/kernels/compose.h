@@ -1,0 +1,40 @@
+// The image equation (Flash-Splat, section 3), forward and backward: a photo is formed in linear light and
+// compared tone-mapped,
+//
+//   I = encode(decode(T) + beta * decode(R)),   decode(x) = x^(1/0.22),   encode(x) = x^0.22.
+//
+// Below DARK (tone-mapped) both functions go on as the straight line through 0 and (DARK, DARK^(1/0.22)): they stay
+// each other's inverse on all numbers, black stays black, and the gradient of a dark colour is small but never nil,
+// so that it can brighten again.
+#ifndef FS_KERNELS_COMPOSE_H
+#define FS_KERNELS_COMPOSE_H
+
+#include "kernels/planes.h"
+
+#define FS_COMPOSE_GAMMA 0.22f
+#define FS_COMPOSE_DARK 0.03f
+#define FS_COMPOSE_DARK_LINEAR 1.19625533e-7f                                // DARK^(1/0.22)
+#define FS_COMPOSE_DARK_SLOPE (FS_COMPOSE_DARK_LINEAR / FS_COMPOSE_DARK)     // of decode, below DARK
+
+typedef struct ComposeArgs {
+    const Planes *T, *R; // (3, h, w) tone-mapped
+    const Planes *beta;  // (1, h, w) 0..1; NULL: 1 everywhere
+    // Written by forward, read by backward.
+    const Planes *I;                               // (3, h, w) tone-mapped
+    const Planes *T_linear, *R_linear, *I_linear;  // (3, h, w)
+    // Backward.
+    const Planes *d_I;                 // (3, h, w) dL/dI
+    const Planes *d_T, *d_R, *d_beta;  // added to; NULL where not wanted
+} ComposeArgs;
+
+typedef struct ComposeKernels {
+    void (*forward)(const ComposeArgs *args, int y0, int y1);
+    void (*backward)(const ComposeArgs *args, int y0, int y1);
+    // The conversions alone, for any number of channels; in place is allowed.
+    void (*decode)(const Planes *toned, const Planes *linear, int y0, int y1);
+    void (*encode)(const Planes *linear, const Planes *toned, int y0, int y1);
+} ComposeKernels;
+
+extern const ComposeKernels fs_compose_scalar, fs_compose_avx2, fs_compose_avx512, fs_compose_neon;
+
+#endif

@@ -1,0 +1,25 @@
+// All kernel tables of one instruction set.
+#ifndef FS_KERNELS_KERNELS_H
+#define FS_KERNELS_KERNELS_H
+
+#include "base/cpu.h"
+#include "kernels/adam.h"
+#include "kernels/compose.h"
+#include "kernels/pearson.h"
+#include "kernels/photometric.h"
+#include "kernels/smooth.h"
+
+typedef struct Kernels {
+    CpuLevel level;
+    const ComposeKernels *compose;
+    const PhotometricKernels *photometric;
+    const PearsonKernels *pearson;
+    const SmoothKernels *smooth;
+    const AdamKernels *adam;
+} Kernels;
+
+// The tables of the setting "cpu" ("best" or a level's name); an error when this machine lacks it.
+int fs_kernels_choose(const char *cpu, Kernels *kernels, FsError *err);
+Kernels fs_kernels_at(CpuLevel level); // the level must be one this machine has (fs_cpu_has)
+
+#endif
