@@ -1,0 +1,39 @@
+# Thin: installs missing Debian packages (tools/packages.txt), then calls Meson.
+BUILD = build
+MESON_FLAGS =
+
+all: packages-build $(BUILD)/build.ninja
+	ninja -C $(BUILD)
+
+$(BUILD)/build.ninja:
+	meson setup $(BUILD) $(MESON_FLAGS)
+
+packages-%:
+	@tools/packages.sh $(subst -, ,$*)
+
+test: packages-build-run-test $(BUILD)/build.ninja
+	ninja -C $(BUILD)
+	meson test -C $(BUILD) --no-rebuild --print-errorlogs
+
+# The same tests with the address and undefined-behaviour sanitizers, without the long ones.
+test-sanitizers: packages-build-run-test build-asan/build.ninja
+	ninja -C build-asan
+	UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
+	    meson test -C build-asan --no-rebuild --print-errorlogs --no-suite slow --timeout-multiplier 5
+
+build-asan/build.ninja:
+	meson setup build-asan -Db_sanitize=address,undefined --buildtype debugoptimized -Db_lundef=false $(MESON_FLAGS)
+
+demo: packages-build-run all
+	tools/demo.sh $(BUILD)/flashsplat
+
+bench: all
+	$(BUILD)/flashsplat bench
+
+install: all
+	meson install -C $(BUILD) --no-rebuild
+
+clean:
+	rm -rf build build-asan build-clang demo
+
+.PHONY: all test test-sanitizers demo bench install clean

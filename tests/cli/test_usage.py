@@ -1,0 +1,111 @@
+"""Command lines that are wrong, and the help."""
+import re
+import unittest
+
+import common
+from common import FolderTest, run
+
+COMMANDS = ["run", "ingest", "poses", "initialise", "train", "render", "evaluate", "export", "synth", "pair", "info",
+            "bench"]
+
+
+class Help(unittest.TestCase):
+    def test_no_arguments(self):
+        process = run()
+        self.assertEqual(process.returncode, 2)
+        self.assertIn("Usage: flashsplat", process.stderr)
+        self.assertEqual(process.stdout, "")
+
+    def test_overview_names_every_command(self):
+        for word in ("help", "--help", "-h"):
+            process = run(word)
+            self.assertEqual(process.returncode, 0)
+            for command in COMMANDS:
+                self.assertRegex(process.stdout, rf"(?m)^  {command}\b")
+
+    def test_help_of_every_command(self):
+        for command in COMMANDS:
+            process = run(command, "--help")
+            self.assertEqual(process.returncode, 0, command)
+            self.assertTrue(process.stdout.startswith(f"Usage: flashsplat {command}"), process.stdout)
+            self.assertEqual(process.stdout, run("help", command).stdout)
+            self.assertEqual(process.stderr, "")
+
+    def test_every_option_has_one_line_with_its_default(self):
+        lines = [l for c in COMMANDS for l in run(c, "--help").stdout.splitlines() if l.startswith("  --")]
+        self.assertGreater(len(lines), 60)
+        for line in lines:
+            self.assertRegex(line, r"^  --[a-z-]+( \S+)? +\S.*default: .*\)$")
+
+    def test_default_is_what_the_default_preset_sets(self):
+        self.assertRegex(run("train", "--help").stdout, r"--preset .*default: standard")
+
+    def test_run_has_every_option_of_its_stages(self):
+        options = {c: set(re.findall(r"(?m)^  (--[a-z-]+)", run(c, "--help").stdout)) for c in COMMANDS}
+        for stage in ("ingest", "poses", "initialise", "train", "render", "export"):
+            self.assertLessEqual(options[stage], options["run"], stage)
+
+    def test_manual_has_every_option(self):
+        manual = run("--man").stdout
+        for command in COMMANDS:
+            for option in re.findall(r"(?m)^  (--[a-z-]+)", run(command, "--help").stdout):
+                self.assertIn("\\fB" + option.replace("-", "\\-"), manual)
+
+    def test_version(self):
+        for word in ("version", "--version"):
+            self.assertRegex(run(word).stdout, r"^flashsplat \d+\.\d+\.\d+\n$")
+
+
+class Usage(FolderTest):
+    def test_unknown_command(self):
+        process = run("trian")
+        self.assert_fails(process, 2, "'trian'", "did you mean 'train'")
+        self.assertNotIn("did you mean", run("xyzzy").stderr)
+        self.assert_fails(run("help", "xyzzy"), 2, "'xyzzy'")
+
+    def test_unknown_option(self):
+        self.assert_fails(run("train", self.dir, "--stepz", "3"), 2, "--stepz", "did you mean --steps?")
+        self.assert_fails(run("train", self.dir, "--qqqqqqqqqq"), 2, "--qqqqqqqqqq")
+        self.assert_fails(run("train", self.dir, "-z"), 2, "-z")
+
+    def test_option_of_another_command(self):
+        self.assert_fails(run("train", self.dir, "--photos", "4"), 2, "--photos is not an option of 'train'")
+        self.assert_fails(run("info", self.dir, "-o", "x"), 2, "no -o")
+
+    def test_missing_value(self):
+        self.assert_fails(run("train", self.dir, "--steps"), 2, "--steps needs a value")
+        self.assert_fails(run("train", self.dir, "--steps", "--force"), 2, "--steps needs a value")
+        self.assert_fails(run("synth", "-o"), 2, "-o needs a name")
+
+    def test_wrong_values(self):
+        for value in ("0", "-1", "abc", "1.5", "nan", "inf", "1e99", "", "3x", "99999999999999999999"):
+            self.assert_fails(run("train", self.dir, f"--steps={value}"), 2, "--steps", "whole number")
+        self.assert_fails(run("synth", "-o", "x", "--alpha", "x"), 2, "--alpha", "number")
+        self.assert_fails(run("train", self.dir, "--preset", "best"), 2, "--preset", "preview|standard|paper")
+        self.assert_fails(run("train", self.dir, "--force=maybe"), 2, "--force", "true or false")
+        self.assert_fails(run("train", self.dir, "--no-steps"), 2, "--no-steps")
+        self.assert_fails(run("train", self.dir, "--no-force=true"), 2, "--no-force")
+
+    def test_missing_and_extra_arguments(self):
+        for words in (["run"], ["run", "x"], ["ingest", "x"], ["synth"], ["pair", "a", "-o", "b"], ["poses"],
+                      ["evaluate", "x"], ["info"], ["run", "-o", "x"]):
+            self.assert_fails(run(*words), 2, "missing")
+        for words in (["run", "a", "b", "-o", "c"], ["poses", "a", "b"], ["info", "a", "b"], ["bench", "a"],
+                      ["poses", "-o", "a", "b"], ["run", "a", "b", "c", "d", "e", "f", "-o", "g"]):
+            self.assert_fails(run(*words), 2, "too many")
+        self.assert_fails(run("poses", "-o", "a", "-o", "b"), 2, "twice")
+        self.assert_fails(run("run", "", "-o", "x"), 2, "empty")
+
+    def test_stage_on_missing_folder(self):
+        out = self.dir / "none"
+        for command in ("poses", "initialise", "train", "render", "export"):
+            self.assert_fails(run(command, out), 1, out, "no such folder")
+            self.assertFalse(out.exists())
+        self.assert_fails(run("evaluate", out, self.dir), 1, out, "no such folder")
+        self.assert_fails(run("train", "-o", out), 1, out, "no such folder")
+
+    def test_words_after_two_dashes_are_arguments(self):
+        self.assert_fails(run("train", "--", "--steps"), 1, "--steps: no such folder")
+
+
+common.main()

@@ -1,0 +1,159 @@
+// Done marks: what makes a stage done, what makes it be done again, and what a rerun takes with it.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "base/file.h"
+#include "model/project.h"
+
+typedef struct Fixture {
+    char out[64];
+    FsSettings *settings;
+    FsProject *project;
+    char last_log[2000];
+} Fixture;
+
+static void remember(void *user, FsLogLevel level, const char *message)
+{
+    (void)level;
+    snprintf(((Fixture *)user)->last_log, sizeof((Fixture *)user)->last_log, "%s", message);
+}
+
+static void reopen(Fixture *f)
+{
+    FsError err = {0};
+    fs_project_close(f->project);
+    assert_int_equal(
+        fs_project_open(&f->project, f->out, f->settings, &(FsCallbacks){.log = remember, .user = f}, &err), 0);
+}
+
+static void set(Fixture *f, const char *name, const char *value)
+{
+    assert_int_equal(fs_settings_set(f->settings, name, value, NULL), 0);
+    reopen(f);
+}
+
+static int setup(void **state)
+{
+    Fixture *f = calloc(1, sizeof *f);
+    strcpy(f->out, "/tmp/flashsplat-test-XXXXXX");
+    if (!f || !mkdtemp(f->out)) return -1;
+    f->settings = fs_settings_new();
+    reopen(f);
+    *state = f;
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    Fixture *f = *state;
+    fs_project_close(f->project);
+    fs_settings_free(f->settings);
+    fs_file_remove_tree(f->out);
+    free(f);
+    return 0;
+}
+
+static void mark(Fixture *f, const char *stage, unsigned mask)
+{
+    FsError err = {0};
+    assert_int_equal(fs_project_mark_done(f->project, stage, mask, &err), 0);
+}
+
+static void test_mark_and_skip(void **state)
+{
+    Fixture *f = *state;
+    assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    mark(f, "train", FS_STAGE_TRAIN);
+    assert_true(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    assert_non_null(strstr(f->last_log, "skipped"));
+    set(f, "force", "true");
+    assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+}
+
+static void test_changed_setting_is_named(void **state)
+{
+    Fixture *f = *state;
+    mark(f, "train", FS_STAGE_TRAIN);
+    set(f, "steps", "77");
+    assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    assert_non_null(strstr(f->last_log, "--steps"));
+    assert_non_null(strstr(f->last_log, "77"));
+}
+
+static void test_settings_that_do_not_change_results(void **state)
+{
+    Fixture *f = *state;
+    mark(f, "train", FS_STAGE_TRAIN);
+    set(f, "threads", "1");
+    set(f, "cpu", "scalar");
+    set(f, "checkpoint-every", "3");
+    set(f, "progress-every", "3");
+    set(f, "resume", "true");
+    assert_true(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    mark(f, "ingest", FS_STAGE_INGEST);
+    set(f, "steps", "78"); // not a setting of ingest
+    assert_true(fs_project_done(f->project, "ingest", FS_STAGE_INGEST));
+}
+
+static void test_rerun_takes_later_marks(void **state)
+{
+    Fixture *f = *state;
+    mark(f, "ingest", FS_STAGE_INGEST);
+    mark(f, "train", FS_STAGE_TRAIN);
+    mark(f, "render", FS_STAGE_RENDER);
+    mark(f, "export", FS_STAGE_EXPORT);
+    fs_project_unmark(f->project, "render"); // export does not read renders
+    assert_false(fs_project_done(f->project, "render", FS_STAGE_RENDER));
+    assert_true(fs_project_done(f->project, "export", FS_STAGE_EXPORT));
+    fs_project_unmark(f->project, "train");
+    assert_true(fs_project_done(f->project, "ingest", FS_STAGE_INGEST));
+    assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    assert_false(fs_project_done(f->project, "export", FS_STAGE_EXPORT));
+}
+
+static void test_broken_marks(void **state)
+{
+    Fixture *f = *state;
+    static const char *const texts[] = {"", "{", "[1, 2]", "{\"settings\": 3}", "\xff\xfe", "{\"settings\": {}}"};
+    mark(f, "train", FS_STAGE_TRAIN);
+    char *path = fs_file_path("%s/done/train.json", f->out);
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        assert_int_equal(fs_file_write(path, texts[i], strlen(texts[i]), NULL), 0);
+        assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    }
+    free(path);
+}
+
+static void test_open_refuses(void **state)
+{
+    Fixture *f = *state;
+    FsError err = {0};
+    FsProject *project;
+    assert_int_equal(fs_project_open(&project, "", f->settings, NULL, &err), FS_ERR_USAGE);
+    assert_null(project);
+    char *file = fs_file_path("%s/file", f->out);
+    assert_int_equal(fs_file_write(file, "x", 1, NULL), 0);
+    assert_int_equal(fs_project_open(&project, file, f->settings, NULL, &err), FS_ERR_IO);
+    assert_non_null(strstr(err.message, file));
+    free(file);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_mark_and_skip, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_changed_setting_is_named, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_settings_that_do_not_change_results, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_rerun_takes_later_marks, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_broken_marks, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_open_refuses, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
