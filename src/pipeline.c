@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "info/info.h"
 #include "model/project.h"
 
 int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
@@ -95,6 +96,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     TRY(fs_train(project, err));
     TRY(fs_render(project, err));
     TRY(fs_export(project, err));
+    fs_info_results(project->out, &project->log);
 fail:
     return rc;
 }
@@ -120,8 +122,8 @@ int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *
 
 int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
-    (void)path, (void)settings, (void)callbacks;
-    return not_built("info", err);
+    (void)settings;
+    return fs_info_run(path, callbacks, err);
 }
 
 const char *fs_version(void)

@@ -138,7 +138,7 @@ static int set_number(Settings *settings, const FsOption *option, const char *va
     double v = strtod(value, &end);
     bool whole = option->type == FS_OPTION_FLOAT || v == floor(v);
     if (end == value || *end || errno || !isfinite(v) || !whole || v < option->min || v > option->max)
-        return fs_error_set(err, FS_ERR_USAGE, "--%s: '%s' is not %s from %g to %g", option->name, value,
+        return fs_error_set(err, FS_ERR_USAGE, "--%s: '%s' is not %s from %.10g to %.10g", option->name, value,
                             option->type == FS_OPTION_INT ? "a whole number" : "a number", option->min, option->max);
     if (option->type == FS_OPTION_INT)
         *(int *)member(settings, option) = (int)v;

@@ -1,0 +1,129 @@
+// Describes a project folder: which stages are done, what they left and how much room it takes; and names what a
+// person would open first.
+#include "info/info.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/file.h"
+#include "model/dataset.h"
+#include "model/layers.h"
+
+#define MAX_DEPTH 8
+
+static const struct {
+    const char *stage, *folders[4];
+} stages[] = {
+    {"ingest", {"linear"}},
+    {"poses", {"images", "sparse", "colmap"}},
+    {"initialise", {"start"}},
+    {"train", {"clouds", "checkpoint", "progress"}},
+    {"render", {"renders", "video"}},
+    {"evaluate", {NULL}},
+    {"export", {"export"}},
+};
+#define N_STAGES (sizeof stages / sizeof *stages)
+
+typedef struct Usage {
+    double bytes;
+    int files;
+} Usage;
+
+static void measure(const char *dir, int depth, Usage *usage)
+{
+    FileList list;
+    if (depth == 0 || fs_file_list(dir, &list, NULL) < 0) return;
+    for (int i = 0; i < list.n; i++) {
+        struct stat st;
+        char *path = fs_file_path("%s/%s", dir, list.name[i]);
+        if (path && lstat(path, &st) == 0) {
+            if (S_ISDIR(st.st_mode)) measure(path, depth - 1, usage);
+            if (S_ISREG(st.st_mode)) usage->bytes += (double)st.st_size, usage->files++;
+        }
+        free(path);
+    }
+    fs_file_list_free(&list);
+}
+
+static void describe_stage(const char *out, size_t i, const Log *log)
+{
+    Usage usage = {0};
+    char size[32], *mark = fs_file_path("%s/done/%s.json", out, stages[i].stage);
+    for (int k = 0; k < 4 && stages[i].folders[k]; k++) {
+        char *dir = fs_file_path("%s/%s", out, stages[i].folders[k]);
+        if (dir) measure(dir, MAX_DEPTH, &usage);
+        free(dir);
+    }
+    fs_info_size(usage.bytes, size, sizeof size);
+    const char *state = mark && fs_file_exists(mark) ? "done" : usage.files ? "begun" : "not done";
+    if (usage.files)
+        fs_log_info(log, "  %-10s  %-8s  %d files, %s", stages[i].stage, state, usage.files, size);
+    else
+        fs_log_info(log, "  %-10s  %s", stages[i].stage, state);
+    free(mark);
+}
+
+static void describe_clouds(const char *out, const char *folder, const Log *log)
+{
+    char text[200] = "";
+    size_t used = 0;
+    for (int l = 0; l < LAYERS; l++) {
+        char *path = fs_file_path("%s/%s/%s.ply", out, folder, fs_layers[l].name);
+        int n = path ? fs_info_ply_count(path) : -1;
+        free(path);
+        if (n >= 0 && used < sizeof text)
+            used += (size_t)snprintf(text + used, sizeof text - used, "%s%s %d", used ? ", " : "", fs_layers[l].name, n);
+    }
+    if (used) fs_log_info(log, "  Gaussians in %s/: %s", folder, text);
+}
+
+int fs_info_project(const char *out, const Log *log, FsError *err)
+{
+    fs_log_info(log, "%s: project folder", out);
+    for (size_t i = 0; i < N_STAGES; i++) describe_stage(out, i, log);
+    char *views = fs_file_path("%s/views.json", out);
+    int rc = 0;
+    if (views && fs_file_exists(views)) rc = fs_info_cameras(views, log, err);
+    free(views);
+    describe_clouds(out, "start", log);
+    describe_clouds(out, "clouds", log);
+    if (rc == 0) fs_info_results(out, log);
+    return rc;
+}
+
+// The last (by name) file of a folder with an extension; NULL when there is none. The caller frees.
+static char *last_file(const char *dir, const char *ext)
+{
+    FileList list;
+    char *path = NULL;
+    if (fs_file_list(dir, &list, NULL) < 0) return NULL;
+    for (int i = list.n - 1; i >= 0 && !path; i--)
+        if (fs_file_has_ext(list.name[i], ext)) path = fs_file_path("%s/%s", dir, list.name[i]);
+    fs_file_list_free(&list);
+    return path;
+}
+
+void fs_info_results(const char *out, const Log *log)
+{
+    static const struct {
+        const char *folder, *ext, *what;
+        bool whole; // name the folder, not one file in it
+    } results[] = {
+        {"progress", "png", "photo, composite and layers at the end of training", false},
+        {"renders/T_N", "png", "what is behind the glass", true},
+        {"renders/T_F", "png", "the same lit by the flash", true},
+        {"renders/R", "png", "what is mirrored in the glass", true},
+        {"video", "mp4", "the camera path", false},
+        {"export", "ply", "the clouds, for viewers of Gaussian splats", true},
+    };
+    bool any = false;
+    for (size_t i = 0; i < sizeof results / sizeof *results; i++) {
+        char *dir = fs_file_path("%s/%s", out, results[i].folder), *file = dir ? last_file(dir, results[i].ext) : NULL;
+        if (file && !any) fs_log_info(log, "Open these:");
+        if (file) fs_log_info(log, "  %s%s  %s", results[i].whole ? dir : file, results[i].whole ? "/" : "", results[i].what);
+        any |= file != NULL;
+        free(file);
+        free(dir);
+    }
+}
