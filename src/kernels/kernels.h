@@ -7,6 +7,9 @@
 #include "kernels/compose.h"
 #include "kernels/pearson.h"
 #include "kernels/photometric.h"
+#include "kernels/project.h"
+#include "kernels/raster.h"
+#include "kernels/shade.h"
 #include "kernels/smooth.h"
 
 typedef struct Kernels {
@@ -16,6 +19,9 @@ typedef struct Kernels {
     const PearsonKernels *pearson;
     const SmoothKernels *smooth;
     const AdamKernels *adam;
+    const ProjectKernels *project;
+    const RasterKernels *raster;
+    const ShadeKernels *shade;
 } Kernels;
 
 // The tables of the setting "cpu" ("best" or a level's name); an error when this machine lacks it.

@@ -1,0 +1,28 @@
+// Scalar definition of the projection. REAL can be double, for gradient checks.
+#include "kernels/project.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+#ifndef REAL
+#define REAL float
+#endif
+#define FN static inline
+#define LANES 1
+typedef REAL real;
+
+FN real r_set(float x) { return (real)x; }
+FN real r_sqrt(real x) { return (real)sqrt((double)x); }
+FN real r_exp(real x) { return (real)exp((double)x); }
+FN real r_log2(real x) { return (real)log2((double)x); }
+FN real r_max(real a, real b) { return a > b ? a : b; }
+FN real r_min(real a, real b) { return a < b ? a : b; }
+FN real r_where(real a, real limit, real b) { return a <= limit && a >= -limit ? b : 0; }
+FN void put(real *v, int lane, float x) { v[lane] = (real)x; }
+FN float get(const real *v, int lane) { return (float)v[lane]; }
+
+#include "kernels/project_body.h"
+#include "kernels/project_io.h"
+
+const ProjectKernels fs_project_scalar = {forward, backward};

@@ -1,0 +1,37 @@
+// EWA projection of Gaussians to splats (Zwicker et al. 2001; 3DGS, section 4), forward and backward.
+//
+//   p = R mean + t,  J = [[fx/z, 0, -fx x/z^2], [0, fy/z, -fy y/z^2]],  V = J R Rq diag(exp(scales))
+//   cov = V V^T + 0.3 I (pixels),  conic = cov^-1,  log2 alpha = L - log2(e)/2 d^T conic d,  L = log2 sigmoid(opacity)
+#ifndef FS_KERNELS_PROJECT_H
+#define FS_KERNELS_PROJECT_H
+
+#include "kernels/raster.h"
+
+#define FS_COV_DILATION 0.3f
+
+typedef struct ProjectCamera {
+    float rotation[9], translation[3]; // world to camera
+    float fx, fy, cx, cy;
+    float near;           // splats with z under this are invisible, world units
+    int width, height;    // pixels
+    float limit_x, limit_y; // |x/z| and |y/z| are clamped to this in J
+} ProjectCamera;
+
+// Parameters and, for backward, their gradients: (N, 3), (N, 3), (N, 4), (N, 1).
+typedef struct ProjectParams {
+    float *means, *scales, *quats, *opacities;
+} ProjectParams;
+
+typedef struct ProjectKernels {
+    // Writes splats[i] for i in [begin, end), all but `feature`.
+    void (*forward)(const ProjectCamera *camera, const ProjectParams *params, int begin, int end, float t_min,
+                    Splat *splats);
+    // moments (N, FS_RECORD): the reduced gradient records, of which the first six are read; d_depth (N): gradient of
+    // z. Writes gradients for i in [begin, end); those of invisible splats become 0.
+    void (*backward)(const ProjectCamera *camera, const ProjectParams *params, int begin, int end, const Splat *splats,
+                     const float *moments, const float *d_depth, const ProjectParams *gradients);
+} ProjectKernels;
+
+extern const ProjectKernels fs_project_scalar, fs_project_avx2, fs_project_avx512, fs_project_neon;
+
+#endif

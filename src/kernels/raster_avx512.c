@@ -1,0 +1,1 @@
+#include "kernels/raster_simd.h"

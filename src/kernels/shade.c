@@ -1,0 +1,20 @@
+// Scalar definition of the flash shading.
+#include "kernels/shade.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define FN static inline
+#define LANES 1
+typedef float real;
+
+FN real r_set(float x) { return x; }
+FN real r_exp(real x) { return expf(x); }
+FN real r_pow(real x, float e) { return powf(x, e); }
+FN real r_max(real a, real b) { return a > b ? a : b; }
+FN void put(real *v, int lane, float x) { v[lane] = x; }
+FN float get(const real *v, int lane) { return v[lane]; }
+
+#include "kernels/shade_body.h"
+
+const ShadeKernels fs_shade_scalar = {forward, backward};

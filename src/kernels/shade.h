@@ -1,0 +1,28 @@
+// Colour of a transmitted Gaussian under the flash, where one geometry holds both lightings:
+//
+//   T_F = (1 + alpha) T_N in linear light (Flash-Splat, section 3), so in tone-mapped colour
+//   feature_c = color_c (1 + alpha_c)^0.22,   alpha_c = tint_c exp(gain) (flash_distance / |mean - flash|)^2
+//
+// The flash sits at the camera, so its light falls off with the distance that each photo knows.
+#ifndef FS_KERNELS_SHADE_H
+#define FS_KERNELS_SHADE_H
+
+typedef struct ShadeLight {
+    float centre[3];      // of the camera, world
+    float flash_distance; // world units
+    float tint[3];
+} ShadeLight;
+
+typedef struct ShadeKernels {
+    // means, colors, out (N, 3), gains (N, 1); for i in [begin, end)
+    void (*forward)(const ShadeLight *light, const float *means, const float *colors, const float *gains, int begin,
+                    int end, float *out);
+    // d_out (N, 3) -> d_colors (N, 3) and d_gains (N, 1), written; d_tint[3]: part of the sum over [begin, end).
+    // The falloff's gradient on means is left out: where a surface is, is for its picture to say.
+    void (*backward)(const ShadeLight *light, const float *means, const float *colors, const float *gains, int begin,
+                     int end, const float *d_out, float *d_colors, float *d_gains, double d_tint[3]);
+} ShadeKernels;
+
+extern const ShadeKernels fs_shade_scalar, fs_shade_avx2, fs_shade_avx512, fs_shade_neon;
+
+#endif

@@ -1,0 +1,1 @@
+#include "kernels/shade_simd.h"

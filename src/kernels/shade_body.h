@@ -1,0 +1,55 @@
+// The maths of shade.h over `real`, as in project_body.h; r_pow(x, e) for x > 0.
+FN void shade_lanes(const ShadeLight *light, const float *means, const float *gains, int i, int n, real alpha[3],
+                    real grow[3])
+{
+    real d2 = r_set(0), gain;
+    for (int k = 0; k < 3; k++) {
+        real m;
+        for (int l = 0; l < LANES; l++) put(&m, l, means[3 * (size_t)(i + (l < n ? l : 0)) + (size_t)k]);
+        m = m - r_set(light->centre[k]);
+        d2 = d2 + m * m;
+    }
+    for (int l = 0; l < LANES; l++) put(&gain, l, gains[i + (l < n ? l : 0)]);
+    real near2 = r_set(1e-4f * light->flash_distance * light->flash_distance);
+    real fall = r_set(light->flash_distance * light->flash_distance) / r_max(d2, near2) * r_exp(gain);
+    for (int k = 0; k < 3; k++) {
+        alpha[k] = r_set(light->tint[k]) * fall;
+        grow[k] = r_pow(r_set(1) + alpha[k], 0.22f);
+    }
+}
+
+static void forward(const ShadeLight *light, const float *means, const float *colors, const float *gains, int begin,
+                    int end, float *out)
+{
+    for (int i = begin; i < end; i += LANES) {
+        int n = end - i < LANES ? end - i : LANES;
+        real alpha[3], grow[3];
+        shade_lanes(light, means, gains, i, n, alpha, grow);
+        for (int l = 0; l < n; l++)
+            for (int k = 0; k < 3; k++) {
+                size_t j = 3 * (size_t)(i + l) + (size_t)k;
+                out[j] = colors[j] * get(&grow[k], l);
+            }
+    }
+}
+
+static void backward(const ShadeLight *light, const float *means, const float *colors, const float *gains, int begin,
+                     int end, const float *d_out, float *d_colors, float *d_gains, double d_tint[3])
+{
+    for (int i = begin; i < end; i += LANES) {
+        int n = end - i < LANES ? end - i : LANES;
+        real alpha[3], grow[3];
+        shade_lanes(light, means, gains, i, n, alpha, grow);
+        for (int l = 0; l < n; l++) {
+            d_gains[i + l] = 0;
+            for (int k = 0; k < 3; k++) {
+                size_t j = 3 * (size_t)(i + l) + (size_t)k;
+                float a = get(&alpha[k], l), g = get(&grow[k], l);
+                float d_log_alpha = d_out[j] * colors[j] * 0.22f * g * a / (1 + a);
+                d_colors[j] = d_out[j] * g;
+                d_gains[i + l] += d_log_alpha;
+                d_tint[k] += (double)(d_log_alpha / light->tint[k]);
+            }
+        }
+    }
+}
