@@ -70,6 +70,8 @@ static const FsOption table[] = {
     STRING("cameras", cameras, RENDER, "", "MODEL", "views to render: COLMAP model folder, transforms.json or cameras.json"),
     STRING("output", output, RENDER, "", "DIR", "folder for the renders (default: OUT/renders)"),
     ENUM("path", path, RENDER, "none", "none|spiral", "render a camera path instead of views"),
+    STRING("layers", layers, RENDER, "all", "LIST",
+           "layers to render, comma-separated: T_N,T_F,R,R_scene,beta,I_N,I_F,depth_T,depth_R"),
     BOOL("linear", linear, RENDER | PAIR, "write 32-bit float TIFF in linear light too"),
     BOOL("video", video, RENDER, "write MP4 of the camera path"),
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
@@ -215,6 +217,12 @@ int fs_settings_get(const FsSettings *settings, const char *name, char *buf, siz
     default: snprintf(buf, n, "%s", *(char *const *)p); break;
     }
     return 0;
+}
+
+bool fs_settings_was_set(const Settings *settings, const char *name)
+{
+    const FsOption *option = find(name);
+    return option && settings->was_set[option - table];
 }
 
 FsSettings *fs_settings_new(void)

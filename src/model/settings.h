@@ -21,7 +21,7 @@ typedef struct FsSettings {
     bool resume;
     char *geometry, *beta;
     // render
-    char *cameras, *output, *path;
+    char *cameras, *output, *path, *layers;
     bool linear, video;
     int path_views;
     // evaluate
@@ -35,6 +35,7 @@ typedef struct FsSettings {
 
 void fs_settings_copy(Settings *to, const Settings *from); // deep
 void fs_settings_clear(Settings *settings);
+bool fs_settings_was_set(const Settings *settings, const char *name); // by the user, not by default or preset
 // The settings of the given stages as a JSON object text (caller frees), NULL when out of memory.
 char *fs_settings_json(const Settings *settings, unsigned stages);
 

@@ -1,0 +1,67 @@
+#include "model/preview.h"
+
+#include "image/tone.h"
+
+#define EXPOSURE_PHOTOS 8
+#define EXPOSURE_EDGE 200
+
+int fs_preview_shrink(const Image *image, int long_edge, Image *smaller, FsError *err)
+{
+    int side = image->width > image->height ? image->width : image->height;
+    if (long_edge <= 0 || side <= long_edge) return fs_image_copy(smaller, image, err);
+    int width = (int)((double)image->width * long_edge / side + 0.5);
+    int height = (int)((double)image->height * long_edge / side + 0.5);
+    return fs_image_resize_area(image, width < 1 ? 1 : width, height < 1 ? 1 : height, smaller, err);
+}
+
+int fs_preview_picture(const Image *linear, int long_edge, float exposure, Image *picture, FsError *err)
+{
+    int rc = fs_preview_shrink(linear, long_edge, picture, err);
+    if (rc < 0) return rc;
+    size_t n = (size_t)picture->width * (size_t)picture->height * (size_t)picture->channels;
+    for (size_t i = 0; i < n; i++) picture->px[i] = fs_tone_pleasant(picture->px[i], exposure);
+    return 0;
+}
+
+// The i-th of `count` even places among the views with the given flash state; -1 when there are none.
+static int nth_of_kind(const Dataset *dataset, bool flash, int i, int count)
+{
+    int kind = 0;
+    for (int v = 0; v < dataset->n; v++) kind += dataset->view[v].flash == flash;
+    if (!kind) return -1;
+    int wanted = (int)((2 * (int64_t)i + 1) * kind / (2 * count));
+    for (int v = 0; v < dataset->n; v++)
+        if (dataset->view[v].flash == flash && wanted-- == 0) return v;
+    return -1;
+}
+
+int fs_preview_choose(const Dataset *dataset, int most, int *chosen)
+{
+    int n = 0;
+    for (int i = 0; i < most; i++) {
+        int v = nth_of_kind(dataset, i % 2 == 1, i / 2, (most + 1 - i % 2) / 2);
+        bool known = v < 0;
+        for (int k = 0; k < n; k++) known |= chosen[k] == v;
+        if (!known) chosen[n++] = v;
+    }
+    return n;
+}
+
+int fs_preview_exposure(const char *out, const Dataset *dataset, float *exposure, FsError *err)
+{
+    Image small[EXPOSURE_PHOTOS] = {0}, photo = {0}, mask = {0};
+    int chosen[EXPOSURE_PHOTOS], n = fs_preview_choose(dataset, EXPOSURE_PHOTOS, chosen), rc = 0;
+    if (n == 0) return fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos to take the exposure from", out);
+    for (int i = 0; i < n; i++) {
+        TRY(fs_dataset_load_view(out, &dataset->view[chosen[i]], &photo, &mask, err));
+        TRY(fs_preview_shrink(&photo, EXPOSURE_EDGE, &small[i], err));
+        fs_image_free(&photo);
+        fs_image_free(&mask);
+    }
+    *exposure = fs_tone_pleasant_exposure(small, n);
+fail:
+    fs_image_free(&photo);
+    fs_image_free(&mask);
+    for (int i = 0; i < n; i++) fs_image_free(&small[i]);
+    return rc;
+}
