@@ -1,0 +1,315 @@
+#include "render/render.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "base/threads.h"
+#include "engine/engine.h"
+#include "image/colormap.h"
+#include "image/tone.h"
+#include "model/preview.h"
+#include "render/pictures.h"
+#include "render/save.h"
+#include "render/views.h"
+
+#define PROBE_VIEWS 5
+#define PROBE_EDGE 200
+
+// Everything that one run of the stage holds.
+typedef struct Run {
+    FsProject *project;
+    Scene scene;
+    Dataset photos; // as posed, at working size
+    Engine *engine;
+    Threads *threads;
+    Renders renders;
+    bool wanted[RENDER_LAYERS];
+    Look look;
+    char *dir, *film_dir;
+} Run;
+
+// One walk over views: what to leave behind.
+typedef struct Walk {
+    const char *what;    // for the progress line
+    const Dataset *views;
+    bool files, films;   // layers as files, films of the views in their order
+    PictureSheet *sheet; // NULL: none; else views are those of the photos
+} Walk;
+
+static int parse_layers(const char *list, bool wanted[RENDER_LAYERS], FsError *err)
+{
+    for (int l = 0; l < RENDER_LAYERS; l++) wanted[l] = strcmp(list, "all") == 0;
+    if (wanted[0]) return 0;
+    for (const char *p = list; *p;) {
+        size_t n = strcspn(p, ",");
+        int l = 0;
+        while (l < RENDER_LAYERS && (strlen(fs_render_layers[l].name) != n || strncmp(fs_render_layers[l].name, p, n))) l++;
+        if (l == RENDER_LAYERS)
+            return fs_error_set(err, FS_ERR_USAGE,
+                                "--layers: '%.*s' is no layer; there are T_N, T_F, R, R_scene, beta, I_N, I_F, depth_T, "
+                                "depth_R, or all", (int)n, p);
+        wanted[l] = true;
+        p += n;
+        if (*p == ',') p++;
+    }
+    for (int l = 0; l < RENDER_LAYERS; l++)
+        if (wanted[l]) return 0;
+    return fs_error_set(err, FS_ERR_USAGE, "--layers: empty, expected a comma-separated list or all");
+}
+
+// ---- files of one view, encoded by all threads ----
+
+typedef struct SaveJobs {
+    const Run *run;
+    const char *view;
+    int layer[RENDER_LAYERS];
+    int rc[RENDER_LAYERS];
+    FsError error[RENDER_LAYERS];
+} SaveJobs;
+
+static void save_job(void *context, int job, int worker)
+{
+    (void)worker;
+    SaveJobs *jobs = context;
+    const Run *run = jobs->run;
+    int l = jobs->layer[job];
+    jobs->rc[job] = fs_save_layer(run->dir, (RenderLayer)l, jobs->view, &run->renders.layer[l],
+                                  run->scene.metres_per_unit, run->project->set.linear, &jobs->error[job]);
+}
+
+static int save_view(const Run *run, const char *view, FsError *err)
+{
+    SaveJobs jobs = {.run = run, .view = view};
+    int n = 0;
+    for (int l = 0; l < RENDER_LAYERS; l++)
+        if (run->wanted[l]) jobs.layer[n++] = l;
+    fs_threads_for(run->threads, n, save_job, &jobs);
+    for (int i = 0; i < n; i++)
+        if (jobs.rc[i] < 0) {
+            if (err) *err = jobs.error[i];
+            return jobs.rc[i];
+        }
+    return 0;
+}
+
+// ---- what a person should see it with ----
+
+// The depths that hold nearly all of the transmitted scene, from small renders at some of the photos.
+static int probe_depth(Run *run, FsError *err)
+{
+    int chosen[PROBE_VIEWS], n = fs_preview_choose(&run->photos, PROBE_VIEWS, chosen), rc = 0, side = 0;
+    Image all = {0}; // the depth maps below one another
+    Renders small = {0};
+    TRY(fs_image_new(&all, PROBE_EDGE, PROBE_EDGE * PROBE_VIEWS, 1, err));
+    for (int i = 0; i < n; i++) {
+        Camera camera = fs_camera_limited(&run->photos.view[chosen[i]].camera, PROBE_EDGE);
+        TRY(fs_engine_render(run->engine, &run->scene, &camera, &small, err));
+        const Image *depth = &small.layer[RENDER_DEPTH_T];
+        size_t pixels = (size_t)depth->width * (size_t)depth->height;
+        memcpy(all.px + (size_t)side * PROBE_EDGE * PROBE_EDGE, depth->px, pixels * sizeof(float));
+        side++;
+    }
+    if (!fs_colormap_range(&all, 0.01, 0.99, &run->look.nearest, &run->look.farthest)) {
+        fs_log_warn(&run->project->log, "render: the transmitted scene is empty at every photo looked at");
+        run->look.nearest = run->look.farthest = (float)(run->scene.extent > 0 ? run->scene.extent : 1);
+    }
+fail:
+    fs_image_free(&all);
+    fs_renders_free(&small);
+    return rc;
+}
+
+// From the photos; from a render where the photos are gone.
+static int find_exposure(Run *run, FsError *err)
+{
+    FsError missing = {0};
+    if (fs_preview_exposure(run->project->out, &run->photos, &run->look.exposure, &missing) == 0) return 0;
+    fs_log_warn(&run->project->log, "%s; the exposure of the pictures is taken from a render", missing.message);
+    int rc = fs_engine_render(run->engine, &run->scene, &run->photos.view[0].camera, &run->renders, err);
+    if (rc == 0) run->look.exposure = fs_tone_pleasant_exposure(&run->renders.layer[RENDER_I_F], 1);
+    return rc;
+}
+
+// ---- the walk ----
+
+static int add_to_sheet(Run *run, PictureSheet *sheet, int view, FsError *err)
+{
+    Image photo = {0}, mask = {0};
+    FsError missing = {0};
+    if (fs_dataset_load_view(run->project->out, &run->photos.view[view], &photo, &mask, &missing) < 0)
+        fs_log_warn(&run->project->log, "%s; the contact sheet lacks that photo", missing.message);
+    int rc = fs_pictures_sheet_add(sheet, &run->look, &photo, &run->photos.view[view], &run->renders, err);
+    fs_image_free(&photo);
+    fs_image_free(&mask);
+    return rc;
+}
+
+static int walk_view(Run *run, const Walk *walk, Films *films, int i, FsError *err)
+{
+    const View *view = &walk->views->view[i];
+    int rc;
+    if (fs_log_cancelled(&run->project->log))
+        return fs_error_set(err, FS_ERR_CANCELLED, "render: stopped after %d of %d %s; what was written stays", i,
+                            walk->views->n, walk->what);
+    fs_log_progress(&run->project->log, "render", i, walk->views->n, view->name);
+    TRY(fs_engine_render(run->engine, &run->scene, &view->camera, &run->renders, err));
+    if (walk->files) TRY(save_view(run, view->name, err));
+    if (walk->sheet && fs_pictures_sheet_wants(walk->sheet, i)) TRY(add_to_sheet(run, walk->sheet, i, err));
+    if (films) TRY(fs_pictures_films_add(films, &run->look, &run->renders, err));
+fail:
+    return rc;
+}
+
+static int check_film_sizes(const Run *run, const Dataset *views, FsError *err)
+{
+    for (int i = 1; i < views->n; i++)
+        if (views->view[i].camera.width != views->view[0].camera.width ||
+            views->view[i].camera.height != views->view[0].camera.height)
+            return fs_error_set(err, FS_ERR_INPUT, "%s: its views differ in size, a video needs one size; leave --video",
+                                run->project->set.cameras);
+    return 0;
+}
+
+static int walk_views(Run *run, const Walk *walk, FsError *err)
+{
+    Films *films = NULL;
+    int rc = 0;
+    if (walk->films) {
+        const Camera *first = &walk->views->view[0].camera;
+        TRY(check_film_sizes(run, walk->views, err));
+        TRY(fs_pictures_films_begin(&films, run->film_dir, first->width, first->height, &run->project->log, err));
+    }
+    for (int l = 0; l < RENDER_LAYERS && walk->files; l++)
+        if (run->wanted[l]) TRY(fs_save_prepare(run->dir, (RenderLayer)l, err));
+    for (int i = 0; i < walk->views->n; i++) TRY(walk_view(run, walk, films, i, err));
+    fs_log_progress(&run->project->log, "render", walk->views->n, walk->views->n, walk->what);
+    if (films) {
+        Films *done = films;
+        films = NULL;
+        TRY(fs_pictures_films_finish(done, err));
+        fs_log_info(&run->project->log, "render: films of %d %s in %s", walk->views->n, walk->what, run->film_dir);
+    }
+    if (walk->files)
+        fs_log_info(&run->project->log, "render: %d %s, each layer in %s", walk->views->n, walk->what, run->dir);
+fail:
+    fs_pictures_films_abort(films);
+    return rc;
+}
+
+// ---- the jobs: photos, a model's views, a path ----
+
+static int render_photos(Run *run, FsError *err)
+{
+    Dataset views = {0};
+    PictureSheet *sheet = NULL;
+    char *sheet_path = fs_file_path("%s/sheet.png", run->project->out);
+    int rc;
+    if (!sheet_path) return fs_error_memory(err);
+    TRY(fs_views_of_photos(run->project, &run->photos, &views, err));
+    TRY(fs_pictures_sheet_begin(&sheet, &run->photos, err));
+    TRY(walk_views(run, &(Walk){.what = "photos", .views = &views, .files = true, .sheet = sheet}, err));
+    TRY(fs_pictures_sheet_write(sheet, sheet_path, err));
+    fs_log_info(&run->project->log, "render: contact sheet %s", sheet_path);
+fail:
+    fs_pictures_sheet_free(sheet);
+    fs_dataset_free(&views);
+    free(sheet_path);
+    return rc;
+}
+
+static int render_model(Run *run, FsError *err)
+{
+    Dataset views = {0};
+    int rc;
+    TRY(fs_views_of_model(run->project, &run->photos, &views, err));
+    TRY(walk_views(run, &(Walk){.what = "views", .views = &views, .files = true, .films = run->project->set.video}, err));
+fail:
+    fs_dataset_free(&views);
+    return rc;
+}
+
+static int render_spiral(Run *run, bool files, FsError *err)
+{
+    Dataset views = {0};
+    int rc;
+    TRY(fs_views_of_spiral(run->project, &run->photos, run->look.nearest, run->look.farthest, &views, err));
+    TRY(walk_views(run, &(Walk){.what = "frames of the spiral path", .views = &views, .files = files, .films = true},
+                   err));
+fail:
+    fs_dataset_free(&views);
+    return rc;
+}
+
+static int open_run(Run *run, FsError *err)
+{
+    const FsProject *project = run->project;
+    const Settings *set = &project->set;
+    bool spiral = strcmp(set->path, "spiral") == 0;
+    char *clouds = fs_file_path("%s/clouds", project->out), *views = fs_file_path("%s/views.json", project->out);
+    char *model = fs_file_path("%s/clouds/model.json", project->out);
+    run->dir = *set->output ? strdup(set->output) : fs_file_path("%s/%s", project->out, spiral ? "path" : "renders");
+    run->film_dir = fs_file_path("%s/video", *set->output ? set->output : project->out);
+    int rc = 0;
+    if (!clouds || !views || !model || !run->dir || !run->film_dir) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(parse_layers(set->layers, run->wanted, err));
+    if (!fs_file_exists(model)) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not there; train the scene first (flashsplat train %s)", model,
+                          project->out);
+        goto fail;
+    }
+    TRY(fs_scene_read(&run->scene, clouds, err));
+    TRY(fs_dataset_read(&run->photos, views, err));
+    if (run->photos.n == 0) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views);
+        goto fail;
+    }
+    TRY(fs_engine_new(&run->engine, set->cpu, set->threads, err));
+    if (!(run->threads = fs_threads_new(set->threads))) rc = fs_error_memory(err);
+fail:
+    free(clouds);
+    free(views);
+    free(model);
+    return rc;
+}
+
+static void close_run(Run *run)
+{
+    fs_scene_free(&run->scene);
+    fs_dataset_free(&run->photos);
+    fs_renders_free(&run->renders);
+    fs_engine_free(run->engine);
+    fs_threads_free(run->threads);
+    free(run->dir);
+    free(run->film_dir);
+}
+
+int fs_render_run(FsProject *project, FsError *err)
+{
+    const Settings *set = &project->set;
+    bool spiral = strcmp(set->path, "spiral") == 0, model = *set->cameras, usual = !spiral && !model && !*set->output;
+    Run run = {.project = project};
+    int rc;
+    if (spiral && model)
+        return fs_error_set(err, FS_ERR_USAGE, "--path spiral and --cameras: give one of them, both say which views");
+    if (usual && fs_project_done(project, "render", FS_STAGE_RENDER)) return 0;
+    TRY(open_run(&run, err));
+    if (usual) fs_project_unmark(project, "render");
+    TRY(probe_depth(&run, err));
+    TRY(find_exposure(&run, err));
+    if (model)
+        TRY(render_model(&run, err));
+    else if (spiral)
+        TRY(render_spiral(&run, true, err));
+    else
+        TRY(render_photos(&run, err));
+    if (set->video && !spiral && !model) TRY(render_spiral(&run, false, err));
+    if (usual) TRY(fs_project_mark_done(project, "render", FS_STAGE_RENDER, err));
+fail:
+    close_run(&run);
+    return rc;
+}

@@ -1,0 +1,17 @@
+// Rendered layers as files, in the encodings that other programs compare:
+//
+//   <dir>/<layer>/<view>.png   colour: 8-bit, linear^0.22 * 255; beta: 16-bit grey, beta * 65535;
+//                              depth: 16-bit grey, millimetres, 0 where nothing is (scale known)
+//   <dir>/<layer>/<view>.tif   32-bit float: depth in world units (scale unknown); any layer in linear light (on wish)
+#ifndef FS_RENDER_SAVE_H
+#define FS_RENDER_SAVE_H
+
+#include "engine/engine.h"
+
+// metres_per_unit: 0 when the scale is unknown. linear: writes the float TIFF of colours and beta too.
+int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Image *image, double metres_per_unit,
+                  bool linear, FsError *err);
+// The folder of a layer, made when missing.
+int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err);
+
+#endif

@@ -1,0 +1,234 @@
+#include "render/video.h"
+
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/opt.h>
+#include <libswscale/swscale.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+
+struct Video {
+    AVFormatContext *format;
+    AVCodecContext *encoder;
+    AVStream *stream;
+    struct SwsContext *scaler;
+    AVFrame *frame;
+    AVPacket *packet;
+    unsigned char *rgb; // (height, width, 3)
+    int width, height;  // even
+    int64_t frames;
+    char *path, *temp;
+    const Log *log;
+};
+
+// FFmpeg's log callback has no user pointer; its messages belong to whoever encodes on this thread.
+static _Thread_local const Log *thread_log;
+
+static void log_from_ffmpeg(void *context, int level, const char *format, va_list ap)
+{
+    (void)context;
+    if (level > AV_LOG_WARNING || !thread_log) return;
+    char line[500];
+    vsnprintf(line, sizeof line, format, ap);
+    line[strcspn(line, "\n")] = 0;
+    if (*line) fs_log_debug(thread_log, "ffmpeg: %s", line);
+}
+
+static void capture_log(const Log *log)
+{
+    thread_log = log;
+    av_log_set_callback(log ? log_from_ffmpeg : av_log_default_callback);
+}
+
+static int failed(const Video *video, const char *what, int code, FsError *err)
+{
+    char text[AV_ERROR_MAX_STRING_SIZE] = "";
+    av_strerror(code, text, sizeof text);
+    return fs_error_set(err, code == AVERROR(ENOMEM) ? FS_ERR_MEMORY : FS_ERR_IO, "%s: cannot %s the video: %s",
+                        video->path, what, text);
+}
+
+static void free_video(Video *video)
+{
+    if (!video) return;
+    if (video->format && video->format->pb) avio_closep(&video->format->pb);
+    avformat_free_context(video->format);
+    avcodec_free_context(&video->encoder);
+    sws_freeContext(video->scaler);
+    av_frame_free(&video->frame);
+    av_packet_free(&video->packet);
+    free(video->rgb);
+    free(video->path);
+    free(video->temp);
+    free(video);
+    capture_log(NULL);
+}
+
+void fs_video_abort(Video *video)
+{
+    if (!video) return;
+    if (video->temp) unlink(video->temp);
+    free_video(video);
+}
+
+static int open_encoder(Video *video, int fps)
+{
+    const AVCodec *codec = avcodec_find_encoder_by_name("libx264");
+    if (!codec) codec = avcodec_find_encoder(AV_CODEC_ID_MPEG4);
+    if (!codec) return AVERROR_ENCODER_NOT_FOUND;
+    AVCodecContext *c = video->encoder = avcodec_alloc_context3(codec);
+    if (!c) return AVERROR(ENOMEM);
+    c->width = video->width;
+    c->height = video->height;
+    c->pix_fmt = AV_PIX_FMT_YUV420P;
+    c->time_base = (AVRational){1, fps};
+    c->framerate = (AVRational){fps, 1};
+    c->gop_size = fps;
+    c->thread_count = 1; // the same bytes on every machine
+    c->color_range = AVCOL_RANGE_MPEG;
+    c->colorspace = AVCOL_SPC_BT709;
+    c->color_primaries = AVCOL_PRI_BT709;
+    c->color_trc = AVCOL_TRC_BT709;
+    c->flags |= AV_CODEC_FLAG_BITEXACT;
+    if (video->format->oformat->flags & AVFMT_GLOBALHEADER) c->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
+    if (codec->id == AV_CODEC_ID_H264) {
+        av_opt_set(c->priv_data, "preset", "medium", 0);
+        av_opt_set(c->priv_data, "crf", "18", 0);
+    } else {
+        c->flags |= AV_CODEC_FLAG_QSCALE;
+        c->global_quality = 3 * FF_QP2LAMBDA;
+    }
+    return avcodec_open2(c, codec, NULL);
+}
+
+static int open_file(Video *video, int fps)
+{
+    int rc = avformat_alloc_output_context2(&video->format, NULL, "mp4", video->temp);
+    if (rc < 0) return rc;
+    video->format->flags |= AVFMT_FLAG_BITEXACT;
+    if ((rc = open_encoder(video, fps)) < 0) return rc;
+    video->stream = avformat_new_stream(video->format, NULL);
+    if (!video->stream) return AVERROR(ENOMEM);
+    video->stream->time_base = video->encoder->time_base;
+    video->stream->avg_frame_rate = video->encoder->framerate;
+    if ((rc = avcodec_parameters_from_context(video->stream->codecpar, video->encoder)) < 0) return rc;
+    if ((rc = avio_open(&video->format->pb, video->temp, AVIO_FLAG_WRITE)) < 0) return rc;
+    AVDictionary *options = NULL;
+    av_dict_set(&options, "movflags", "+faststart", 0);
+    rc = avformat_write_header(video->format, &options);
+    av_dict_free(&options);
+    return rc;
+}
+
+static int open_frame(Video *video)
+{
+    video->frame = av_frame_alloc();
+    video->packet = av_packet_alloc();
+    video->rgb = malloc((size_t)video->width * (size_t)video->height * 3);
+    if (!video->frame || !video->packet || !video->rgb) return AVERROR(ENOMEM);
+    video->frame->format = AV_PIX_FMT_YUV420P;
+    video->frame->width = video->width;
+    video->frame->height = video->height;
+    video->frame->color_range = AVCOL_RANGE_MPEG;
+    video->frame->colorspace = AVCOL_SPC_BT709;
+    int rc = av_frame_get_buffer(video->frame, 0);
+    if (rc < 0) return rc;
+    video->scaler = sws_getContext(video->width, video->height, AV_PIX_FMT_RGB24, video->width, video->height,
+                                   AV_PIX_FMT_YUV420P, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INP,
+                                   NULL, NULL, NULL);
+    if (!video->scaler) return AVERROR(ENOMEM);
+    sws_setColorspaceDetails(video->scaler, sws_getCoefficients(SWS_CS_ITU709), 1, sws_getCoefficients(SWS_CS_ITU709), 0,
+                             0, 1 << 16, 1 << 16);
+    return 0;
+}
+
+int fs_video_open(Video **result, const char *path, int width, int height, int frames_per_second, const Log *log,
+                  FsError *err)
+{
+    *result = NULL;
+    if (width < 2 || height < 2)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: pictures of %d x %d are too small for a video", path, width, height);
+    Video *video = calloc(1, sizeof *video);
+    if (!video) return fs_error_memory(err);
+    video->width = width & ~1;
+    video->height = height & ~1;
+    video->log = log;
+    video->path = strdup(path);
+    video->temp = fs_file_temp(path);
+    int rc = 0;
+    if (!video->path || !video->temp) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    capture_log(log);
+    if ((rc = open_file(video, frames_per_second)) < 0 || (rc = open_frame(video)) < 0) {
+        rc = failed(video, "begin", rc, err);
+        goto fail;
+    }
+    *result = video;
+    return 0;
+fail:
+    fs_video_abort(video);
+    return rc;
+}
+
+// Sends one frame (NULL: the end) and writes the packets that come out.
+static int encode(Video *video, const AVFrame *frame)
+{
+    int rc = avcodec_send_frame(video->encoder, frame);
+    while (rc >= 0) {
+        rc = avcodec_receive_packet(video->encoder, video->packet);
+        if (rc == AVERROR(EAGAIN) || rc == AVERROR_EOF) return 0;
+        if (rc < 0) break;
+        if (!video->packet->duration) video->packet->duration = 1;
+        av_packet_rescale_ts(video->packet, video->encoder->time_base, video->stream->time_base);
+        video->packet->stream_index = video->stream->index;
+        rc = av_interleaved_write_frame(video->format, video->packet);
+    }
+    return rc;
+}
+
+static unsigned char to_byte(float value)
+{
+    return value > 0 ? (unsigned char)(value < 1 ? value * 255 + 0.5f : 255) : 0;
+}
+
+int fs_video_add(Video *video, const Image *picture, FsError *err)
+{
+    if (picture->channels != 3 || (picture->width & ~1) != video->width || (picture->height & ~1) != video->height)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: a picture of %d x %d, expected %d x %d like the first", video->path,
+                            picture->width, picture->height, video->width, video->height);
+    capture_log(video->log);
+    for (int y = 0; y < video->height; y++)
+        for (int i = 0; i < 3 * video->width; i++)
+            video->rgb[(size_t)(3 * video->width) * (size_t)y + (size_t)i] =
+                to_byte(picture->px[(size_t)(3 * picture->width) * (size_t)y + (size_t)i]);
+    int rc = av_frame_make_writable(video->frame);
+    if (rc >= 0) {
+        const uint8_t *source[4] = {video->rgb};
+        int source_stride[4] = {3 * video->width};
+        sws_scale(video->scaler, source, source_stride, 0, video->height, video->frame->data, video->frame->linesize);
+        video->frame->pts = video->frames++;
+        rc = encode(video, video->frame);
+    }
+    return rc < 0 ? failed(video, "write", rc, err) : 0;
+}
+
+int fs_video_finish(Video *video, FsError *err)
+{
+    capture_log(video->log);
+    int rc = encode(video, NULL);
+    if (rc >= 0) rc = av_write_trailer(video->format);
+    if (rc >= 0) rc = avio_closep(&video->format->pb);
+    if (rc < 0) {
+        rc = failed(video, "finish", rc, err);
+        unlink(video->temp);
+    } else {
+        rc = fs_file_rename(video->temp, video->path, err);
+    }
+    free_video(video);
+    return rc;
+}

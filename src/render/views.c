@@ -1,0 +1,126 @@
+#include "render/views.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "model/cameras_file.h"
+
+static int longer_side(const Camera *camera)
+{
+    return camera->width > camera->height ? camera->width : camera->height;
+}
+
+// Exactly long_edge on the longer side, larger or smaller; 0: as it is.
+static Camera with_long_edge(const Camera *camera, int long_edge)
+{
+    if (long_edge <= 0) return *camera;
+    double s = (double)long_edge / longer_side(camera);
+    int width = (int)lround(camera->width * s), height = (int)lround(camera->height * s);
+    return fs_camera_resized(camera, width < 1 ? 1 : width, height < 1 ? 1 : height);
+}
+
+Camera fs_views_fit(const Camera *camera, int width, int height)
+{
+    double wanted = (double)camera->height * width / camera->width;
+    if (fabs(wanted - height) <= 1.0) return fs_camera_resized(camera, width, height); // the same proportions
+    return with_long_edge(camera, width > height ? width : height);
+}
+
+static bool is_plain(const char *name)
+{
+    return *name && *name != '.' && !strchr(name, '/') && strlen(name) <= 200;
+}
+
+static int check_names(const char *file, const Dataset *views, FsError *err)
+{
+    for (int i = 0; i < views->n; i++) {
+        if (!is_plain(views->view[i].name))
+            return fs_error_set(err, FS_ERR_INPUT, "%s: view '%.100s': its name cannot be a file name", file,
+                                views->view[i].name);
+        if (i && strcmp(views->view[i].name, views->view[i - 1].name) == 0)
+            return fs_error_set(err, FS_ERR_INPUT, "%s: two views are named '%s', their renders would be one file", file,
+                                views->view[i].name);
+    }
+    return 0;
+}
+
+static int append(Dataset *views, const View *like, const Camera *camera, FsError *err)
+{
+    View view = *like;
+    view.camera = *camera;
+    return fs_dataset_append(views, &view, err);
+}
+
+int fs_views_of_photos(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
+{
+    int long_edge = fs_settings_was_set(&project->set, "long-edge") ? project->set.long_edge : 0, rc;
+    for (int i = 0; i < photos->n; i++) {
+        Camera camera = fs_camera_limited(&photos->view[i].camera, long_edge);
+        TRY(append(views, &photos->view[i], &camera, err));
+    }
+    TRY(check_names("views.json", views, err));
+    rc = 0;
+fail:
+    return rc;
+}
+
+// The size most of the photos have: that of the first one with the longest side.
+static void working_size(const Dataset *photos, int *width, int *height)
+{
+    const Camera *largest = &photos->view[0].camera;
+    for (int i = 1; i < photos->n; i++)
+        if (longer_side(&photos->view[i].camera) > longer_side(largest)) largest = &photos->view[i].camera;
+    *width = largest->width;
+    *height = largest->height;
+}
+
+int fs_views_of_model(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
+{
+    const char *path = project->set.cameras;
+    CamerasFile file = {0};
+    int rc, distorted = 0, width, height;
+    bool long_edge = fs_settings_was_set(&project->set, "long-edge");
+    TRY(fs_cameras_file_read(path, &file, err));
+    if (file.views.n == 0) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no posed views in it, expected at least one", path);
+        goto fail;
+    }
+    TRY(check_names(path, &file.views, err));
+    working_size(photos, &width, &height);
+    for (int i = 0; i < file.views.n; i++) {
+        const Camera *camera = &file.views.view[i].camera;
+        Camera sized = long_edge ? with_long_edge(camera, project->set.long_edge) : fs_views_fit(camera, width, height);
+        TRY(append(views, &file.views.view[i], &sized, err));
+        distorted += !fs_lens_is_pinhole(&file.lens[i]);
+    }
+    if (distorted)
+        fs_log_warn(&project->log, "%s: %d of %d cameras have lens distortion; rendered without it", path, distorted,
+                    file.views.n);
+fail:
+    fs_cameras_file_free(&file);
+    return rc;
+}
+
+int fs_views_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest,
+                       Dataset *views, FsError *err)
+{
+    int rc = 0, n = project->set.path_views;
+    int long_edge = fs_settings_was_set(&project->set, "long-edge") ? project->set.long_edge : 0;
+    Spiral spiral;
+    Camera *cameras = malloc(sizeof *cameras * (size_t)(photos->n ? photos->n : 1));
+    if (!cameras) return fs_error_memory(err);
+    for (int i = 0; i < photos->n; i++) cameras[i] = photos->view[i].camera;
+    TRY(fs_spiral_fit(&spiral, cameras, photos->n, nearest, farthest, err));
+    Camera like = with_long_edge(&cameras[0], long_edge);
+    for (int i = 0; i < n; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "path_%04d", i + 1);
+        Camera camera = fs_spiral_camera(&spiral, &like, i, n);
+        TRY(append(views, &(View){.name = name}, &camera, err));
+    }
+fail:
+    free(cameras);
+    return rc;
+}
