@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "info/info.h"
 #include "model/project.h"
+#include "render/render.h"
 
 int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
                     FsError *err)
@@ -71,8 +72,7 @@ int fs_train(FsProject *project, FsError *err)
 
 int fs_render(FsProject *project, FsError *err)
 {
-    (void)project;
-    return not_built("render", err);
+    return fs_render_run(project, err);
 }
 
 int fs_evaluate(FsProject *project, const char *truth, FsError *err)

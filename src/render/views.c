@@ -33,6 +33,15 @@ static bool is_plain(const char *name)
     return *name && *name != '.' && !strchr(name, '/') && strlen(name) <= 200;
 }
 
+#define MAX_SIDE 16384 // of a render; the engine holds some 30 planes of it
+
+static int check_size(const char *file, const View *view, FsError *err)
+{
+    if (longer_side(&view->camera) <= MAX_SIDE) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: view '%s' would be rendered at %d x %d, at most %d; give --long-edge",
+                        file, view->name, view->camera.width, view->camera.height, MAX_SIDE);
+}
+
 static int check_names(const char *file, const Dataset *views, FsError *err)
 {
     for (int i = 0; i < views->n; i++) {
@@ -93,6 +102,7 @@ int fs_views_of_model(const FsProject *project, const Dataset *photos, Dataset *
         const Camera *camera = &file.views.view[i].camera;
         Camera sized = long_edge ? with_long_edge(camera, project->set.long_edge) : fs_views_fit(camera, width, height);
         TRY(append(views, &file.views.view[i], &sized, err));
+        TRY(check_size(path, &views->view[i], err));
         distorted += !fs_lens_is_pinhole(&file.lens[i]);
     }
     if (distorted)
