@@ -1,0 +1,154 @@
+// Finds the TIFF blocks that hold EXIF inside each kind of photo file; ifd.c reads them.
+#include "image/exif.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "image/ifd.h"
+
+#define MAX_PARTS 10000 // segments, chunks or boxes looked at in one file
+
+static uint32_t big16(const unsigned char *p)
+{
+    return (uint32_t)(p[0] << 8 | p[1]);
+}
+
+static uint32_t big32(const unsigned char *p)
+{
+    return big16(p) << 16 | big16(p + 2);
+}
+
+static Block part(const Block *block, uint64_t offset, uint64_t size)
+{
+    return (Block){.fd = block->fd, .start = block->start + offset, .size = size};
+}
+
+static void read_jpeg(const Block *file, ExifInfo *info)
+{
+    unsigned char p[10];
+    uint64_t at = 2;
+    for (int i = 0; i < MAX_PARTS && fs_ifd_read_at(file, at, p, 4); i++) {
+        if (p[0] != 0xff) return;
+        if (p[1] == 0xff) { // fill byte
+            at++;
+            continue;
+        }
+        if (p[1] == 0xda || p[1] == 0xd9) return; // the picture itself, or the end
+        uint64_t size = big16(p + 2);
+        if (size < 2) return;
+        if (p[1] == 0xe1 && size > 8 && fs_ifd_read_at(file, at + 4, p, 6) && memcmp(p, "Exif\0\0", 6) == 0) {
+            Block exif = part(file, at + 10, size - 8);
+            if (exif.size <= file->size - (at + 10)) fs_ifd_read(&exif, info);
+            return;
+        }
+        at += 2 + size;
+    }
+}
+
+static void read_png(const Block *file, ExifInfo *info)
+{
+    unsigned char p[8];
+    uint64_t at = 8;
+    for (int i = 0; i < MAX_PARTS && fs_ifd_read_at(file, at, p, 8); i++) {
+        uint64_t size = big32(p);
+        if (memcmp(p + 4, "eXIf", 4) == 0 && size <= file->size - at - 8) {
+            Block exif = part(file, at + 8, size);
+            fs_ifd_read(&exif, info);
+            return;
+        }
+        at += size + 12;
+    }
+}
+
+static void read_raf(const Block *file, ExifInfo *info) // Fujifilm: a JPEG inside has the EXIF
+{
+    unsigned char p[8];
+    if (!fs_ifd_read_at(file, 84, p, 8)) return;
+    uint64_t offset = big32(p), size = big32(p + 4);
+    if (offset >= file->size || size > file->size - offset) return;
+    Block jpeg = part(file, offset, size);
+    read_jpeg(&jpeg, info);
+}
+
+// One level of boxes of an ISO media file. Canon keeps TIFF blocks in CMT1 (as the first directory) and CMT2 (EXIF),
+// inside moov / uuid.
+static void read_boxes(const Block *block, int depth, ExifInfo *info)
+{
+    static const unsigned char canon[16] = {0x85, 0xc0, 0xb6, 0x87, 0x82, 0x0f, 0x11, 0xe0,
+                                            0x81, 0x11, 0xf4, 0xce, 0x46, 0x2b, 0x6a, 0x48};
+    unsigned char p[16];
+    uint64_t at = 0;
+    for (int i = 0; i < 200 && fs_ifd_read_at(block, at, p, 8); i++) {
+        uint64_t size = big32(p), head = 8;
+        if (size == 1) {
+            if (!fs_ifd_read_at(block, at + 8, p + 8, 8)) return;
+            size = (uint64_t)big32(p + 8) << 32 | big32(p + 12);
+            head = 16;
+        } else if (size == 0) {
+            size = block->size - at;
+        }
+        if (size < head || size > block->size - at) return;
+        Block inside = part(block, at + head, size - head);
+        if (memcmp(p + 4, "moov", 4) == 0 && depth == 0) {
+            read_boxes(&inside, 1, info);
+        } else if (memcmp(p + 4, "uuid", 4) == 0 && depth == 1 && inside.size > 16 &&
+                   fs_ifd_read_at(&inside, 0, p, 16) && memcmp(p, canon, 16) == 0) {
+            Block boxes = part(&inside, 16, inside.size - 16);
+            read_boxes(&boxes, 2, info);
+        } else if (depth == 2 && (memcmp(p + 4, "CMT1", 4) == 0 || memcmp(p + 4, "CMT2", 4) == 0)) {
+            fs_ifd_read(&inside, info);
+        }
+        at += size;
+    }
+}
+
+int fs_exif_read(const char *path, ExifInfo *info, FsError *err)
+{
+    *info = (ExifInfo){.flash = -1, .orientation = 1};
+    struct stat st;
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
+    if (fstat(fd, &st) != 0 || !S_ISREG(st.st_mode)) {
+        close(fd);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: not a regular file", path);
+    }
+    Block file = {.fd = fd, .size = (uint64_t)st.st_size};
+    unsigned char p[16];
+    if (fs_ifd_read_at(&file, 0, p, sizeof p)) {
+        if (memcmp(p, "\xff\xd8\xff", 3) == 0)
+            read_jpeg(&file, info);
+        else if (memcmp(p, "\x89PNG\r\n\x1a\n", 8) == 0)
+            read_png(&file, info);
+        else if (memcmp(p, "FUJIFILMCCD-RAW ", 16) == 0)
+            read_raf(&file, info);
+        else if (memcmp(p + 4, "ftypcrx ", 8) == 0)
+            read_boxes(&file, 0, info);
+        else
+            fs_ifd_read(&file, info);
+    }
+    close(fd);
+    return 0;
+}
+
+int fs_exif_flash_fired(const ExifInfo *info)
+{
+    return info->flash < 0 ? -1 : info->flash & 1;
+}
+
+double fs_exif_focal_px(const ExifInfo *info, int width, int height)
+{
+    double longer = width > height ? width : height, diagonal = hypot(width, height);
+    double by_35mm = info->focal_35mm / hypot(36, 24) * diagonal, by_plane = 0;
+    if (info->focal_mm > 0 && info->pixels_per_mm > 0) {
+        int exif_longer = info->exif_width > info->exif_height ? info->exif_width : info->exif_height;
+        by_plane = info->focal_mm * info->pixels_per_mm * (exif_longer > 0 ? longer / exif_longer : 1.0);
+    }
+    // The sensor's resolution is the more exact one, but some programs leave nonsense there.
+    bool agree = by_35mm == 0 || (by_plane > 0.8 * by_35mm && by_plane < 1.25 * by_35mm);
+    double focal = by_plane > 0 && agree ? by_plane : by_35mm;
+    return focal > 0.2 * longer && focal < 50 * longer ? focal : 0;
+}

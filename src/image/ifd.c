@@ -1,0 +1,187 @@
+#include "image/ifd.h"
+
+#include <errno.h>
+#include <math.h>
+#include <string.h>
+#include <unistd.h>
+
+#define MAX_ENTRIES 4096 // of one directory
+
+typedef struct Ifd {
+    const Block *block;
+    bool big; // byte order: Motorola
+} Ifd;
+
+typedef struct Entry {
+    uint16_t tag, type;
+    uint32_t count;
+    unsigned char value[4]; // or where it is
+} Entry;
+
+bool fs_ifd_read_at(const Block *block, uint64_t offset, void *to, size_t n)
+{
+    if (offset > block->size || n > block->size - offset) return false;
+    char *out = to;
+    while (n > 0) {
+        ssize_t got = pread(block->fd, out, n, (off_t)(block->start + offset));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return false;
+        out += got, offset += (uint64_t)got, n -= (size_t)got;
+    }
+    return true;
+}
+
+static uint16_t get16(const Ifd *ifd, const unsigned char *p)
+{
+    return (uint16_t)(ifd->big ? p[0] << 8 | p[1] : p[1] << 8 | p[0]);
+}
+
+static uint32_t get32(const Ifd *ifd, const unsigned char *p)
+{
+    return ifd->big ? (uint32_t)get16(ifd, p) << 16 | get16(ifd, p + 2) : (uint32_t)get16(ifd, p + 2) << 16 | get16(ifd, p);
+}
+
+static size_t type_size(uint16_t type)
+{
+    static const unsigned char size[] = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8};
+    return type < sizeof size ? size[type] : 0;
+}
+
+// The i-th value of an entry as a number; false when there is none.
+static bool number(const Ifd *ifd, const Entry *e, uint32_t i, double *to)
+{
+    unsigned char p[8];
+    size_t size = type_size(e->type);
+    if (size == 0 || i >= e->count) return false;
+    if (size * e->count <= 4)
+        memcpy(p, e->value + size * i, size);
+    else if (!fs_ifd_read_at(ifd->block, get32(ifd, e->value) + (uint64_t)size * i, p, size))
+        return false;
+    float f;
+    uint32_t a = size >= 4 ? get32(ifd, p) : 0, b = size == 8 ? get32(ifd, p + 4) : 0;
+    switch (e->type) {
+    case 1: case 7: *to = p[0]; break;
+    case 3: *to = get16(ifd, p); break;
+    case 4: *to = a; break;
+    case 5: *to = b ? (double)a / b : 0.0; break;
+    case 6: *to = (int8_t)p[0]; break;
+    case 8: *to = (int16_t)get16(ifd, p); break;
+    case 9: *to = (int32_t)a; break;
+    case 10: *to = b ? (double)(int32_t)a / (int32_t)b : 0.0; break;
+    case 11: memcpy(&f, &a, sizeof f), *to = f; break;
+    default: return false;
+    }
+    return isfinite(*to);
+}
+
+static void set_number(const Ifd *ifd, const Entry *e, double max, double *to)
+{
+    double v;
+    if (number(ifd, e, 0, &v) && v > 0 && v <= max) *to = v;
+}
+
+static void set_int(const Ifd *ifd, const Entry *e, int min, int max, int *to)
+{
+    double v;
+    if (number(ifd, e, 0, &v) && v >= min && v <= max) *to = (int)v;
+}
+
+static void set_text(const Ifd *ifd, const Entry *e, char to[64])
+{
+    char text[64] = {0};
+    if (e->type != 2 || e->count < 2) return;
+    size_t n = e->count < sizeof text - 1 ? e->count : sizeof text - 1;
+    if (e->count <= 4)
+        memcpy(text, e->value, n);
+    else if (!fs_ifd_read_at(ifd->block, get32(ifd, e->value), text, n))
+        return;
+    size_t length = strnlen(text, n);
+    while (length > 0 && text[length - 1] == ' ') length--;
+    for (size_t i = 0; i < length; i++)
+        if (text[i] < ' ' || text[i] > '~') text[i] = '?';
+    text[length] = 0;
+    memcpy(to, text, sizeof text);
+}
+
+// Values that only some entries together make.
+typedef struct Parts {
+    double plane_x, plane_unit; // FocalPlaneXResolution and its unit
+    double shutter_apex, aperture_apex;
+    uint32_t exif_offset;
+} Parts;
+
+static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *parts)
+{
+    double v;
+    switch (e->tag) {
+    case 0x010f: set_text(ifd, e, info->make); break;
+    case 0x0110: set_text(ifd, e, info->model); break;
+    case 0x0112: set_int(ifd, e, 1, 8, &info->orientation); break;
+    case 0x829a: set_number(ifd, e, 1e6, &info->exposure_s); break;
+    case 0x829d: set_number(ifd, e, 1e4, &info->f_number); break;
+    case 0x8769:
+        if (number(ifd, e, 0, &v) && v > 0 && v <= UINT32_MAX) parts->exif_offset = (uint32_t)v;
+        break;
+    case 0x8827: // 65535: too large for its field, see the next two
+        if (number(ifd, e, 0, &v) && v > 0 && v < 65535) info->iso = v;
+        break;
+    case 0x8832: case 0x8833:
+        if (info->iso == 0) set_number(ifd, e, 1e8, &info->iso);
+        break;
+    case 0x9201:
+        if (number(ifd, e, 0, &v) && fabs(v) < 30) parts->shutter_apex = v;
+        break;
+    case 0x9202:
+        if (number(ifd, e, 0, &v) && fabs(v) < 30) parts->aperture_apex = v;
+        break;
+    case 0x9209: set_int(ifd, e, 0, 65535, &info->flash); break;
+    case 0x920a: set_number(ifd, e, 1e5, &info->focal_mm); break;
+    case 0xa002: set_int(ifd, e, 1, 1000000, &info->exif_width); break;
+    case 0xa003: set_int(ifd, e, 1, 1000000, &info->exif_height); break;
+    case 0xa20e: set_number(ifd, e, 1e8, &parts->plane_x); break;
+    case 0xa210: set_number(ifd, e, 5, &parts->plane_unit); break;
+    case 0xa405: set_number(ifd, e, 1e5, &info->focal_35mm); break;
+    case 0xc628: { // AsShotNeutral
+        double n[3];
+        if (e->count == 3 && number(ifd, e, 0, &n[0]) && number(ifd, e, 1, &n[1]) && number(ifd, e, 2, &n[2]) &&
+            n[0] > 0 && n[1] > 0 && n[2] > 0)
+            for (int c = 0; c < 3; c++) info->neutral[c] = n[c] / n[1];
+        break;
+    }
+    default: break;
+    }
+}
+
+static void read_directory(const Ifd *ifd, uint64_t offset, ExifInfo *info, Parts *parts)
+{
+    unsigned char p[12];
+    if (!fs_ifd_read_at(ifd->block, offset, p, 2)) return;
+    unsigned n = get16(ifd, p);
+    if (n > MAX_ENTRIES) return;
+    for (unsigned i = 0; i < n; i++) {
+        if (!fs_ifd_read_at(ifd->block, offset + 2 + 12 * (uint64_t)i, p, 12)) return;
+        Entry e = {.tag = get16(ifd, p), .type = get16(ifd, p + 2), .count = get32(ifd, p + 4)};
+        memcpy(e.value, p + 8, 4);
+        read_entry(ifd, &e, info, parts);
+    }
+}
+
+bool fs_ifd_read(const Block *block, ExifInfo *info)
+{
+    unsigned char head[8];
+    if (!fs_ifd_read_at(block, 0, head, sizeof head)) return false;
+    Ifd ifd = {.block = block, .big = head[0] == 'M'};
+    uint16_t magic = get16(&ifd, head + 2); // 42, or what Panasonic (0x55) and Olympus (the rest) have there
+    if (head[0] != head[1] || (head[0] != 'I' && head[0] != 'M') ||
+        (magic != 42 && magic != 0x55 && magic != 0x4f52 && magic != 0x5352))
+        return false;
+    Parts parts = {.plane_unit = 2};
+    read_directory(&ifd, get32(&ifd, head + 4), info, &parts);
+    if (parts.exif_offset) read_directory(&ifd, parts.exif_offset, info, &parts);
+    if (info->exposure_s == 0 && parts.shutter_apex != 0) info->exposure_s = exp2(-parts.shutter_apex);
+    if (info->f_number == 0 && parts.aperture_apex > 0) info->f_number = exp2(parts.aperture_apex / 2);
+    static const double mm[] = {0, 0, 25.4, 10, 1, 0.001}; // of FocalPlaneResolutionUnit
+    double unit = mm[(int)parts.plane_unit];
+    if (parts.plane_x > 0 && unit > 0) info->pixels_per_mm = parts.plane_x / unit;
+    return true;
+}

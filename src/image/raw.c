@@ -1,0 +1,250 @@
+// RAW files: LibRaw unpacks them. Bayer data are scaled and demosaiced here, because LibRaw's own processing clips at
+// 0 and 65535 and rounds; every other kind of sensor (X-Trans, three layers, linear DNG) goes through LibRaw.
+#include "image/raw.h"
+
+#include <libraw/libraw.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "image/demosaic.h"
+
+#define CLIP_LEVEL 0.98 // of saturation; above it a sensor is not linear
+
+static void on_data_error(void *user, const char *file, const int offset)
+{
+    (void)file, (void)offset;
+    *(bool *)user = true;
+}
+
+static void on_memory_error(void *user, const char *file, const char *where)
+{
+    (void)user, (void)file, (void)where;
+}
+
+static int raw_error(const char *path, int code, FsError *err)
+{
+    if (code == LIBRAW_UNSUFFICIENT_MEMORY) return fs_error_memory(err);
+    return fs_error_set(err, FS_ERR_INPUT, "%s: cannot read as RAW: %s", path,
+                        code > 0 ? strerror(code) : libraw_strerror(code));
+}
+
+static int open_raw(const char *path, bool *damaged, libraw_data_t **raw, FsError *err)
+{
+    *damaged = false;
+    *raw = libraw_init(0);
+    if (!*raw) return fs_error_memory(err);
+    libraw_set_dataerror_handler(*raw, on_data_error, damaged);
+    libraw_set_memerror_handler(*raw, on_memory_error, NULL);
+    int code = libraw_open_file(*raw, path);
+    const libraw_image_sizes_t *s = &(*raw)->sizes;
+    if (code != LIBRAW_SUCCESS) {
+        code = raw_error(path, code, err);
+    } else if (s->width < FS_DEMOSAIC_MIN_SIDE || s->height < FS_DEMOSAIC_MIN_SIDE || s->width > s->raw_width ||
+               s->height > s->raw_height || (int64_t)s->raw_width * s->raw_height > FS_IMAGE_MAX_PIXELS) {
+        code = fs_error_set(err, FS_ERR_INPUT, "%s: a RAW picture of %d x %d pixels on a sensor of %d x %d: damaged?",
+                            path, s->width, s->height, s->raw_width, s->raw_height);
+    } else {
+        return 0;
+    }
+    libraw_close(*raw);
+    *raw = NULL;
+    return code;
+}
+
+static void green_to_one(const float mul[4], double out[3])
+{
+    bool good = mul[0] > 0 && mul[1] > 0 && mul[2] > 0 && isfinite(mul[0]) && isfinite(mul[1]) && isfinite(mul[2]);
+    for (int c = 0; c < 3; c++) out[c] = good ? (double)mul[c] / (double)mul[1] : 0.0;
+}
+
+int fs_raw_read_info(const char *path, RawInfo *info, FsError *err)
+{
+    *info = (RawInfo){0};
+    bool damaged;
+    libraw_data_t *raw;
+    int rc = open_raw(path, &damaged, &raw, err);
+    if (rc < 0) return rc;
+    static const int exif_of_flip[8] = {1, 2, 4, 3, 5, 8, 6, 7};
+    const libraw_imgother_t *shot = &raw->other;
+    info->width = raw->sizes.width;
+    info->height = raw->sizes.height;
+    info->orientation = exif_of_flip[raw->sizes.flip & 7];
+    green_to_one(raw->color.cam_mul, info->white_balance);
+    green_to_one(raw->color.pre_mul, info->daylight);
+    info->exposure_s = shot->shutter > 0 && isfinite(shot->shutter) ? shot->shutter : 0;
+    info->iso = shot->iso_speed > 0 && isfinite(shot->iso_speed) ? shot->iso_speed : 0;
+    info->f_number = shot->aperture > 0 && isfinite(shot->aperture) ? shot->aperture : 0;
+    info->focal_mm = shot->focal_len > 0 && isfinite(shot->focal_len) ? shot->focal_len : 0;
+    libraw_close(raw);
+    return 0;
+}
+
+// Colours of the 2 x 2 cell at the top left of the visible area (0 R, 1 G, 2 B); false when it is not a Bayer sensor.
+static bool bayer_pattern(libraw_data_t *raw, unsigned char cfa[4])
+{
+    if (!raw->rawdata.raw_image || raw->idata.colors != 3 || raw->idata.filters < 1000 ||
+        raw->rawdata.ioparams.fuji_width || raw->rawdata.ph1_cblack || raw->rawdata.ph1_rblack)
+        return false;
+    for (int y = 0; y < 16; y++)
+        for (int x = 0; x < 16; x++) {
+            char name = raw->idata.cdesc[libraw_COLOR(raw, y, x) & 3];
+            int color = name == 'R' ? 0 : name == 'G' ? 1 : name == 'B' ? 2 : 3, at = (y & 1) * 2 + (x & 1);
+            if (y < 2 && x < 2) cfa[at] = (unsigned char)color;
+            if (color == 3 || cfa[at] != color) return false;
+        }
+    bool main_diagonal = cfa[0] == 1 && cfa[3] == 1 && cfa[1] + cfa[2] == 2 && cfa[1] != 1;
+    bool other_diagonal = cfa[1] == 1 && cfa[2] == 1 && cfa[0] + cfa[3] == 2 && cfa[0] != 1;
+    return main_diagonal || other_diagonal;
+}
+
+// The sensor's values as LibRaw hands them over.
+typedef struct Sensor {
+    const ushort *px; // first visible pixel
+    size_t pitch;     // values per row
+    int width, height;
+    double black[8][8], white; // black: repeated
+    double clip;               // value from which on a pixel counts as saturated
+} Sensor;
+
+static int find_levels(const char *path, libraw_data_t *raw, Sensor *s, FsError *err)
+{
+    const libraw_colordata_t *color = &raw->color;
+    unsigned rows = color->cblack[4], columns = color->cblack[5];
+    if (rows > 8 || columns > 8 || 8 % (rows ? rows : 1) || 8 % (columns ? columns : 1)) rows = columns = 0;
+    double highest = 0;
+    for (unsigned y = 0; y < 8; y++)
+        for (unsigned x = 0; x < 8; x++) {
+            double b = (double)color->black + color->cblack[libraw_COLOR(raw, (int)y, (int)x) & 3];
+            if (rows && columns) b += color->cblack[6 + (y % rows) * columns + x % columns];
+            s->black[y][x] = b;
+            highest = fmax(highest, b);
+        }
+    s->white = color->maximum;
+    if (!(s->white > highest + 15))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: white level %g is not above black level %g", path, s->white, highest);
+    return 0;
+}
+
+// Saturation may lie below the white level that the file states: then many pixels share the highest value.
+static void find_clip(Sensor *s)
+{
+    unsigned top = 0;
+    size_t count = 0, all = (size_t)s->width * (size_t)s->height;
+    for (int y = 0; y < s->height; y++)
+        for (int x = 0; x < s->width; x++) {
+            unsigned v = s->px[(size_t)y * s->pitch + (size_t)x];
+            if (v > top) top = v, count = 0;
+            count += v == top;
+        }
+    double black = s->black[0][0], saturation = s->white;
+    if (top < s->white && top > black + 0.5 * (s->white - black) && count > 20 && count > all / 20000) saturation = top;
+    s->clip = black + CLIP_LEVEL * (saturation - black);
+}
+
+// Marks the pixels whose demosaiced colour a saturated pixel had a part in.
+static void mark_clipped(const Sensor *s, Image *clipped)
+{
+    for (int y = 0; y < s->height; y++)
+        for (int x = 0; x < s->width; x++) {
+            if (s->px[(size_t)y * s->pitch + (size_t)x] < s->clip) continue;
+            for (int j = -2; j <= 2; j++)
+                for (int i = abs(j) - 2; i <= 2 - abs(j); i++)
+                    if (x + i >= 0 && x + i < s->width && y + j >= 0 && y + j < s->height)
+                        clipped->px[(size_t)(y + j) * (size_t)s->width + (size_t)(x + i)] = 1;
+        }
+}
+
+static int read_bayer(const char *path, libraw_data_t *raw, const unsigned char cfa[4], const double white_balance[3],
+                      Image *rgb, Image *clipped, FsError *err)
+{
+    const libraw_image_sizes_t *size = &raw->sizes;
+    Image mosaic = {0};
+    Sensor s = {.pitch = size->raw_pitch / 2, .width = size->width, .height = size->height};
+    int rc = 0;
+    if (s.pitch < size->raw_width || size->left_margin + s.width > size->raw_width ||
+        size->top_margin + s.height > size->raw_height)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: the picture lies outside the sensor: damaged?", path);
+    s.px = raw->rawdata.raw_image + size->top_margin * s.pitch + size->left_margin;
+    TRY(find_levels(path, raw, &s, err));
+    find_clip(&s);
+    TRY(fs_image_new(&mosaic, s.width, s.height, 1, err));
+    for (int y = 0; y < s.height; y++)
+        for (int x = 0; x < s.width; x++) {
+            double black = s.black[y & 7][x & 7], gain = white_balance[cfa[(y & 1) * 2 + (x & 1)]] / (s.white - black);
+            double v = (s.px[(size_t)y * s.pitch + (size_t)x] - black) * gain;
+            mosaic.px[(size_t)y * (size_t)s.width + (size_t)x] = (float)v;
+        }
+    TRY(fs_demosaic(mosaic.px, s.width, s.height, cfa, rgb, err));
+    TRY(fs_image_new(clipped, s.width, s.height, 1, err));
+    mark_clipped(&s, clipped);
+fail:
+    fs_image_free(&mosaic);
+    return rc;
+}
+
+// LibRaw's multipliers are scaled so that the largest becomes 1 (highlight 1): nothing but sensor white clips.
+static int read_plain(const char *path, libraw_data_t *raw, const double white_balance[3], Image *rgb, Image *clipped,
+                      FsError *err)
+{
+    int code, rc = 0;
+    double largest = fmax(white_balance[0], fmax(white_balance[1], white_balance[2]));
+    libraw_output_params_t *p = &raw->params;
+    for (int c = 0; c < 4; c++) p->user_mul[c] = (float)white_balance[c == 3 ? 1 : c];
+    p->use_camera_wb = p->use_auto_wb = 0;
+    p->output_color = 0;
+    p->gamm[0] = p->gamm[1] = 1;
+    p->no_auto_bright = 1;
+    p->adjust_maximum_thr = 0;
+    p->bright = 1;
+    p->highlight = 1;
+    p->output_bps = 16;
+    p->user_qual = 3; // adaptive homogeneity-directed
+    p->user_flip = 0;
+    code = libraw_dcraw_process(raw);
+    if (code != LIBRAW_SUCCESS) return raw_error(path, code, err);
+    libraw_processed_image_t *made = libraw_dcraw_make_mem_image(raw, &code);
+    if (!made) return raw_error(path, code, err);
+    if (made->type != LIBRAW_IMAGE_BITMAP || made->bits != 16 || (made->colors != 3 && made->colors != 1)) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: a sensor of %d colours, expected red, green and blue", path, made->colors);
+        goto fail;
+    }
+    TRY(fs_image_new(rgb, made->width, made->height, 3, err));
+    TRY(fs_image_new(clipped, made->width, made->height, 1, err));
+    for (size_t i = 0; i < (size_t)made->width * made->height; i++)
+        for (size_t c = 0; c < 3; c++) {
+            ushort v;
+            memcpy(&v, made->data + 2 * (made->colors == 3 ? 3 * i + c : i), sizeof v);
+            double linear = v / 65535.0 * largest;
+            rgb->px[3 * i + c] = (float)linear;
+            if (linear >= CLIP_LEVEL * white_balance[c]) clipped->px[i] = 1;
+        }
+fail:
+    libraw_dcraw_clear_mem(made);
+    return rc;
+}
+
+int fs_raw_read(const char *path, const double white_balance[3], bool plain, Image *rgb, Image *clipped, FsError *err)
+{
+    *rgb = *clipped = (Image){0};
+    bool damaged;
+    libraw_data_t *raw;
+    int rc = open_raw(path, &damaged, &raw, err);
+    if (rc < 0) return rc;
+    unsigned char cfa[4] = {0};
+    int code = libraw_unpack(raw);
+    if (code != LIBRAW_SUCCESS)
+        rc = raw_error(path, code, err);
+    else if (damaged)
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: RAW data damaged or cut short: copy the file again", path);
+    else if (!plain && bayer_pattern(raw, cfa))
+        rc = read_bayer(path, raw, cfa, white_balance, rgb, clipped, err);
+    else
+        rc = read_plain(path, raw, white_balance, rgb, clipped, err);
+    libraw_close(raw);
+    if (rc < 0) {
+        fs_image_free(rgb);
+        fs_image_free(clipped);
+    }
+    return rc;
+}
