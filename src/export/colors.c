@@ -1,0 +1,67 @@
+#include "export/colors.h"
+
+#include <math.h>
+
+#include "image/tone.h"
+
+const Cloud *fs_colors_cloud(const Scene *scene, Layer layer)
+{
+    const Cloud *cloud = &scene->cloud[layer == LAYER_T_F && scene->shared_geometry ? LAYER_T_N : layer];
+    return cloud->n ? cloud : NULL;
+}
+
+static float sigmoid(float x)
+{
+    return 1.0f / (1.0f + expf(-x));
+}
+
+// The flash's gain on Gaussian i at the distance where its falloff is 1.
+static float flash_factor(const Scene *scene, const Cloud *cloud, int i, int channel)
+{
+    return 1.0f + (float)scene->gain_color[channel] * expf(cloud->field[CLOUD_GAINS][i]);
+}
+
+// Schlick's Fresnel on the ray from the eye to the Gaussian.
+static float pane_beta(const Pane *pane, const float mean[3], const Development *development)
+{
+    if (!development->has_eye) return (float)pane->f0;
+    double dot = 0, length = 0;
+    for (int k = 0; k < 3; k++) {
+        double ray = (double)mean[k] - development->eye[k];
+        dot += ray * pane->normal[k];
+        length += ray * ray;
+    }
+    double cosine = length > 0 ? fmin(fabs(dot) / sqrt(length), 1) : 1;
+    return (float)(pane->f0 + (1 - pane->f0) * pow(1 - cosine, 5));
+}
+
+void fs_colors_linear(const Scene *scene, Layer layer, const Development *development, float *linear)
+{
+    const Cloud *cloud = fs_colors_cloud(scene, layer);
+    int width = cloud->width[CLOUD_COLORS];
+    for (int i = 0; i < cloud->n; i++) {
+        const float *color = cloud->field[CLOUD_COLORS] + (size_t)i * (size_t)width;
+        for (int c = 0; c < 3; c++) {
+            float *to = &linear[(size_t)i * 3 + (size_t)c];
+            *to = layer == LAYER_BETA ? sigmoid(color[0]) : fs_tone_decode(color[width == 3 ? c : 0]);
+            if (layer == LAYER_T_F && scene->shared_geometry) *to *= flash_factor(scene, cloud, i, c);
+            if (layer == LAYER_R && scene->pane_beta)
+                *to *= pane_beta(&scene->pane, cloud->field[CLOUD_MEANS] + (size_t)i * 3, development);
+        }
+    }
+}
+
+void fs_colors_display(const Scene *scene, Layer layer, const Development *development, float *srgb)
+{
+    const Cloud *cloud = fs_colors_cloud(scene, layer);
+    fs_colors_linear(scene, layer, development, srgb);
+    if (layer == LAYER_BETA) return; // a map, not light
+    for (int i = 0; i < cloud->n; i++) {
+        float *to = srgb + (size_t)i * 3, camera[3] = {to[0], to[1], to[2]};
+        for (int c = 0; c < 3; c++) {
+            const double *m = development->srgb_from_camera + 3 * c;
+            double v = development->has_matrix ? m[0] * camera[0] + m[1] * camera[1] + m[2] * camera[2] : camera[c];
+            to[c] = fs_tone_pleasant((float)v, development->exposure);
+        }
+    }
+}

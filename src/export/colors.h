@@ -1,0 +1,25 @@
+// Colours of a scene's Gaussians as a viewer shows them: sRGB display values out of tone-mapped camera RGB.
+#ifndef FS_EXPORT_COLORS_H
+#define FS_EXPORT_COLORS_H
+
+#include <stdbool.h>
+
+#include "model/scene.h"
+
+// The one development of a scene, the same for all its layers.
+typedef struct Development {
+    float exposure;           // multiplies linear light, before the shoulder and the sRGB curve
+    bool has_matrix;          // the capture says what its camera RGB means
+    double srgb_from_camera[9]; // (3, 3) row-major, linear
+    bool has_eye;
+    double eye[3];            // mean centre of the photos' cameras: where a pane's beta is taken from
+} Development;
+
+// The cloud a layer is shown by (T_F of shared geometry: T_N's); NULL when the scene has none for it.
+const Cloud *fs_colors_cloud(const Scene *scene, Layer layer);
+// Linear camera RGB (N, 3) of that cloud, as the layer is seen in a photo (beta: the reflectance, grey).
+void fs_colors_linear(const Scene *scene, Layer layer, const Development *development, float *linear);
+// Display values 0..1 (N, 3) of the same.
+void fs_colors_display(const Scene *scene, Layer layer, const Development *development, float *srgb);
+
+#endif

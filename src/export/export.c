@@ -1,0 +1,147 @@
+#include "export/export.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "export/colors.h"
+#include "export/inria.h"
+#include "export/splat.h"
+#include "image/tone.h"
+#include "model/dataset.h"
+
+#define EXPOSURE_PHOTOS 8 // spread over the capture
+
+static void mean_centre(const Dataset *views, Development *development)
+{
+    for (int i = 0; i < views->n; i++) {
+        double centre[3];
+        fs_camera_centre(&views->view[i].camera, centre);
+        for (int k = 0; k < 3; k++) development->eye[k] += centre[k] / views->n;
+    }
+    development->has_eye = views->n > 0;
+}
+
+// The exposure that the capture's photos ask for; 0 when they cannot be read any more.
+static float photo_exposure(const FsProject *project, const Dataset *views)
+{
+    Image photo[EXPOSURE_PHOTOS] = {0}, mask = {0};
+    int n = views->n < EXPOSURE_PHOTOS ? views->n : EXPOSURE_PHOTOS, read = 0;
+    for (int i = 0; i < n; i++) {
+        const View *view = &views->view[(long long)i * views->n / n];
+        if (fs_dataset_load_view(project->out, view, &photo[read], &mask, NULL) < 0) continue;
+        fs_image_free(&mask);
+        read++;
+    }
+    float exposure = read ? fs_tone_pleasant_exposure(photo, read) : 0;
+    for (int i = 0; i < read; i++) fs_image_free(&photo[i]);
+    return exposure;
+}
+
+// Without photos: from the Gaussians' own colours, the brightest lighting there is.
+static int cloud_exposure(const Scene *scene, Development *development, FsError *err)
+{
+    Layer layer = fs_colors_cloud(scene, LAYER_T_F) ? LAYER_T_F : fs_colors_cloud(scene, LAYER_T_N) ? LAYER_T_N : LAYER_R;
+    const Cloud *cloud = fs_colors_cloud(scene, layer);
+    development->exposure = 1;
+    if (!cloud) return 0;
+    Image colors = {.width = cloud->n, .height = 1, .channels = 3};
+    colors.px = malloc(sizeof(float) * 3 * (size_t)cloud->n);
+    if (!colors.px) return fs_error_memory(err);
+    fs_colors_linear(scene, layer, development, colors.px);
+    development->exposure = fs_tone_pleasant_exposure(&colors, 1);
+    free(colors.px);
+    return 0;
+}
+
+static int develop(const FsProject *project, const Scene *scene, Development *development, FsError *err)
+{
+    *development = (Development){0};
+    Dataset views = {0};
+    char *path = fs_file_path("%s/views.json", project->out);
+    if (!path) return fs_error_memory(err);
+    if (fs_file_exists(path) && fs_dataset_read(&views, path, NULL) == 0) {
+        mean_centre(&views, development);
+        development->exposure = photo_exposure(project, &views);
+    }
+    fs_dataset_free(&views);
+    free(path);
+    const char *source = "the photos";
+    if (!(development->exposure > 0)) {
+        source = "the clouds";
+        int rc = cloud_exposure(scene, development, err);
+        if (rc < 0) return rc;
+    }
+    fs_log_info(&project->log, "export: colours are camera RGB times %.3g (exposure from %s), a soft shoulder, sRGB",
+                (double)development->exposure, source);
+    return 0;
+}
+
+static int export_layer(const FsProject *project, const Scene *scene, Layer layer, const Development *development,
+                        FsError *err)
+{
+    const Cloud *cloud = fs_colors_cloud(scene, layer);
+    const char *name = fs_layers[layer].name;
+    int rc = 0;
+    char *ply = fs_file_path("%s/export/%s.ply", project->out, name);
+    char *splat = fs_file_path("%s/export/%s.splat", project->out, name);
+    float *srgb = malloc(sizeof(float) * 3 * (size_t)(cloud ? cloud->n : 1));
+    if (!ply || !splat || !srgb) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    if (!cloud) { // nothing to show: no stale file either
+        unlink(ply);
+        unlink(splat);
+        goto fail;
+    }
+    fs_colors_display(scene, layer, development, srgb);
+    TRY(fs_inria_write(cloud, srgb, ply, err));
+    TRY(fs_splat_write(cloud, srgb, splat, err));
+    fs_log_info(&project->log, "export: %s: %d Gaussians: %s, %s", name, cloud->n, ply, splat);
+fail:
+    free(srgb);
+    free(ply);
+    free(splat);
+    return rc;
+}
+
+int fs_export_run(FsProject *project, FsError *err)
+{
+    if (fs_project_done(project, "export", FS_STAGE_EXPORT)) return 0;
+    Scene scene = {0};
+    Development development;
+    int rc = 0;
+    char *clouds = fs_file_path("%s/clouds", project->out), *model = fs_file_path("%s/clouds/model.json", project->out);
+    char *dir = fs_file_path("%s/export", project->out);
+    if (!clouds || !model || !dir) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    if (!fs_file_exists(model)) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: missing: train the scene first", model);
+        goto fail;
+    }
+    fs_project_unmark(project, "export");
+    TRY(fs_scene_read(&scene, clouds, err));
+    TRY(fs_file_mkdirs(dir, err));
+    TRY(develop(project, &scene, &development, err));
+    for (int l = 0; l < LAYERS; l++) {
+        if (fs_log_cancelled(&project->log)) {
+            rc = fs_error_set(err, FS_ERR_CANCELLED, "export: stopped");
+            goto fail;
+        }
+        fs_log_progress(&project->log, "export", l, LAYERS, fs_layers[l].name);
+        TRY(export_layer(project, &scene, (Layer)l, &development, err));
+    }
+    fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");
+    TRY(fs_project_mark_done(project, "export", FS_STAGE_EXPORT, err));
+fail:
+    fs_scene_free(&scene);
+    free(clouds);
+    free(model);
+    free(dir);
+    return rc;
+}

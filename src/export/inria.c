@@ -1,0 +1,36 @@
+#include "export/inria.h"
+
+#include "base/file.h"
+#include "export/rotation.h"
+
+// Value of the constant spherical harmonic: a viewer shows colour 0.5 + SH0 * f_dc.
+#define SH0 0.28209479177387814
+
+static const char *const properties[] = {
+    "x",       "y",       "z",       "nx",      "ny",    "nz",    "f_dc_0", "f_dc_1", "f_dc_2",
+    "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2",  "rot_3",
+};
+#define N_PROPERTIES (sizeof properties / sizeof *properties)
+
+int fs_inria_write(const Cloud *cloud, const float *srgb, const char *path, FsError *err)
+{
+    AtomicFile file;
+    int rc = fs_file_begin(&file, path, err);
+    if (rc < 0) return rc;
+    fprintf(file.f, "ply\nformat binary_little_endian 1.0\nelement vertex %d\n", cloud->n);
+    for (size_t p = 0; p < N_PROPERTIES; p++) fprintf(file.f, "property float %s\n", properties[p]);
+    fprintf(file.f, "end_header\n");
+    for (size_t i = 0; i < (size_t)cloud->n; i++) {
+        const float *mean = cloud->field[CLOUD_MEANS] + 3 * i, *scale = cloud->field[CLOUD_SCALES] + 3 * i;
+        float rotation[4], dc[3];
+        fs_rotation_unit(cloud->field[CLOUD_QUATS] + 4 * i, rotation);
+        for (int c = 0; c < 3; c++) dc[c] = (float)(((double)srgb[3 * i + (size_t)c] - 0.5) / SH0);
+        const float row[N_PROPERTIES] = {
+            mean[0],  mean[1],  mean[2],     0,           0,           0,
+            dc[0],    dc[1],    dc[2],       cloud->field[CLOUD_OPACITIES][i],
+            scale[0], scale[1], scale[2],    rotation[0], rotation[1], rotation[2], rotation[3],
+        };
+        fwrite(row, sizeof row, 1, file.f);
+    }
+    return fs_file_commit(&file, err);
+}
