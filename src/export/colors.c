@@ -1,3 +1,4 @@
+// Colours for viewers: the layer's linear camera RGB, then exposure, shoulder and sRGB.
 #include "export/colors.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+// Export: one development for the whole scene, then two files per layer.
 #include "export/export.h"
 
 #include <jansson.h>

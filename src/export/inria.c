@@ -1,3 +1,4 @@
+// INRIA's PLY: positions, unused normals, degree-0 colour, opacity logit, log scales, unit quaternions.
 #include "export/inria.h"
 
 #include "base/file.h"

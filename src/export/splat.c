@@ -1,3 +1,4 @@
+// .splat: position and scale as floats, colour, opacity and rotation as bytes, no header.
 #include "export/splat.h"
 
 #include <math.h>

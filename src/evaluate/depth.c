@@ -1,0 +1,163 @@
+// Depth errors: pairs of (truth, estimate) over all views, then medians.
+#include "evaluate/depth.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+
+typedef struct Pairs {
+    float *truth, *estimate; // metres
+    size_t n, capacity;
+    size_t asked; // pixels with a true depth
+} Pairs;
+
+static int read_depth(const char *path, Image *depth, FsError *err)
+{
+    bool tiff = fs_file_has_ext(path, "tif") || fs_file_has_ext(path, "tiff");
+    int rc = tiff ? fs_tiff_read(path, depth, err) : fs_png_read(path, depth, err);
+    if (rc < 0) return rc;
+    if (depth->channels != 1) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected depth in one", path, depth->channels);
+        fs_image_free(depth);
+        return rc;
+    }
+    size_t n = (size_t)depth->width * (size_t)depth->height;
+    for (size_t i = 0; i < n && !tiff; i++) depth->px[i] *= 65.535f; // 0..1 of 65535 mm
+    return 0;
+}
+
+static int reserve(Pairs *pairs, size_t more, FsError *err)
+{
+    if (pairs->n + more <= pairs->capacity) return 0;
+    size_t capacity = 2 * (pairs->n + more);
+    float *t = realloc(pairs->truth, capacity * sizeof *t);
+    if (t) pairs->truth = t;
+    float *e = realloc(pairs->estimate, capacity * sizeof *e);
+    if (e) pairs->estimate = e;
+    if (!t || !e) return fs_error_memory(err);
+    pairs->capacity = capacity;
+    return 0;
+}
+
+static float nearest(const Image *image, int x, int y, int width, int height)
+{
+    int sx = (int)((x + 0.5) * image->width / width), sy = (int)((y + 0.5) * image->height / height);
+    return image->px[(size_t)sy * (size_t)image->width + (size_t)sx];
+}
+
+static int collect(Pairs *pairs, const char *truth_path, const char *path, FsError *err)
+{
+    Image truth = {0}, depth = {0};
+    int rc;
+    TRY(read_depth(truth_path, &truth, err));
+    TRY(read_depth(path, &depth, err));
+    int width = truth.width < depth.width ? truth.width : depth.width;
+    int height = truth.height < depth.height ? truth.height : depth.height;
+    TRY(reserve(pairs, (size_t)width * (size_t)height, err));
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            float t = nearest(&truth, x, y, width, height), d = nearest(&depth, x, y, width, height);
+            if (!(t > 0)) continue;
+            pairs->asked++;
+            if (!(d > 0) || !isfinite(d)) continue;
+            pairs->truth[pairs->n] = t;
+            pairs->estimate[pairs->n++] = d;
+        }
+fail:
+    fs_image_free(&truth);
+    fs_image_free(&depth);
+    return rc;
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// Of n > 0 values; sorts them.
+static double median(double *values, size_t n)
+{
+    qsort(values, n, sizeof *values, compare_doubles);
+    return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
+}
+
+static double relative_error(const Pairs *pairs, size_t first, double scale, double *values)
+{
+    size_t n = pairs->n - first;
+    if (n == 0) return NAN;
+    for (size_t i = 0; i < n; i++)
+        values[i] = fabs(scale * pairs->estimate[first + i] - pairs->truth[first + i]) / pairs->truth[first + i];
+    return median(values, n);
+}
+
+static int view_score(DepthViewScore *view, const TruthView *truth, const char *dir, Pairs *pairs, FsError *err)
+{
+    view->name = strdup(truth->name);
+    if (!view->name) return fs_error_memory(err);
+    view->error = view->covered = NAN;
+    char *path = fs_truth_find(dir, "depth_T", truth->name, "png|tif|tiff");
+    view->missing = !path;
+    if (!path) return 0;
+    size_t first = pairs->n, asked = pairs->asked;
+    int rc = collect(pairs, truth->path, path, err);
+    free(path);
+    if (rc < 0) return rc;
+    double *values = malloc(sizeof(double) * (pairs->n - first + 1));
+    if (!values) return fs_error_memory(err);
+    view->error = relative_error(pairs, first, 1, values);
+    if (pairs->asked > asked) view->covered = (double)(pairs->n - first) / (double)(pairs->asked - asked);
+    free(values);
+    return 0;
+}
+
+static int summarise(DepthScore *score, const Pairs *pairs, FsError *err)
+{
+    score->error = score->scale = score->error_scaled = NAN;
+    score->covered = pairs->asked ? (double)pairs->n / (double)pairs->asked : NAN;
+    if (pairs->n == 0) return 0;
+    double *values = malloc(sizeof(double) * pairs->n);
+    if (!values) return fs_error_memory(err);
+    score->error = relative_error(pairs, 0, 1, values);
+    for (size_t i = 0; i < pairs->n; i++) values[i] = (double)pairs->truth[i] / pairs->estimate[i];
+    score->scale = median(values, pairs->n);
+    score->error_scaled = relative_error(pairs, 0, score->scale, values);
+    free(values);
+    return 0;
+}
+
+int fs_depth_score(DepthScore *score, const TruthViews *views, const char *dir, const Log *log, FsError *err)
+{
+    *score = (DepthScore){0};
+    Pairs pairs = {0};
+    int rc = 0;
+    score->view = calloc((size_t)views->n + 1, sizeof *score->view);
+    if (!score->view) return fs_error_memory(err);
+    for (int i = 0; i < views->n; i++) {
+        DepthViewScore *view = &score->view[score->n + score->missing];
+        rc = view_score(view, &views->view[i], dir, &pairs, err);
+        if (view->missing) {
+            score->missing++;
+        } else {
+            score->n++;
+        }
+        if (rc < 0) goto fail;
+    }
+    if (score->missing)
+        fs_log_warn(log, "evaluate: %d of %d views are missing in %s/depth_T", score->missing, views->n, dir);
+    TRY(summarise(score, &pairs, err));
+fail:
+    free(pairs.truth);
+    free(pairs.estimate);
+    if (rc < 0) fs_depth_free(score);
+    return rc;
+}
+
+void fs_depth_free(DepthScore *score)
+{
+    for (int i = 0; i < score->n + score->missing; i++) free(score->view[i].name);
+    free(score->view);
+    *score = (DepthScore){0};
+}

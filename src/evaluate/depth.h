@@ -1,0 +1,28 @@
+// Depth of the transmitted scene against the truth's.
+#ifndef FS_EVALUATE_DEPTH_H
+#define FS_EVALUATE_DEPTH_H
+
+#include "base/log.h"
+#include "evaluate/truth.h"
+
+typedef struct DepthViewScore {
+    char *name;
+    bool missing;
+    double error, covered; // as below, of this view
+} DepthViewScore;
+
+typedef struct DepthScore {
+    int n, missing;
+    double error;       // median over all pixels of |depth - truth| / truth
+    double scale;       // median of truth / depth: what the scene's unit lacks to a metre
+    double error_scaled; // the same error after that scale
+    double covered;     // share of the truth's pixels that have a depth
+    DepthViewScore *view; // (n + missing)
+} DepthScore;
+
+// Truth: 16-bit PNG in millimetres, 0 = none. Estimate: <dir>/depth_T/<view>.png in the same form, or a float TIFF in
+// world units, taken for metres. The smaller image's pixel centres are compared with the nearest pixel of the larger.
+int fs_depth_score(DepthScore *score, const TruthViews *views, const char *dir, const Log *log, FsError *err);
+void fs_depth_free(DepthScore *score);
+
+#endif

@@ -1,0 +1,143 @@
+// Evaluation: every method's folder against every layer the truth has.
+#include "evaluate/evaluate.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "evaluate/report.h"
+
+static const struct {
+    const char *name;
+    bool transmitted; // measured in the paper's convention too
+} layers[FS_EVALUATE_LAYERS] = {{"T_N", true}, {"T_F", true}, {"R", false}, {"I_N", false}, {"I_F", false}};
+
+typedef struct Evaluation {
+    FsProject *project;
+    const char *truth;
+    Dataset cameras;
+    Threads *threads;
+    MethodScore *method;
+    int n;
+} Evaluation;
+
+static int add_method(Evaluation *e, const char *name, size_t name_length, const char *dir, size_t dir_length,
+                      FsError *err)
+{
+    MethodScore *method = &e->method[e->n++];
+    method->name = strndup(name, name_length);
+    method->dir = strndup(dir, dir_length);
+    if (!method->name || !method->dir) return fs_error_memory(err);
+    for (int i = 0; i < e->n - 1; i++)
+        if (strcmp(e->method[i].name, method->name) == 0)
+            return fs_error_set(err, FS_ERR_USAGE, "--method: the name '%s' is taken twice", method->name);
+    if (!fs_file_is_dir(method->dir))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: no such folder: %s", method->dir,
+                            e->n == 1 ? "render the layers first" : "--method NAME=DIR expects <layer>/<view>.png in it");
+    return 0;
+}
+
+// This project's renders first, then NAME=DIR,NAME=DIR.
+static int list_methods(Evaluation *e, FsError *err)
+{
+    const Settings *set = &e->project->set;
+    size_t most = 2;
+    for (const char *p = set->methods; *p; p++) most += *p == ',';
+    e->method = calloc(most, sizeof *e->method);
+    char *own = *set->output ? strdup(set->output) : fs_file_path("%s/renders", e->project->out);
+    int rc = e->method && own ? add_method(e, "flashsplat", 10, own, strlen(own), err) : fs_error_memory(err);
+    free(own);
+    for (const char *p = set->methods; *p && rc == 0;) {
+        size_t n = strcspn(p, ","), name = strcspn(p, "=");
+        if (name == 0 || name + 1 >= n)
+            return fs_error_set(err, FS_ERR_USAGE, "--method: '%.*s' is not NAME=DIR", (int)n, p);
+        rc = add_method(e, p, name, p + name + 1, n - name - 1, err);
+        p += n + (p[n] == ',');
+    }
+    return rc;
+}
+
+static int evaluate_layer(Evaluation *e, int l, FsError *err)
+{
+    TruthViews views;
+    int rc = fs_truth_list(e->truth, layers[l].name, &e->cameras, e->project->set.views, &views, err);
+    if (rc < 0) return rc;
+    if (!views.n)
+        fs_log_info(&e->project->log, "evaluate: the truth has no %s at %s views, skipped", layers[l].name,
+                    e->project->set.views);
+    for (int i = 0; i < e->n && views.n; i++) {
+        TRY(fs_log_cancelled(&e->project->log) ? fs_error_set(err, FS_ERR_CANCELLED, "evaluate: stopped") : 0);
+        fs_log_progress(&e->project->log, "evaluate", l * e->n + i, FS_EVALUATE_LAYERS * e->n, layers[l].name);
+        TRY(fs_score_layer(&e->method[i].layer[l], layers[l].name, e->truth, &views, e->method[i].dir,
+                           layers[l].transmitted, e->threads, &e->project->log, err));
+    }
+fail:
+    fs_truth_free(&views);
+    return rc;
+}
+
+static int evaluate_depth(Evaluation *e, FsError *err)
+{
+    TruthViews views;
+    int rc = fs_truth_list(e->truth, "depth_T", &e->cameras, e->project->set.views, &views, err);
+    for (int i = 0; i < e->n && rc == 0 && views.n; i++) {
+        e->method[i].has_depth = true;
+        rc = fs_depth_score(&e->method[i].depth, &views, e->method[i].dir, &e->project->log, err);
+    }
+    fs_truth_free(&views);
+    return rc;
+}
+
+static int finish(const Evaluation *e, FsError *err)
+{
+    const Settings *set = &e->project->set;
+    int measured = 0, rc;
+    for (int i = 0; i < e->n; i++)
+        for (int l = 0; l < FS_EVALUATE_LAYERS; l++) measured += e->method[i].layer[l].n;
+    if (!measured)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: no picture of the truth at %s views has a render in %s: check --views "
+                            "and the folder's <layer>/<view>.png", e->truth, set->views, e->method[0].dir);
+    fs_report_log(e->method, e->n, &e->project->log);
+    char *path = fs_file_path("%s/evaluate.json", e->project->out);
+    if (!path) return fs_error_memory(err);
+    TRY(fs_report_write(e->method, e->n, e->truth, set->views, path, err));
+    if (*set->json) TRY(fs_report_write(e->method, e->n, e->truth, set->views, set->json, err));
+    fs_log_info(&e->project->log, "evaluate: figures of every view in %s", *set->json ? set->json : path);
+    TRY(fs_project_mark_done(e->project, "evaluate", FS_STAGE_EVALUATE, err));
+fail:
+    free(path);
+    return rc;
+}
+
+static void free_all(Evaluation *e)
+{
+    for (int i = 0; i < e->n; i++) {
+        for (int l = 0; l < FS_EVALUATE_LAYERS; l++) fs_score_free(&e->method[i].layer[l]);
+        fs_depth_free(&e->method[i].depth);
+        free(e->method[i].name);
+        free(e->method[i].dir);
+    }
+    free(e->method);
+    fs_dataset_free(&e->cameras);
+    fs_threads_free(e->threads);
+}
+
+int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
+{
+    Evaluation e = {.project = project, .truth = truth};
+    int rc;
+    char *cameras = fs_file_path("%s/cameras.json", truth);
+    TRY(cameras ? fs_dataset_read(&e.cameras, cameras, err) : fs_error_memory(err));
+    fs_project_unmark(project, "evaluate");
+    e.threads = fs_threads_new(project->set.threads);
+    TRY(e.threads ? 0 : fs_error_memory(err));
+    TRY(list_methods(&e, err));
+    for (int l = 0; l < FS_EVALUATE_LAYERS; l++) TRY(evaluate_layer(&e, l, err));
+    TRY(evaluate_depth(&e, err));
+    fs_log_progress(&project->log, "evaluate", FS_EVALUATE_LAYERS * e.n, FS_EVALUATE_LAYERS * e.n, "done");
+    TRY(finish(&e, err));
+fail:
+    free(cameras);
+    free_all(&e);
+    return rc;
+}

@@ -1,0 +1,109 @@
+// The metrics, in double: PSNR, SSIM and multi-scale SSIM.
+#include "evaluate/metrics.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "evaluate/window.h"
+
+#define SCALES 5
+
+static const double exponent[SCALES] = {0.0448, 0.2856, 0.3001, 0.2363, 0.1333};
+
+const MetricInfo fs_metrics[METRICS] = {
+    [METRIC_PSNR] = {"psnr", "PSNR", "%6.2f", fs_metrics_psnr},
+    [METRIC_SSIM] = {"ssim", "SSIM", "%6.4f", fs_metrics_ssim},
+    [METRIC_MS_SSIM] = {"ms_ssim", "MS-SSIM", "%7.4f", fs_metrics_ms_ssim},
+};
+
+int fs_metrics_psnr(const Image *a, const Image *b, double *value, FsError *err)
+{
+    (void)err;
+    size_t n = (size_t)a->width * (size_t)a->height * (size_t)a->channels;
+    double sum = 0;
+    for (size_t i = 0; i < n; i++) sum += ((double)a->px[i] - (double)b->px[i]) * ((double)a->px[i] - (double)b->px[i]);
+    *value = -10 * log10(fmax(sum / (double)n, 1e-12));
+    return 0;
+}
+
+static void plane(const Image *image, int channel, double *to)
+{
+    size_t n = (size_t)image->width * (size_t)image->height, c = (size_t)image->channels;
+    for (size_t i = 0; i < n; i++) to[i] = (double)image->px[i * c + (size_t)channel];
+}
+
+// Memory for two planes, then the scratch of their comparison.
+static double *workspace(const Image *a, FsError *err)
+{
+    size_t n = (size_t)a->width * (size_t)a->height;
+    double *memory = malloc(sizeof(double) * (2 * n + fs_window_scratch(a->width, a->height)));
+    if (!memory) fs_error_memory(err);
+    return memory;
+}
+
+int fs_metrics_ssim(const Image *a, const Image *b, double *value, FsError *err)
+{
+    size_t n = (size_t)a->width * (size_t)a->height;
+    double *pa = workspace(a, err), sum = 0;
+    if (!pa) return FS_ERR_MEMORY;
+    for (int c = 0; c < a->channels; c++) {
+        plane(a, c, pa);
+        plane(b, c, pa + n);
+        sum += fs_window_compare(pa, pa + n, a->width, a->height, 0, pa + 2 * n).ssim;
+    }
+    free(pa);
+    *value = sum / ((double)n * a->channels);
+    return 0;
+}
+
+int fs_metrics_ms_ssim_scales(int width, int height)
+{
+    int side = width < height ? width : height, scales = 0;
+    for (; scales < SCALES && side >= FS_WINDOW_SIZE; scales++) side /= 2;
+    return scales;
+}
+
+// In place: 2x2 means; a last odd row or column is left out.
+static void halve(double *p, int width, int height)
+{
+    size_t w = (size_t)width, half = (size_t)(width / 2);
+    for (size_t y = 0; y < (size_t)(height / 2); y++)
+        for (size_t x = 0; x < half; x++) {
+            const double *q = p + 2 * y * w + 2 * x;
+            p[y * half + x] = (q[0] + q[1] + q[w] + q[w + 1]) / 4;
+        }
+}
+
+static double ms_ssim_plane(double *a, double *b, int width, int height, double *scratch)
+{
+    int scales = fs_metrics_ms_ssim_scales(width, height);
+    double product = 1, sum = 0;
+    for (int s = 0; s < scales; s++) sum += exponent[s];
+    for (int s = 0; s < scales; s++) {
+        WindowSums w = fs_window_compare(a, b, width, height, FS_WINDOW_RADIUS, scratch);
+        double term = (s == scales - 1 ? w.ssim : w.contrast) / w.pixels;
+        product *= pow(fmax(term, 0), exponent[s] / sum);
+        halve(a, width, height);
+        halve(b, width, height);
+        width /= 2;
+        height /= 2;
+    }
+    return product;
+}
+
+int fs_metrics_ms_ssim(const Image *a, const Image *b, double *value, FsError *err)
+{
+    *value = NAN;
+    if (fs_metrics_ms_ssim_scales(a->width, a->height) == 0) return 0;
+    size_t n = (size_t)a->width * (size_t)a->height;
+    double *pa = workspace(a, err), sum = 0;
+    if (!pa) return FS_ERR_MEMORY;
+    for (int c = 0; c < a->channels; c++) {
+        plane(a, c, pa);
+        plane(b, c, pa + n);
+        sum += ms_ssim_plane(pa, pa + n, a->width, a->height, pa + 2 * n);
+    }
+    free(pa);
+    *value = sum / a->channels;
+    return 0;
+}

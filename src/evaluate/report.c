@@ -1,0 +1,226 @@
+// The table and the JSON, both driven by the table of metrics.
+#include "evaluate/report.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+
+// The three ways a layer is measured.
+static const struct {
+    const char *title, *suffix; // suffix: of the names in JSON
+    size_t in_layer, in_view;
+} kinds[] = {
+    {"as it is", "", offsetof(LayerScore, raw), offsetof(ViewScore, raw)},
+    {"gain-fitted", "_gain", offsetof(LayerScore, fitted), offsetof(ViewScore, fitted)},
+    {"paper's convention", "_paper", offsetof(LayerScore, paper), offsetof(ViewScore, paper)},
+};
+#define N_KINDS (sizeof kinds / sizeof *kinds)
+
+static const Figures *figures_at(const void *base, size_t offset)
+{
+    return (const Figures *)((const char *)base + offset);
+}
+
+// ---- table ----
+
+static void print_value(FILE *f, int metric, double value)
+{
+    char text[64];
+    snprintf(text, sizeof text, fs_metrics[metric].format, value);
+    if (isnan(value)) snprintf(text, sizeof text, "-");
+    fprintf(f, " %*s", (int)strlen(fs_metrics[metric].title) > 6 ? (int)strlen(fs_metrics[metric].title) : 6, text);
+}
+
+static void print_layer(FILE *f, const LayerScore *layer)
+{
+    fprintf(f, "%-5s %5d", layer->layer, layer->n);
+    for (size_t k = 0; k < N_KINDS; k++) {
+        if (k == 2 && !layer->n_paper) break;
+        fprintf(f, " |");
+        for (int m = 0; m < METRICS; m++) print_value(f, m, figures_at(layer, kinds[k].in_layer)->value[m]);
+        if (k == 1) fprintf(f, "  %5.3f %5.3f %5.3f", layer->gain[0], layer->gain[1], layer->gain[2]);
+    }
+}
+
+static void print_titles(FILE *f, bool paper)
+{
+    char blank[64] = "";
+    fprintf(f, "%-5s %5s", "layer", "views");
+    for (size_t k = 0; k < (paper ? N_KINDS : 2); k++) {
+        fprintf(f, " |");
+        for (int m = 0; m < METRICS; m++) fprintf(f, " %6s", fs_metrics[m].title);
+        if (k == 1) fprintf(f, "  %-17s", "gain");
+    }
+    (void)blank;
+}
+
+static void print_groups(FILE *f, bool paper)
+{
+    int width = 0;
+    for (int m = 0; m < METRICS; m++) width += 1 + (int)fmax(strlen(fs_metrics[m].title), 6);
+    fprintf(f, "%-11s", "");
+    for (size_t k = 0; k < (paper ? N_KINDS : 2); k++)
+        fprintf(f, " | %-*s", width - 1 + (k == 1 ? 19 : 0), kinds[k].title);
+}
+
+// One line made by a memory stream, handed to the log.
+typedef struct Line {
+    char *text;
+    size_t size;
+    FILE *f;
+} Line;
+
+static bool line_begin(Line *line)
+{
+    *line = (Line){0};
+    line->f = open_memstream(&line->text, &line->size);
+    return line->f != NULL;
+}
+
+static void line_end(Line *line, const Log *log)
+{
+    fclose(line->f);
+    for (size_t n = line->text ? strlen(line->text) : 0; n && line->text[n - 1] == ' '; n--) line->text[n - 1] = 0;
+    if (line->text) fs_log_info(log, "%s", line->text);
+    free(line->text);
+}
+
+static void log_depth(const DepthScore *d, const Log *log)
+{
+    if (!d->n) return;
+    fs_log_info(log, "depth of T, %d views: median relative error %.2f %%; after the scale %.4f, %.2f %%; %.1f %% of pixels",
+                d->n, 100 * d->error, d->scale, 100 * d->error_scaled, 100 * d->covered);
+}
+
+static void log_method(const MethodScore *method, const Log *log)
+{
+    bool paper = false, any = false;
+    for (int l = 0; l < FS_EVALUATE_LAYERS; l++) {
+        paper |= method->layer[l].n_paper > 0;
+        any |= method->layer[l].n > 0;
+    }
+    fs_log_info(log, "%s (%s)%s", method->name, method->dir, any ? "" : ": no layer to measure");
+    Line line;
+    for (int l = -2; l < FS_EVALUATE_LAYERS && any; l++) {
+        if (l >= 0 && !method->layer[l].n) continue;
+        if (!line_begin(&line)) return;
+        if (l == -2) print_groups(line.f, paper);
+        if (l == -1) print_titles(line.f, paper);
+        if (l >= 0) print_layer(line.f, &method->layer[l]);
+        line_end(&line, log);
+    }
+    log_depth(&method->depth, log);
+}
+
+// Methods side by side: gain-fitted means.
+static void log_comparison(const MethodScore *methods, int n, const Log *log)
+{
+    Line line;
+    fs_log_info(log, "gain-fitted PSNR / SSIM, side by side");
+    if (!line_begin(&line)) return;
+    fprintf(line.f, "%-5s", "layer");
+    for (int i = 0; i < n; i++) fprintf(line.f, " | %-14.14s", methods[i].name);
+    line_end(&line, log);
+    for (int l = 0; l < FS_EVALUATE_LAYERS; l++) {
+        const char *name = NULL;
+        for (int i = 0; i < n; i++)
+            if (methods[i].layer[l].n) name = methods[i].layer[l].layer;
+        if (!name || !line_begin(&line)) continue;
+        fprintf(line.f, "%-5s", name);
+        for (int i = 0; i < n; i++) {
+            const LayerScore *s = &methods[i].layer[l];
+            if (s->n) fprintf(line.f, " | %5.2f / %.4f", s->fitted.value[METRIC_PSNR], s->fitted.value[METRIC_SSIM]);
+            else fprintf(line.f, " | %-14s", "-");
+        }
+        line_end(&line, log);
+    }
+}
+
+void fs_report_log(const MethodScore *methods, int n, const Log *log)
+{
+    for (int i = 0; i < n; i++) log_method(&methods[i], log);
+    if (n > 1) log_comparison(methods, n, log);
+}
+
+// ---- JSON ----
+
+static void put_number(json_t *object, const char *name, double value)
+{
+    if (isfinite(value)) json_object_set_new(object, name, json_real(value));
+}
+
+static void put_figures(json_t *object, const Figures *figures, const char *suffix)
+{
+    for (int m = 0; m < METRICS; m++) {
+        char name[64];
+        snprintf(name, sizeof name, "%s%s", fs_metrics[m].name, suffix);
+        put_number(object, name, figures->value[m]);
+    }
+}
+
+static json_t *layer_json(const LayerScore *layer)
+{
+    json_t *root = json_object(), *views = json_object();
+    json_object_set_new(root, "n", json_integer(layer->n));
+    json_object_set_new(root, "missing", json_integer(layer->missing));
+    for (size_t k = 0; k < N_KINDS; k++) put_figures(root, figures_at(layer, kinds[k].in_layer), kinds[k].suffix);
+    if (layer->n)
+        json_object_set_new(root, "gain", json_pack("[fff]", layer->gain[0], layer->gain[1], layer->gain[2]));
+    for (int i = 0; i < layer->n + layer->missing; i++) {
+        const ViewScore *v = &layer->view[i];
+        json_t *view = json_object();
+        for (size_t k = 0; k < N_KINDS; k++) put_figures(view, figures_at(v, kinds[k].in_view), kinds[k].suffix);
+        if (v->missing) json_object_set_new(view, "missing", json_true());
+        json_object_set_new(views, v->name, view);
+    }
+    json_object_set_new(root, "views", views);
+    return root;
+}
+
+static json_t *depth_json(const DepthScore *depth)
+{
+    json_t *root = json_object(), *views = json_object();
+    json_object_set_new(root, "n", json_integer(depth->n));
+    json_object_set_new(root, "missing", json_integer(depth->missing));
+    put_number(root, "median_relative_error", depth->error);
+    put_number(root, "scale", depth->scale);
+    put_number(root, "median_relative_error_scaled", depth->error_scaled);
+    put_number(root, "covered", depth->covered);
+    for (int i = 0; i < depth->n + depth->missing; i++) {
+        json_t *view = json_object();
+        put_number(view, "median_relative_error", depth->view[i].error);
+        put_number(view, "covered", depth->view[i].covered);
+        json_object_set_new(views, depth->view[i].name, view);
+    }
+    json_object_set_new(root, "views", views);
+    return root;
+}
+
+int fs_report_write(const MethodScore *methods, int n, const char *truth, const char *views, const char *path,
+                    FsError *err)
+{
+    json_t *root = json_object(), *all = json_object();
+    json_object_set_new(root, "truth", json_string(truth));
+    json_object_set_new(root, "views", json_string(views));
+    for (int i = 0; i < n; i++) {
+        json_t *method = json_object(), *layers = json_object();
+        json_object_set_new(method, "dir", json_string(methods[i].dir));
+        for (int l = 0; l < FS_EVALUATE_LAYERS; l++)
+            if (methods[i].layer[l].layer)
+                json_object_set_new(layers, methods[i].layer[l].layer, layer_json(&methods[i].layer[l]));
+        json_object_set_new(method, "layers", layers);
+        if (methods[i].has_depth) json_object_set_new(method, "depth_T", depth_json(&methods[i].depth));
+        json_object_set_new(all, methods[i].name, method);
+    }
+    json_object_set_new(root, "methods", all);
+    char *text = json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
+    json_decref(root);
+    if (!text) return fs_error_set(err, FS_ERR_IO, "%s: cannot write: a name is not UTF-8, or memory is out", path);
+    int rc = fs_file_write(path, text, strlen(text), err);
+    free(text);
+    return rc;
+}

@@ -1,0 +1,21 @@
+// What evaluation says: lines of a table through the log, and the same figures with those of each view as JSON.
+#ifndef FS_EVALUATE_REPORT_H
+#define FS_EVALUATE_REPORT_H
+
+#include "evaluate/depth.h"
+#include "evaluate/score.h"
+
+#define FS_EVALUATE_LAYERS 5
+
+typedef struct MethodScore {
+    char *name, *dir;
+    LayerScore layer[FS_EVALUATE_LAYERS]; // layer NULL where the truth has none
+    DepthScore depth;
+    bool has_depth; // the truth has depth
+} MethodScore;
+
+void fs_report_log(const MethodScore *methods, int n, const Log *log);
+int fs_report_write(const MethodScore *methods, int n, const char *truth, const char *views, const char *path,
+                    FsError *err);
+
+#endif

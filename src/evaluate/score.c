@@ -1,0 +1,200 @@
+// Two passes over the views: the gain that fits the layer best, then the metrics without and with it.
+#include "evaluate/score.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "image/tone.h"
+
+#define PICTURES "png|jpg|jpeg"
+
+typedef struct Task {
+    const TruthView *truth; // of this view
+    const char *truth_dir;
+    char *estimate;         // path
+    bool paired;
+    const double *gain;     // NULL in the first pass
+    double cross[3], square[3]; // sums of truth * estimate and estimate^2, linear
+    ViewScore *score;
+    FsError err;
+    int rc;
+} Task;
+
+static void fit_one(Task *task, const Image *a, const Image *b)
+{
+    size_t n = (size_t)a->width * (size_t)a->height * 3;
+    for (size_t i = 0; i < n; i++) {
+        double x = fs_tone_decode(a->px[i]), y = fs_tone_decode(b->px[i]);
+        task->cross[i % 3] += x * y;
+        task->square[i % 3] += y * y;
+    }
+}
+
+static int measure(const Image *a, const Image *b, Figures *figures, FsError *err)
+{
+    int rc = 0;
+    for (int m = 0; m < METRICS && rc == 0; m++) rc = fs_metrics[m].measure(a, b, &figures->value[m], err);
+    return rc;
+}
+
+static void stretch(Image *image)
+{
+    size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
+    float low = image->px[0], high = low;
+    for (size_t i = 0; i < n; i++) low = fminf(low, image->px[i]), high = fmaxf(high, image->px[i]);
+    for (size_t i = 0; i < n; i++) image->px[i] = high > low ? (image->px[i] - low) / (high - low) : 0.0f;
+}
+
+// gamma(I_F - I_N) of the true composites; *there false when they lack this view.
+static int paired_difference(const Task *task, Image *difference, bool *there, FsError *err)
+{
+    Image flash = {0}, ambient = {0};
+    int rc = 0;
+    char *path_f = fs_truth_find(task->truth_dir, "I_F", task->truth->name, PICTURES);
+    char *path_n = fs_truth_find(task->truth_dir, "I_N", task->truth->name, PICTURES);
+    *there = path_f && path_n;
+    if (!*there) goto fail;
+    TRY(fs_truth_read_pair(path_f, path_n, &flash, &ambient, err));
+    size_t n = (size_t)flash.width * (size_t)flash.height * 3;
+    for (size_t i = 0; i < n; i++) // negative differences become 0
+        flash.px[i] = fs_tone_encode(fs_tone_decode(flash.px[i]) - fs_tone_decode(ambient.px[i]));
+    *difference = flash;
+    flash = (Image){0};
+fail:
+    fs_image_free(&flash);
+    fs_image_free(&ambient);
+    free(path_f);
+    free(path_n);
+    return rc;
+}
+
+static int measure_paired(const Task *task, Image *estimate, Figures *figures, FsError *err)
+{
+    Image difference = {0};
+    bool there;
+    int rc;
+    TRY(paired_difference(task, &difference, &there, err));
+    if (!there) goto fail;
+    TRY(fs_truth_same_size(&difference, estimate, task->estimate, err));
+    stretch(&difference);
+    stretch(estimate);
+    TRY(measure(&difference, estimate, figures, err));
+fail:
+    fs_image_free(&difference);
+    return rc;
+}
+
+static void score_view(void *context, int job, int worker)
+{
+    (void)worker;
+    Task *task = (Task *)context + job;
+    Image a = {0}, b = {0}, fitted = {0};
+    int rc = 0;
+    if (task->score->missing) return;
+    TRY(fs_truth_read_pair(task->truth->path, task->estimate, &a, &b, &task->err));
+    if (!task->gain) {
+        fit_one(task, &a, &b);
+        goto fail;
+    }
+    TRY(measure(&a, &b, &task->score->raw, &task->err));
+    TRY(fs_image_copy(&fitted, &b, &task->err));
+    size_t n = (size_t)b.width * (size_t)b.height * 3;
+    for (size_t i = 0; i < n; i++)
+        fitted.px[i] = fs_tone_encode((float)fmin(fs_tone_decode(b.px[i]) * task->gain[i % 3], 1));
+    TRY(measure(&a, &fitted, &task->score->fitted, &task->err));
+    if (task->paired) TRY(measure_paired(task, &b, &task->score->paper, &task->err));
+fail:
+    task->rc = rc;
+    fs_image_free(&a);
+    fs_image_free(&b);
+    fs_image_free(&fitted);
+}
+
+static int run_pass(Task *tasks, int n, const double *gain, Threads *threads, FsError *err)
+{
+    for (int i = 0; i < n; i++) tasks[i].gain = gain;
+    fs_threads_for(threads, n, score_view, tasks);
+    for (int i = 0; i < n; i++)
+        if (tasks[i].rc < 0) return fs_error_set(err, tasks[i].rc, "%s", tasks[i].err.message);
+    return 0;
+}
+
+static void mean_of(const LayerScore *score, size_t which, Figures *mean, int *n_views)
+{
+    int n = 0;
+    Figures sum = {0};
+    for (int i = 0; i < score->n + score->missing; i++) {
+        const Figures *f = (const Figures *)((const char *)&score->view[i] + which);
+        if (score->view[i].missing || isnan(f->value[METRIC_PSNR])) continue;
+        for (int m = 0; m < METRICS; m++) sum.value[m] += f->value[m];
+        n++;
+    }
+    for (int m = 0; m < METRICS; m++) mean->value[m] = n ? sum.value[m] / n : NAN;
+    *n_views = n;
+}
+
+static int make_tasks(LayerScore *score, Task *tasks, const char *truth, const TruthViews *views, const char *dir,
+                      bool paired, FsError *err)
+{
+    for (int i = 0; i < views->n; i++) {
+        ViewScore *view = &score->view[i];
+        for (int m = 0; m < METRICS; m++)
+            view->raw.value[m] = view->fitted.value[m] = view->paper.value[m] = NAN;
+        view->name = strdup(views->view[i].name);
+        if (!view->name) return fs_error_memory(err);
+        tasks[i] = (Task){.truth = &views->view[i], .truth_dir = truth, .paired = paired, .score = view};
+        tasks[i].estimate = fs_truth_find(dir, score->layer, view->name, PICTURES);
+        view->missing = !tasks[i].estimate;
+        if (view->missing) score->missing++;
+        else score->n++;
+    }
+    return 0;
+}
+
+static void warn_missing(const LayerScore *score, const char *dir, const Log *log)
+{
+    for (int i = 0; i < score->n + score->missing; i++) {
+        if (!score->view[i].missing) continue;
+        fs_log_warn(log, "evaluate: %d of %d views are missing, the first one %s/%s/%s.png", score->missing,
+                    score->n + score->missing, dir, score->layer, score->view[i].name);
+        return;
+    }
+}
+
+int fs_score_layer(LayerScore *score, const char *layer, const char *truth, const TruthViews *views, const char *dir,
+                   bool paired, Threads *threads, const Log *log, FsError *err)
+{
+    *score = (LayerScore){.layer = layer, .gain = {NAN, NAN, NAN}};
+    int rc = 0, ignored;
+    Task *tasks = calloc((size_t)views->n + 1, sizeof *tasks);
+    score->view = calloc((size_t)views->n + 1, sizeof *score->view);
+    if (!tasks || !score->view) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(make_tasks(score, tasks, truth, views, dir, paired, err));
+    warn_missing(score, dir, log);
+    TRY(run_pass(tasks, views->n, NULL, threads, err));
+    for (int c = 0; c < 3 && score->n; c++) {
+        double cross = 0, square = 0;
+        for (int i = 0; i < views->n; i++) cross += tasks[i].cross[c], square += tasks[i].square[c];
+        score->gain[c] = cross / fmax(square, 1e-12);
+    }
+    TRY(run_pass(tasks, views->n, score->gain, threads, err));
+    mean_of(score, offsetof(ViewScore, raw), &score->raw, &ignored);
+    mean_of(score, offsetof(ViewScore, fitted), &score->fitted, &ignored);
+    mean_of(score, offsetof(ViewScore, paper), &score->paper, &score->n_paper);
+fail:
+    for (int i = 0; i < views->n && tasks; i++) free(tasks[i].estimate);
+    free(tasks);
+    if (rc < 0) fs_score_free(score);
+    return rc;
+}
+
+void fs_score_free(LayerScore *score)
+{
+    for (int i = 0; i < score->n + score->missing && score->view; i++) free(score->view[i].name);
+    free(score->view);
+    *score = (LayerScore){0};
+}

@@ -1,0 +1,38 @@
+// One layer of one folder of renders against the truth: figures per view and their means.
+#ifndef FS_EVALUATE_SCORE_H
+#define FS_EVALUATE_SCORE_H
+
+#include "base/log.h"
+#include "base/threads.h"
+#include "evaluate/metrics.h"
+#include "evaluate/truth.h"
+
+typedef struct Figures {
+    double value[METRICS]; // NAN where not measured
+} Figures;
+
+typedef struct ViewScore {
+    char *name;
+    bool missing;  // no file of that view
+    Figures raw;   // as it is
+    Figures fitted; // after the layer's gain
+    Figures paper; // the paper's convention; see fs_score_layer
+} ViewScore;
+
+typedef struct LayerScore {
+    const char *layer; // static
+    int n, missing;    // views measured and not found
+    int n_paper;       // views with a paired difference to compare with
+    double gain[3];    // least squares in linear light over all views
+    Figures raw, fitted, paper; // means over views
+    ViewScore *view;   // (n + missing)
+} LayerScore;
+
+// Compares <dir>/<layer>/<view>.png (or .jpg) with the truth's views. With `paired`, also in the paper's convention:
+// the reference is the paired difference gamma(I_F - I_N) of the true composites, and both it and the estimate are
+// stretched so that their smallest value is 0 and their largest 1.
+int fs_score_layer(LayerScore *score, const char *layer, const char *truth, const TruthViews *views, const char *dir,
+                   bool paired, Threads *threads, const Log *log, FsError *err);
+void fs_score_free(LayerScore *score);
+
+#endif

@@ -1,0 +1,132 @@
+// Truth folders: which views a layer has, and reading pictures as pairs of one size.
+#include "evaluate/truth.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "image/tone.h"
+
+static bool wanted(const Dataset *cameras, const char *name, const char *which)
+{
+    int at = fs_dataset_find(cameras, name);
+    bool held_out = at >= 0 && cameras->view[at].held_out;
+    if (strcmp(which, "held_out") == 0) return held_out;
+    return strcmp(which, "capture") == 0 ? !held_out : true;
+}
+
+static bool is_picture(const char *name)
+{
+    return fs_file_has_ext(name, "png") || fs_file_has_ext(name, "jpg") || fs_file_has_ext(name, "jpeg");
+}
+
+int fs_truth_list(const char *truth, const char *layer, const Dataset *cameras, const char *which, TruthViews *views,
+                  FsError *err)
+{
+    *views = (TruthViews){0};
+    FileList list = {0};
+    int rc = 0;
+    char *dir = fs_file_path("%s/%s", truth, layer);
+    if (!dir) return fs_error_memory(err);
+    if (!fs_file_is_dir(dir)) goto fail;
+    TRY(fs_file_list(dir, &list, err));
+    views->view = calloc((size_t)list.n + 1, sizeof *views->view);
+    if (!views->view) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    for (int i = 0; i < list.n; i++) {
+        char *stem = fs_file_stem(list.name[i]);
+        if (!stem || !is_picture(list.name[i]) || !wanted(cameras, stem, which)) {
+            free(stem);
+            continue;
+        }
+        views->view[views->n++] = (TruthView){stem, fs_file_path("%s/%s", dir, list.name[i])};
+        if (!views->view[views->n - 1].path) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
+    }
+fail:
+    if (rc < 0) fs_truth_free(views);
+    fs_file_list_free(&list);
+    free(dir);
+    return rc;
+}
+
+void fs_truth_free(TruthViews *views)
+{
+    for (int i = 0; i < views->n; i++) {
+        free(views->view[i].name);
+        free(views->view[i].path);
+    }
+    free(views->view);
+    *views = (TruthViews){0};
+}
+
+char *fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions)
+{
+    for (const char *e = extensions; *e;) {
+        size_t n = strcspn(e, "|");
+        char *path = fs_file_path("%s/%s/%s.%.*s", dir, layer, view, (int)n, e);
+        if (path && fs_file_exists(path)) return path;
+        free(path);
+        e += n + (e[n] == '|');
+    }
+    return NULL;
+}
+
+int fs_truth_read_rgb(const char *path, Image *image, FsError *err)
+{
+    bool jpeg = fs_file_has_ext(path, "jpg") || fs_file_has_ext(path, "jpeg");
+    int rc = jpeg ? fs_jpeg_read(path, image, err) : fs_png_read(path, image, err);
+    if (rc < 0 || image->channels == 3) return rc;
+    Image rgb;
+    rc = fs_image_new(&rgb, image->width, image->height, 3, err);
+    size_t n = rc < 0 ? 0 : (size_t)image->width * (size_t)image->height;
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < 3; c++) rgb.px[3 * i + c] = image->px[i * (size_t)image->channels];
+    fs_image_free(image);
+    if (rc == 0) *image = rgb;
+    return rc;
+}
+
+static int shrink(Image *image, const Image *to, FsError *err)
+{
+    Image small;
+    fs_tone_decode_image(image);
+    int rc = fs_image_resize_area(image, to->width, to->height, &small, err);
+    if (rc < 0) return rc;
+    fs_image_free(image);
+    *image = small;
+    fs_tone_encode_image(image);
+    return 0;
+}
+
+int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err)
+{
+    long long aw = a->width, ah = a->height, bw = b->width, bh = b->height;
+    if (llabs(aw * bh - bw * ah) > (aw > ah ? aw : ah))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: %lld x %lld pixels, other proportions than the truth's %lld x %lld",
+                            name, bw, bh, aw, ah);
+    if (aw > bw) return shrink(a, b, err);
+    if (bw > aw) return shrink(b, a, err);
+    if (ah != bh) return ah > bh ? shrink(a, b, err) : shrink(b, a, err);
+    return 0;
+}
+
+int fs_truth_read_pair(const char *truth, const char *estimate, Image *a, Image *b, FsError *err)
+{
+    *a = *b = (Image){0};
+    int rc;
+    TRY(fs_truth_read_rgb(truth, a, err));
+    TRY(fs_truth_read_rgb(estimate, b, err));
+    TRY(fs_truth_same_size(a, b, estimate, err));
+fail:
+    if (rc < 0) {
+        fs_image_free(a);
+        fs_image_free(b);
+    }
+    return rc;
+}

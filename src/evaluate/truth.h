@@ -1,0 +1,33 @@
+// A truth folder: cameras.json and one folder of pictures per layer; and pictures read so that two can be compared.
+#ifndef FS_EVALUATE_TRUTH_H
+#define FS_EVALUATE_TRUTH_H
+
+#include "image/image.h"
+#include "model/dataset.h"
+
+typedef struct TruthView {
+    char *name; // without folder and extension
+    char *path;
+} TruthView;
+
+typedef struct TruthViews {
+    TruthView *view; // sorted by name
+    int n;
+} TruthViews;
+
+// The views of one layer, as the setting "views" asks (held_out, capture or all); none when there is no such folder.
+// A picture of no view in cameras.json counts as a capture view.
+int fs_truth_list(const char *truth, const char *layer, const Dataset *cameras, const char *which, TruthViews *views,
+                  FsError *err);
+void fs_truth_free(TruthViews *views);
+
+// Path of <dir>/<layer>/<view>.<ext> for the first extension of "png|jpg|..." that exists; NULL when none does.
+char *fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions);
+// PNG or JPEG as tone-mapped RGB.
+int fs_truth_read_rgb(const char *path, Image *image, FsError *err);
+// The wider of the two is averaged down in linear light to the other's size. name: of b, for the error.
+int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err);
+// Both of the above.
+int fs_truth_read_pair(const char *truth, const char *estimate, Image *a, Image *b, FsError *err);
+
+#endif
