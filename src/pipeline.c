@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "evaluate/evaluate.h"
+#include "export/export.h"
 #include "info/info.h"
 #include "model/project.h"
 #include "render/render.h"
@@ -77,14 +79,12 @@ int fs_render(FsProject *project, FsError *err)
 
 int fs_evaluate(FsProject *project, const char *truth, FsError *err)
 {
-    (void)project, (void)truth;
-    return not_built("evaluate", err);
+    return fs_evaluate_run(project, truth, err);
 }
 
 int fs_export(FsProject *project, FsError *err)
 {
-    (void)project;
-    return not_built("export", err);
+    return fs_export_run(project, err);
 }
 
 int fs_run(FsProject *project, const char *photos, FsError *err)

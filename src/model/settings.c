@@ -68,7 +68,7 @@ static const FsOption table[] = {
          "reflectance as Fresnel's law on a pane, or as a fourth cloud (the paper's way)"),
 
     STRING("cameras", cameras, RENDER, "", "MODEL", "views to render: COLMAP model folder, transforms.json or cameras.json"),
-    STRING("output", output, RENDER, "", "DIR", "folder for the renders (default: OUT/renders)"),
+    STRING("output", output, RENDER | EVALUATE, "", "DIR", "folder for the renders (default: OUT/renders)"),
     ENUM("path", path, RENDER, "none", "none|spiral", "render a camera path instead of views"),
     STRING("layers", layers, RENDER, "all", "LIST",
            "layers to render, comma-separated: T_N,T_F,R,R_scene,beta,I_N,I_F,depth_T,depth_R"),
