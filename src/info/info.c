@@ -49,7 +49,8 @@ int fs_info_run(const char *path, const Log *log, FsError *err)
     if (fs_file_has_ext(path, "json")) return fs_info_cameras(path, log, err);
     if (!is_model_part(path)) return fs_info_photo(path, log, err);
     const char *name = fs_file_name(path);
-    char *dir = name == path ? strdup(".") : strndup(path, (size_t)(name - path));
+    size_t n = (size_t)(name - path); // with the slash
+    char *dir = n == 0 ? strdup(".") : strndup(path, n > 1 ? n - 1 : n);
     int rc = dir ? fs_info_cameras(dir, log, err) : fs_error_memory(err);
     free(dir);
     return rc;
