@@ -110,6 +110,7 @@ void fs_info_results(const char *out, const Log *log)
         const char *folder, *ext, *what;
         bool whole; // name the folder, not one file in it
     } results[] = {
+        {"", "png", "photos and layers side by side", false},
         {"progress", "png", "photo, composite and layers at the end of training", false},
         {"renders/T_N", "png", "what is behind the glass", true},
         {"renders/T_F", "png", "the same lit by the flash", true},
@@ -119,9 +120,14 @@ void fs_info_results(const char *out, const Log *log)
     };
     bool any = false;
     for (size_t i = 0; i < sizeof results / sizeof *results; i++) {
-        char *dir = fs_file_path("%s/%s", out, results[i].folder), *file = dir ? last_file(dir, results[i].ext) : NULL;
+        const char *folder = results[i].folder;
+        char *dir = fs_file_path("%s%s%s", out, *folder ? "/" : "", folder);
+        char *file = dir ? last_file(dir, results[i].ext) : NULL;
         if (file && !any) fs_log_info(log, "Open these:");
-        if (file) fs_log_info(log, "  %s%s  %s", results[i].whole ? dir : file, results[i].whole ? "/" : "", results[i].what);
+        if (file && results[i].whole)
+            fs_log_info(log, "  %s/  %s", dir, results[i].what);
+        else if (file)
+            fs_log_info(log, "  %s  %s", file, results[i].what);
         any |= file != NULL;
         free(file);
         free(dir);
