@@ -13,18 +13,18 @@
 
 #define FS_COMPOSE_GAMMA 0.22f
 #define FS_COMPOSE_DARK 0.03f
-#define FS_COMPOSE_DARK_LINEAR 1.19625533e-7f                                // DARK^(1/0.22)
-#define FS_COMPOSE_DARK_SLOPE (FS_COMPOSE_DARK_LINEAR / FS_COMPOSE_DARK)     // of decode, below DARK
+#define FS_COMPOSE_DARK_LINEAR 1.19625533e-7f                            // DARK^(1/0.22)
+#define FS_COMPOSE_DARK_SLOPE (FS_COMPOSE_DARK_LINEAR / FS_COMPOSE_DARK) // of decode, below DARK
 
 typedef struct ComposeArgs {
     const Planes *T, *R; // (3, h, w) tone-mapped
     const Planes *beta;  // (1, h, w) 0..1; NULL: 1 everywhere
     // Written by forward, read by backward.
-    const Planes *I;                               // (3, h, w) tone-mapped
-    const Planes *T_linear, *R_linear, *I_linear;  // (3, h, w)
+    const Planes *I;                              // (3, h, w) tone-mapped
+    const Planes *T_linear, *R_linear, *I_linear; // (3, h, w)
     // Backward.
-    const Planes *d_I;                 // (3, h, w) dL/dI
-    const Planes *d_T, *d_R, *d_beta;  // added to; NULL where not wanted
+    const Planes *d_I;                // (3, h, w) dL/dI
+    const Planes *d_T, *d_R, *d_beta; // added to; NULL where not wanted
 } ComposeArgs;
 
 typedef struct ComposeKernels {

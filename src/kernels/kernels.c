@@ -3,17 +3,16 @@
 // One row per instruction set: a new kernel adds one line here and one member to Kernels.
 #define TABLES(isa)                                                                                                    \
     .compose = &fs_compose_##isa, .photometric = &fs_photometric_##isa, .pearson = &fs_pearson_##isa,                  \
-    .smooth = &fs_smooth_##isa, .adam = &fs_adam_##isa
-
-#define SPLAT_TABLES(isa) .project = &fs_project_##isa, .raster = &fs_raster_##isa, .shade = &fs_shade_##isa
+    .smooth = &fs_smooth_##isa, .adam = &fs_adam_##isa, .project = &fs_project_##isa, .raster = &fs_raster_##isa,      \
+    .shade = &fs_shade_##isa
 
 static const Kernels tables[CPU_LEVELS] = {
-    [CPU_SCALAR] = {.level = CPU_SCALAR, TABLES(scalar), SPLAT_TABLES(scalar)},
+    [CPU_SCALAR] = {.level = CPU_SCALAR, TABLES(scalar)},
 #if defined(__x86_64__)
-    [CPU_AVX2] = {.level = CPU_AVX2, TABLES(scalar), SPLAT_TABLES(avx2)},
-    [CPU_AVX512] = {.level = CPU_AVX512, TABLES(scalar), SPLAT_TABLES(avx512)},
+    [CPU_AVX2] = {.level = CPU_AVX2, TABLES(avx2)},
+    [CPU_AVX512] = {.level = CPU_AVX512, TABLES(avx512)},
 #elif defined(__aarch64__)
-    [CPU_NEON] = {.level = CPU_NEON, TABLES(scalar), SPLAT_TABLES(neon)},
+    [CPU_NEON] = {.level = CPU_NEON, TABLES(neon)},
 #endif
 };
 

@@ -14,9 +14,9 @@
 #include "kernels/planes.h"
 
 typedef struct PhotometricArgs {
-    const Planes *I, *Y;       // (3, h, w) rendered, photo; tone-mapped
+    const Planes *I, *Y;        // (3, h, w) rendered, photo; tone-mapped
     const Planes *mu_Y, *var_Y; // (3, h, w) of the photo's windows, made by target_stats
-    const Planes *mask;        // (1, h, w) 0..1; NULL: 1
+    const Planes *mask;         // (1, h, w) 0..1; NULL: 1
     float lambda, weight;
     const Planes *d_I; // (3, h, w) set to weight * dL/dI; NULL: value only
     void *scratch;     // fs_photometric_scratch(width) bytes, 64-byte aligned, one per thread
@@ -36,8 +36,8 @@ extern const PhotometricKernels fs_photometric_scalar, fs_photometric_avx2, fs_p
 
 enum {
     FS_PHOTOMETRIC_RADIUS = 5,
-    FS_PHOTOMETRIC_PAD = 16,       // floats before a scratch row's first column
-    FS_PHOTOMETRIC_RING = 16,      // rows kept of a map, at least 11
+    FS_PHOTOMETRIC_PAD = 16,                           // floats before a scratch row's first column
+    FS_PHOTOMETRIC_RING = 16,                          // rows kept of a map, at least 11
     FS_PHOTOMETRIC_ROWS = 5 + 4 * FS_PHOTOMETRIC_RING, // scratch rows
 };
 

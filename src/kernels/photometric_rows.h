@@ -9,7 +9,8 @@
 enum { RADIUS = FS_PHOTOMETRIC_RADIUS, TAPS = 2 * RADIUS + 1 };
 
 // Gaussian of sigma 1.5 at distance 0..5, normalised over 11 taps.
-static const float window[RADIUS + 1] = {0.266011725f, 0.21300554f, 0.10936069f, 0.0360007721f, 0.00759875814f, 0.00102838008f};
+static const float window[RADIUS + 1] = {0.266011725f,  0.21300554f,    0.10936069f,
+                                         0.0360007721f, 0.00759875814f, 0.00102838008f};
 
 #define SSIM_C1 1e-4f
 #define SSIM_C2 9e-4f

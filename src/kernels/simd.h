@@ -153,23 +153,22 @@ INLINE vf v_exp(vf x)
     return (vf)((vi)p + v_shift_left(v_to_int(n), 23));
 }
 
-// ln x for normal x > 0: relative error under 3e-7 away from 1, absolute under 1e-7 near it.
+// ln x for normal x > 0: relative error under 2e-7 (least-maximum polynomial of ln(1 + m) on [-1/3, 1/3]).
 INLINE vf v_log(vf x)
 {
     vi bits = (vi)x;
     vi e = v_shift_right(bits - v_seti(0x3f2aaaab), 23);
     vf m = (vf)(bits - v_shift_left(e, 23)) - v_set(1.0f); // in [-1/3, 1/3]
-    vf p = v_set(-0.13048e0f);
-    p = v_fma(p, m, v_set(0.14090e0f));
-    p = v_fma(p, m, v_set(-0.12150e0f));
-    p = v_fma(p, m, v_set(0.13983e0f));
-    p = v_fma(p, m, v_set(-0.16684e0f));
-    p = v_fma(p, m, v_set(0.20012e0f));
-    p = v_fma(p, m, v_set(-0.25000e0f));
-    p = v_fma(p, m, v_set(0.33333e0f));
+    vf p = v_set(0.13820135593414307f);
+    p = v_fma(p, m, v_set(-0.15122190117836f));
+    p = v_fma(p, m, v_set(0.14042328298091888f));
+    p = v_fma(p, m, v_set(-0.1647232472896576f));
+    p = v_fma(p, m, v_set(0.20007918775081635f));
+    p = v_fma(p, m, v_set(-0.2500423789024353f));
+    p = v_fma(p, m, v_set(0.3333326578140259f));
     p = v_fma(p, m, v_set(-0.5f));
-    vf y = v_fma(p, m * m, m);
-    return v_fma(v_from_int(e), v_set(0.69314718f), y);
+    vf y = v_fma(p, m * m, m), n = v_from_int(e);
+    return v_fma(n, v_set(0.693359375f), v_fma(n, v_set(-2.12194440e-4f), y));
 }
 
 INLINE vf v_pow(vf x, float exponent) // x > 0

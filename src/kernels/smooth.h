@@ -10,8 +10,8 @@
 #include "kernels/planes.h"
 
 typedef struct SmoothArgs {
-    const Planes *map;   // (1, h, w)
-    float g;             // > 0
+    const Planes *map; // (1, h, w)
+    float g;           // > 0
     float weight;
     const Planes *d_map; // (1, h, w) weight * dL/du is added; NULL: value only
 } SmoothArgs;

@@ -1,0 +1,1 @@
+#include "kernels/adam_simd.h" // compiled for AVX-512

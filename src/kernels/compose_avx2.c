@@ -1,0 +1,1 @@
+#include "kernels/compose_simd.h" // compiled for AVX2

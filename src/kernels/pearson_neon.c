@@ -1,0 +1,1 @@
+#include "kernels/pearson_simd.h" // compiled for NEON

@@ -1,0 +1,1 @@
+#include "kernels/photometric_simd.h" // compiled for NEON

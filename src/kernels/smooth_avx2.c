@@ -1,0 +1,1 @@
+#include "kernels/smooth_simd.h" // compiled for AVX2
