@@ -66,6 +66,17 @@ static const FsOption table[] = {
          "one set of Gaussians for T_F and T_N, or two (the paper's way)"),
     ENUM("beta", beta, INITIALISE | TRAIN, "pane", "pane|cloud",
          "reflectance as Fresnel's law on a pane, or as a fourth cloud (the paper's way)"),
+    ENUM("densify", densify, TRAIN, "relocate", "relocate|fsgs|none",
+         "keep an exact budget by relocation, or clone, split and prune by thresholds (the paper's way)"),
+    FLOAT("rgb-weight", rgb_weight, TRAIN, "1", 0, 1000, "X", "weight of the photo term"),
+    FLOAT("dssim", dssim, TRAIN, "0.2", 0, 1, "X", "share of DSSIM in the photo term, the rest is L1"),
+    FLOAT("linearity", linearity, TRAIN, "0", 0, 1000, "X", "weight of Pearson's correlation of T_N and T_F (separate geometry)"),
+    FLOAT("beta-smooth", beta_smooth, TRAIN, "0", 0, 1000, "X", "weight of the smoothness of a beta cloud"),
+    FLOAT("depth-smooth", depth_smooth, TRAIN, "0", 0, 1000, "X", "weight of the smoothness of depth"),
+    FLOAT("gain-smooth", gain_smooth, TRAIN, "0.1", 0, 1000, "X", "weight of the smoothness of the flash gain over neighbours"),
+    FLOAT("opacity-reg", opacity_reg, TRAIN, "0.01", 0, 1000, "X", "weight of the mean opacity"),
+    FLOAT("scale-reg", scale_reg, TRAIN, "0.01", 0, 1000, "X", "weight of the mean scale"),
+    FLOAT("means-rate", means_rate, TRAIN, "1.6e-4", 0, 1, "X", "first learning rate of positions, in scene extents"),
 
     STRING("cameras", cameras, RENDER, "", "MODEL", "views to render: COLMAP model folder, transforms.json or cameras.json"),
     STRING("output", output, RENDER | EVALUATE, "", "DIR", "folder for the renders (default: OUT/renders)"),
@@ -105,6 +116,9 @@ static const struct {
     {"preview", "steps", "3000"},       {"preview", "long-edge", "600"},   {"preview", "max-splats", "60000"},
     {"standard", "steps", "10000"},     {"paper", "steps", "5000"},        {"paper", "geometry", "separate"},
     {"paper", "beta", "cloud"},         {"paper", "init-count", "350000"}, {"paper", "max-splats", "500000"},
+    {"paper", "densify", "fsgs"},       {"paper", "rgb-weight", "2"},      {"paper", "linearity", "0.001"},
+    {"paper", "beta-smooth", "0.1"},    {"paper", "depth-smooth", "0.01"}, {"paper", "opacity-reg", "0"},
+    {"paper", "scale-reg", "0"},        {"paper", "gain-smooth", "0"},
 };
 
 const FsOption *fs_settings_options(size_t *n)

@@ -1,0 +1,125 @@
+// Checkpoints: everything training needs to go on as if it had never stopped. Written beside the old one, then swapped,
+// so that there is a whole one at any moment.
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "train/trainer.h"
+
+static int each_moment(const Trainer *trainer, const char *dir, bool write, FsError *err)
+{
+    int rc = 0;
+    for (int l = 0; l < LAYERS && rc == 0; l++) {
+        if (!trainer->scene.cloud[l].n) continue;
+        Cloud *moments[2] = {(Cloud *)&trainer->state[l].m, (Cloud *)&trainer->state[l].v};
+        for (int k = 0; k < 2 && rc == 0; k++) {
+            char *path = fs_file_path("%s/%s_%s.ply", dir, fs_layers[l].name, k ? "v" : "m");
+            if (!path) return fs_error_memory(err);
+            if (write)
+                rc = fs_cloud_ply_write(moments[k], path, err);
+            else {
+                fs_cloud_free(moments[k]);
+                rc = fs_cloud_ply_read(moments[k], path, err);
+                if (rc == 0 && moments[k]->n != trainer->scene.cloud[l].n)
+                    rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d Gaussians, its cloud has %d; remove the checkpoint", path,
+                                      moments[k]->n, trainer->scene.cloud[l].n);
+            }
+            free(path);
+        }
+    }
+    return rc;
+}
+
+static json_t *numbers(const double *x, int n)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < n; i++) json_array_append_new(list, json_real(x[i]));
+    return list;
+}
+
+static int write_state(const Trainer *trainer, const char *dir, FsError *err)
+{
+    json_t *root = json_pack("{s:i,s:o,s:o,s:o,s:o}", "step", trainer->step, "pane_m", numbers(trainer->pane_m, 4),
+                             "pane_v", numbers(trainer->pane_v, 4), "tint_m", numbers(trainer->tint_m, 3), "tint_v",
+                             numbers(trainer->tint_v, 3));
+    char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    char *path = fs_file_path("%s/state.json", dir);
+    int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
+    json_decref(root);
+    free(text);
+    free(path);
+    return rc;
+}
+
+int fs_checkpoint_write(const Trainer *trainer, FsError *err)
+{
+    const char *out = trainer->project->out;
+    char *dir = fs_file_path("%s/checkpoint", out), *fresh = fs_file_path("%s/checkpoint.new", out),
+         *old = fs_file_path("%s/checkpoint.old", out);
+    int rc = dir && fresh && old ? 0 : fs_error_memory(err);
+    if (rc < 0) goto fail;
+    fs_file_remove_tree(fresh);
+    TRY(fs_file_mkdirs(fresh, err));
+    TRY(fs_scene_write(&trainer->scene, fresh, err));
+    TRY(each_moment(trainer, fresh, true, err));
+    TRY(write_state(trainer, fresh, err));
+    fs_file_remove_tree(old);
+    if (fs_file_exists(dir)) TRY(fs_file_rename(dir, old, err));
+    TRY(fs_file_rename(fresh, dir, err));
+    fs_file_remove_tree(old);
+fail:
+    if (rc < 0 && fresh) fs_file_remove_tree(fresh);
+    free(dir);
+    free(fresh);
+    free(old);
+    return rc;
+}
+
+static int read_numbers(const json_t *root, const char *key, double *x, int n)
+{
+    const json_t *list = json_object_get(root, key);
+    if (json_array_size(list) != (size_t)n) return -1;
+    for (int i = 0; i < n; i++) x[i] = json_number_value(json_array_get(list, (size_t)i));
+    return 0;
+}
+
+static int read_state(Trainer *trainer, const char *dir, FsError *err)
+{
+    char *path = fs_file_path("%s/state.json", dir);
+    if (!path) return fs_error_memory(err);
+    json_error_t json;
+    json_t *root = json_load_file(path, 0, &json);
+    int rc = 0, step = (int)json_integer_value(json_object_get(root, "step"));
+    if (!root || step < 0 || read_numbers(root, "pane_m", trainer->pane_m, 4) || read_numbers(root, "pane_v", trainer->pane_v, 4) ||
+        read_numbers(root, "tint_m", trainer->tint_m, 3) || read_numbers(root, "tint_v", trainer->tint_v, 3))
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; remove the folder and train again", path);
+    trainer->step = step;
+    json_decref(root);
+    free(path);
+    return rc;
+}
+
+int fs_checkpoint_read(Trainer *trainer, FsError *err)
+{
+    static const char *const names[] = {"checkpoint", "checkpoint.old"}; // .old: the swap was cut short
+    for (int i = 0; i < 2; i++) {
+        char *dir = fs_file_path("%s/%s", trainer->project->out, names[i]);
+        if (!dir) return fs_error_memory(err);
+        char *state = fs_file_path("%s/state.json", dir);
+        int rc = 0;
+        if (state && fs_file_exists(state)) {
+            fs_scene_free(&trainer->scene);
+            TRY(fs_scene_read(&trainer->scene, dir, err));
+            TRY(each_moment(trainer, dir, false, err));
+            TRY(read_state(trainer, dir, err));
+            rc = 1;
+        }
+    fail:
+        free(state);
+        free(dir);
+        if (rc) return rc;
+    }
+    return 0;
+}

@@ -1,0 +1,142 @@
+// Adam over the clouds' fields, with the learning rates of 3DGS, and the small regularisers that act on parameters.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/rng.h"
+#include "train/trainer.h"
+
+#define CHUNK 2048
+
+static const struct {
+    double rate; // per step; means: times the scene's extent, falling to a hundredth
+} rates[CLOUD_FIELDS] = {
+    [CLOUD_MEANS] = {0}, // the setting means-rate
+    [CLOUD_SCALES] = {5e-3},
+    [CLOUD_QUATS] = {1e-3},
+    [CLOUD_OPACITIES] = {5e-2},
+    [CLOUD_COLORS] = {2.5e-3},
+    [CLOUD_GAINS] = {5e-3},
+};
+
+int fs_optimise_init(Trainer *trainer, FsError *err)
+{
+    int rc = 0;
+    for (int l = 0; l < LAYERS && rc == 0; l++) {
+        const Cloud *c = &trainer->scene.cloud[l];
+        if (!c->n) continue;
+        CloudState *s = &trainer->state[l];
+        rc = fs_cloud_new(&s->m, c->n, c->width[CLOUD_COLORS], c->width[CLOUD_GAINS], err);
+        if (rc == 0) rc = fs_cloud_new(&s->v, c->n, c->width[CLOUD_COLORS], c->width[CLOUD_GAINS], err);
+    }
+    return rc;
+}
+
+void fs_optimise_free(Trainer *trainer)
+{
+    for (int l = 0; l < LAYERS; l++) {
+        CloudState *s = &trainer->state[l];
+        fs_cloud_free(&s->m);
+        fs_cloud_free(&s->v);
+        free(s->screen_sum);
+        free(s->screen_count);
+        free(s->neighbour);
+        *s = (CloudState){0};
+    }
+}
+
+// Falls exponentially to a hundredth over the run (the paper's schedule: over 10000 steps).
+double fs_optimise_means_rate(const Trainer *trainer)
+{
+    int over = strcmp(trainer->set->densify, "fsgs") == 0 ? 10000 : trainer->set->steps;
+    double t = (double)trainer->step / over;
+    return trainer->set->means_rate * trainer->scene.extent * pow(0.01, t < 1 ? t : 1);
+}
+
+typedef struct Update {
+    Trainer *trainer;
+    int first[LAYERS + 1]; // first job of each layer
+    double means_rate;
+} Update;
+
+// Weight of mean opacity and mean scale (3DGS-MCMC, Kheradmand et al. 2024, eq. 8), added to the gradients.
+static void regularise(const Trainer *t, const Cloud *cloud, RasterTask *task, int begin, int end)
+{
+    float w_opacity = (float)(t->set->opacity_reg / cloud->n), w_scale = (float)(t->set->scale_reg / (3.0 * cloud->n));
+    w_scale /= (float)t->scene.extent;
+    for (int i = begin; i < end; i++) {
+        if (!task->seen[i]) continue;
+        float o = 1 / (1 + expf(-cloud->field[CLOUD_OPACITIES][i]));
+        task->d_field[CLOUD_OPACITIES][i] += w_opacity * o * (1 - o);
+        for (int k = 0; k < 3; k++)
+            task->d_field[CLOUD_SCALES][3 * i + k] += w_scale * expf(cloud->field[CLOUD_SCALES][3 * i + k]);
+    }
+}
+
+// Noise on the means of nearly transparent Gaussians, so that they search (3DGS-MCMC, eq. 9).
+static void explore(const Trainer *t, Cloud *cloud, int layer, int begin, int end, double means_rate)
+{
+    Rng rng = fs_rng_new(((uint64_t)t->set->seed << 40) ^ ((uint64_t)t->step << 20) ^ (uint64_t)(begin / CHUNK) ^
+                         ((uint64_t)layer << 60));
+    for (int i = begin; i < end; i++) {
+        float o = 1 / (1 + expf(-cloud->field[CLOUD_OPACITIES][i]));
+        if (o > 0.1f) continue;
+        float size = (float)(5e5 * means_rate) / (1 + expf(100 * (o - 0.005f)));
+        const float *q = cloud->field[CLOUD_QUATS] + 4 * i, *s = cloud->field[CLOUD_SCALES] + 3 * i;
+        double quat[4] = {q[0], q[1], q[2], q[3]}, r[9];
+        fs_camera_quat_to_rotation(quat, r);
+        float local[3];
+        for (int k = 0; k < 3; k++) { // covariance times noise = R S^2 R^T n; R^T n is as normal as n
+            float e = expf(s[k]);
+            local[k] = e * e * fs_rng_normal(&rng) * size;
+        }
+        for (int k = 0; k < 3; k++)
+            cloud->field[CLOUD_MEANS][3 * i + k] += (float)r[3 * k] * local[0] + (float)r[3 * k + 1] * local[1] + (float)r[3 * k + 2] * local[2];
+    }
+}
+
+static void clamp_field(float *x, size_t n, float low, float high)
+{
+    for (size_t i = 0; i < n; i++) x[i] = x[i] < low ? low : x[i] > high ? high : x[i];
+}
+
+static void update_job(void *context, int job, int worker)
+{
+    (void)worker;
+    Update *u = context;
+    Trainer *t = u->trainer;
+    int l = 0;
+    while (job >= u->first[l + 1]) l++;
+    Cloud *cloud = &t->scene.cloud[l];
+    CloudState *state = &t->state[l];
+    RasterTask *task = &t->engine->task[l];
+    int begin = (job - u->first[l]) * CHUNK, end = begin + CHUNK < cloud->n ? begin + CHUNK : cloud->n;
+    regularise(t, cloud, task, begin, end);
+    for (int f = 0; f < CLOUD_FIELDS; f++) {
+        size_t w = (size_t)cloud->width[f], at = w * (size_t)begin;
+        if (!w) continue;
+        double rate = f == CLOUD_MEANS ? u->means_rate : rates[f].rate;
+        t->engine->kernels.adam->step_sparse(cloud->field[f] + at, task->d_field[f] + at, state->m.field[f] + at,
+                                             state->v.field[f] + at, (size_t)(end - begin), (int)w, task->seen + begin,
+                                             fs_adam_rate(rate, t->step));
+    }
+    if (l != LAYER_BETA) clamp_field(cloud->field[CLOUD_COLORS] + 3 * begin, 3 * (size_t)(end - begin), 0, 4);
+    if (cloud->width[CLOUD_GAINS]) clamp_field(cloud->field[CLOUD_GAINS] + begin, (size_t)(end - begin), -2.0f, 2.0f);
+    if (strcmp(t->set->densify, "relocate") == 0) explore(t, cloud, l, begin, end, u->means_rate);
+}
+
+void fs_optimise_step(Trainer *trainer)
+{
+    Update u = {.trainer = trainer, .means_rate = fs_optimise_means_rate(trainer)};
+    int jobs = 0;
+    bool flash = trainer->last_flash;
+    for (int l = 0; l < LAYERS; l++) {
+        int n = trainer->scene.cloud[l].n;
+        LayerLight other = flash ? LIT_BY_AMBIENT : LIT_BY_FLASH;
+        bool steps = n && (trainer->scene.shared_geometry || fs_layers[l].light != other);
+        u.first[l] = jobs;
+        jobs += steps ? (n + CHUNK - 1) / CHUNK : 0;
+    }
+    u.first[LAYERS] = jobs;
+    fs_threads_for(trainer->engine->threads, jobs, update_job, &u);
+}

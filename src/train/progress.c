@@ -1,0 +1,100 @@
+// What a person sees of training: the progress line, log.jsonl, contact sheets.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "image/sheet.h"
+#include "image/tone.h"
+#include "train/trainer.h"
+
+static int photo_image(const TrainView *view, Image *image, FsError *err)
+{
+    int rc = fs_image_new(image, view->photo.width, view->photo.height, 3, err);
+    for (int c = 0; c < 3 && rc == 0; c++)
+        for (int y = 0; y < image->height; y++)
+            for (int x = 0; x < image->width; x++)
+                image->px[3 * ((size_t)y * (size_t)image->width + (size_t)x) + (size_t)c] =
+                    fs_tone_decode(fs_planes_row(&view->photo, c, y)[x]);
+    return rc;
+}
+
+static void to_display(Image *image, float exposure)
+{
+    size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
+    for (size_t i = 0; i < n; i++) image->px[i] = fs_tone_pleasant(image->px[i], exposure);
+}
+
+// Two rows: a photo without flash, a photo with it; photo, composite, T, R, beta.
+int fs_progress_sheet(Trainer *trainer, FsError *err)
+{
+    int rc = 0, rows = 0;
+    SheetTile tiles[10];
+    Image photo[2] = {{0}, {0}};
+    Renders renders[2] = {0};
+    char *dir = fs_file_path("%s/progress", trainer->project->out);
+    char *path = fs_file_path("%s/progress/%05d.png", trainer->project->out, trainer->step);
+    if (!dir || !path) TRY(fs_error_memory(err));
+    TRY(fs_file_mkdirs(dir, err));
+    for (int flash = 0; flash < 2; flash++) {
+        const TrainView *view = NULL;
+        for (int i = 0, found = 0; i < trainer->n_views; i++)
+            if (trainer->views[i].view->flash == (flash == 1) && (!view || ++found <= trainer->n_views / 4)) view = &trainer->views[i];
+        if (!view) continue;
+        TRY(fs_engine_render(trainer->engine, &trainer->scene, &view->view->camera, &renders[rows], err));
+        TRY(photo_image(view, &photo[rows], err));
+        float exposure = fs_tone_pleasant_exposure(&photo[0], 1);
+        RenderLayer layers[4] = {flash ? RENDER_I_F : RENDER_I_N, flash ? RENDER_T_F : RENDER_T_N, RENDER_R, RENDER_BETA};
+        to_display(&photo[rows], exposure);
+        tiles[5 * rows] = (SheetTile){&photo[rows], view->view->name};
+        for (int k = 0; k < 4; k++) {
+            Image *image = &renders[rows].layer[layers[k]];
+            if (layers[k] != RENDER_BETA) to_display(image, exposure);
+            tiles[5 * rows + 1 + k] = (SheetTile){image, fs_render_layers[layers[k]].name};
+        }
+        rows++;
+    }
+    TRY(fs_sheet_write(path, tiles, 5 * rows, 5, err));
+fail:
+    for (int i = 0; i < 2; i++) {
+        fs_image_free(&photo[i]);
+        fs_renders_free(&renders[i]);
+    }
+    free(dir);
+    free(path);
+    return rc;
+}
+
+int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
+{
+    char text[400];
+    int at = 0;
+    double rate = seconds > 0 ? (trainer->step - trainer->first_step) / seconds : 0;
+    double left = rate > 0 ? (trainer->set->steps - trainer->step) / rate : 0;
+    at += snprintf(text, sizeof text, "%.1f steps/s, %.0f s left", rate, left);
+    for (int k = 0; k < LOSS_TERMS; k++)
+        if (trainer->smoothed[k] != 0)
+            at += snprintf(text + at, sizeof text - (size_t)at, ", %s %.4f", fs_loss_names[k], trainer->smoothed[k]);
+    at += snprintf(text + at, sizeof text - (size_t)at, ", splats");
+    for (int l = 0; l < LAYERS; l++)
+        if (trainer->scene.cloud[l].n)
+            at += snprintf(text + at, sizeof text - (size_t)at, " %s %d", fs_layers[l].name, trainer->scene.cloud[l].n);
+    fs_log_progress(&trainer->project->log, "train", trainer->step, trainer->set->steps, text);
+    if (trainer->step % 100 && !last) return 0;
+    char *path = fs_file_path("%s/log.jsonl", trainer->project->out);
+    FILE *f = path ? fopen(path, trainer->step <= 100 ? "w" : "a") : NULL;
+    int rc = 0;
+    if (f) {
+        fprintf(f, "{\"step\": %d, \"seconds\": %.2f", trainer->step, seconds);
+        for (int k = 0; k < LOSS_TERMS; k++) fprintf(f, ", \"%s\": %.6g", fs_loss_names[k], trainer->smoothed[k]);
+        for (int l = 0; l < LAYERS; l++) fprintf(f, ", \"splats_%s\": %d", fs_layers[l].name, trainer->scene.cloud[l].n);
+        fprintf(f, ", \"gain_color\": [%.4f, %.4f, %.4f]", trainer->scene.gain_color[0], trainer->scene.gain_color[1],
+                trainer->scene.gain_color[2]);
+        const double *n = trainer->scene.pane.normal;
+        fprintf(f, ", \"pane\": [%.4f, %.4f, %.4f, %.4f]}\n", n[0], n[1], n[2], trainer->scene.pane.f0);
+    }
+    if (!f || fclose(f) != 0) rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write", path ? path : "log.jsonl");
+    free(path);
+    return rc;
+}
