@@ -10,6 +10,7 @@
 #include "info/info.h"
 #include "model/project.h"
 #include "render/render.h"
+#include "train/train.h"
 
 int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
                     FsError *err)
@@ -68,8 +69,7 @@ int fs_initialise(FsProject *project, FsError *err)
 
 int fs_train(FsProject *project, FsError *err)
 {
-    (void)project;
-    return not_built("train", err);
+    return fs_train_run(project, err);
 }
 
 int fs_render(FsProject *project, FsError *err)
