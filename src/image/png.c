@@ -7,6 +7,7 @@
 
 #include "base/file.h"
 #include "image/image.h"
+#include "image/profile.h"
 
 typedef struct Png {
     const char *path;
@@ -30,7 +31,7 @@ static void on_warning(png_structp png, const char *message)
     (void)png, (void)message;
 }
 
-static void read_header(Png *s, FILE *f, Image *image)
+static void read_info(Png *s, FILE *f)
 {
     png_set_user_limits(s->png, FS_IMAGE_MAX_SIDE, FS_IMAGE_MAX_SIDE);
     png_set_chunk_cache_max(s->png, 128);
@@ -38,6 +39,11 @@ static void read_header(Png *s, FILE *f, Image *image)
     png_set_keep_unknown_chunks(s->png, PNG_HANDLE_CHUNK_NEVER, NULL, 0);
     png_init_io(s->png, f);
     png_read_info(s->png, s->info);
+}
+
+static void read_header(Png *s, FILE *f, Image *image)
+{
+    read_info(s, f);
     png_set_expand(s->png);
     png_set_strip_alpha(s->png);
     png_set_interlace_handling(s->png);
@@ -79,9 +85,27 @@ static void read_pixels(Png *s, Image *image)
     png_read_end(s->png, NULL);
 }
 
-int fs_png_read(const char *path, Image *image, FsError *err)
+static void read_light(Png *s, FILE *f, bool *linear)
 {
-    *image = (Image){0};
+    png_charp name;
+    png_bytep profile;
+    png_uint_32 size = 0;
+    int compression, intent;
+    double gamma;
+    read_info(s, f);
+    if (png_get_iCCP(s->png, s->info, &name, &compression, &profile, &size))
+        *linear = fs_profile_is_linear(profile, size);
+    else if (png_get_sRGB(s->png, s->info, &intent))
+        *linear = false;
+    else if (png_get_gAMA(s->png, s->info, &gamma))
+        *linear = gamma > 0.99 && gamma < 1.01;
+    else
+        *linear = png_get_bit_depth(s->png, s->info) == 16;
+}
+
+// Reads the picture into image, or (image NULL) whether it is linear.
+static int read_png(const char *path, Image *image, bool *linear, FsError *err)
+{
     FILE *f = fopen(path, "rb");
     if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
     Png s = {.path = path, .err = err};
@@ -90,15 +114,31 @@ int fs_png_read(const char *path, Image *image, FsError *err)
     if (!s.info) {
         s.rc = fs_error_memory(err);
     } else if (setjmp(png_jmpbuf(s.png)) == 0) {
-        read_header(&s, f, image);
-        read_pixels(&s, image);
+        if (image) {
+            read_header(&s, f, image);
+            read_pixels(&s, image);
+        } else {
+            read_light(&s, f, linear);
+        }
     }
     png_destroy_read_struct(&s.png, &s.info, NULL);
     free(s.row);
     free(s.rows);
     fclose(f);
-    if (s.rc < 0) fs_image_free(image);
+    if (s.rc < 0 && image) fs_image_free(image);
     return s.rc;
+}
+
+int fs_png_read(const char *path, Image *image, FsError *err)
+{
+    *image = (Image){0};
+    return read_png(path, image, NULL, err);
+}
+
+int fs_png_is_linear(const char *path, bool *linear, FsError *err)
+{
+    *linear = false;
+    return read_png(path, NULL, linear, err);
 }
 
 static void write_pixels(Png *s, FILE *f, const Image *image, int bits)

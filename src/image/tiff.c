@@ -7,6 +7,7 @@
 
 #include "base/file.h"
 #include "image/image.h"
+#include "image/profile.h"
 
 #define MAX_BLOCK ((tmsize_t)1 << 30) // bytes of one strip or tile
 
@@ -195,6 +196,26 @@ fail:
     free(block);
     TIFFClose(t.tiff);
     if (rc < 0) fs_image_free(image);
+    return rc;
+}
+
+int fs_tiff_is_linear(const char *path, bool *linear, FsError *err)
+{
+    *linear = false;
+    Tiff t = {.path = path};
+    int rc = open_tiff(&t, path, "rm", err);
+    if (rc < 0) return rc;
+    Layout l = {0};
+    uint32_t size = 0;
+    void *profile = NULL;
+    rc = read_layout(&t, &l, err);
+    if (rc == 0 && l.format == SAMPLEFORMAT_IEEEFP)
+        *linear = true;
+    else if (rc == 0 && TIFFGetField(t.tiff, TIFFTAG_ICCPROFILE, &size, &profile))
+        *linear = fs_profile_is_linear(profile, size);
+    else if (rc == 0)
+        *linear = l.bits > 8;
+    TIFFClose(t.tiff);
     return rc;
 }
 

@@ -1,0 +1,108 @@
+#include "ingest/develop.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/file.h"
+#include "image/raw.h"
+#include "image/tone.h"
+#include "model/camera.h"
+
+#define CLIP_LINEAR 0.98f  // of white
+#define CLIP_ENCODED 0.99f // of 255: a camera's curve is flat long before
+
+static size_t pixels(const Image *image)
+{
+    return (size_t)image->width * (size_t)image->height;
+}
+
+static int read_display(const char *path, Shot *shot, Image *image, FsError *err)
+{
+    bool linear = false;
+    int rc = 0;
+    if (shot->kind == SHOT_PNG) TRY(fs_png_is_linear(path, &linear, err));
+    if (shot->kind == SHOT_TIFF) TRY(fs_tiff_is_linear(path, &linear, err));
+    shot->encoded = !linear;
+    TRY(shot->kind == SHOT_JPEG  ? fs_jpeg_read(path, image, err)
+        : shot->kind == SHOT_PNG ? fs_png_read(path, image, err)
+                                 : fs_tiff_read(path, image, err));
+fail:
+    return rc;
+}
+
+// Three channels in linear light, and where a channel was clipped. NaN and infinity count as clipped.
+static int linearise(const Image *image, bool encoded, Image *rgb, Image *clipped, FsError *err)
+{
+    int rc = 0;
+    TRY(fs_image_new(rgb, image->width, image->height, 3, err));
+    TRY(fs_image_new(clipped, image->width, image->height, 1, err));
+    float limit = encoded ? CLIP_ENCODED : CLIP_LINEAR;
+    for (size_t i = 0; i < pixels(image); i++)
+        for (size_t c = 0; c < 3; c++) {
+            float v = image->channels == 3 ? image->px[3 * i + c] : image->px[i];
+            if (!(v < limit) || !isfinite(v)) clipped->px[i] = 1;
+            if (!isfinite(v)) v = 1;
+            rgb->px[3 * i + c] = encoded ? fs_tone_srgb_decode(v) : v;
+        }
+fail:
+    return rc;
+}
+
+static int read_shot(const Shots *shots, Shot *shot, const char *path, Image *rgb, Image *clipped, FsError *err)
+{
+    if (shot->kind == SHOT_RAW) return fs_raw_read(path, shots->white_balance, false, rgb, clipped, err);
+    Image image = {0};
+    int rc = read_display(path, shot, &image, err);
+    if (rc == 0) rc = linearise(&image, shot->encoded, rgb, clipped, err);
+    fs_image_free(&image);
+    return rc;
+}
+
+// Upright working image and mask (1 = trusted).
+static int shrink(Shot *shot, Image *rgb, Image *clipped, int long_edge, Image *photo, Image *mask, FsError *err)
+{
+    int rc = 0;
+    Camera full = {.width = rgb->width, .height = rgb->height}, small = fs_camera_limited(&full, long_edge);
+    TRY(fs_image_resize_area(rgb, small.width, small.height, photo, err));
+    TRY(fs_image_resize_area(clipped, small.width, small.height, mask, err));
+    TRY(fs_image_orient(photo, shot->exif.orientation, err));
+    TRY(fs_image_orient(mask, shot->exif.orientation, err));
+    bool turned = shot->exif.orientation > 4;
+    shot->orig_width = turned ? rgb->height : rgb->width;
+    shot->orig_height = turned ? rgb->width : rgb->height;
+    shot->width = photo->width;
+    shot->height = photo->height;
+    double sum = 0, lost = 0;
+    for (size_t i = 0; i < pixels(photo) * 3; i++) {
+        photo->px[i] *= (float)shot->gain;
+        sum += photo->px[i];
+    }
+    for (size_t i = 0; i < pixels(mask); i++) {
+        mask->px[i] = mask->px[i] < 1e-4f;
+        lost += 1 - mask->px[i];
+    }
+    shot->mean = sum / (3.0 * (double)pixels(photo));
+    shot->clipped = lost / (double)pixels(mask);
+fail:
+    return rc;
+}
+
+void fs_develop_shot(const Shots *shots, Shot *shot, const char *dir, int long_edge)
+{
+    FsError *err = &shot->failure;
+    Image rgb = {0}, clipped = {0}, photo = {0}, mask = {0};
+    char *path = fs_file_path("%s/%s", shots->folder, shot->file);
+    char *photo_path = fs_file_path("%s/%s.tif", dir, shot->name), *mask_path = fs_file_path("%s/%s_mask.png", dir, shot->name);
+    int rc = path && photo_path && mask_path ? 0 : fs_error_memory(err);
+    if (rc == 0) rc = read_shot(shots, shot, path, &rgb, &clipped, err);
+    if (rc == 0) rc = shrink(shot, &rgb, &clipped, long_edge, &photo, &mask, err);
+    fs_image_free(&rgb);
+    fs_image_free(&clipped);
+    if (rc == 0) rc = fs_tiff_write_float(photo_path, &photo, err);
+    if (rc == 0) rc = fs_png_write(mask_path, &mask, 8, err);
+    fs_image_free(&photo);
+    fs_image_free(&mask);
+    free(path);
+    free(photo_path);
+    free(mask_path);
+}

@@ -1,0 +1,117 @@
+// Which photos were taken with the flash: bit 0 of the EXIF field, or the user's word.
+#include <fnmatch.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "ingest/shots.h"
+
+#define MAX_LIST_BYTES (1 << 20)
+
+static const char what_to_do[] = "name the flash photos with --flash-glob PATTERN or --flash-list FILE";
+
+static int mark_by_glob(Shots *shots, const char *glob, FsError *err)
+{
+    int matched = 0;
+    for (int i = 0; i < shots->n; i++) {
+        Shot *shot = &shots->shot[i];
+        if (fnmatch(glob, shot->file, FNM_EXTMATCH) == 0) shot->flash = 1, matched++;
+    }
+    if (matched) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: no photo's name matches --flash-glob '%s' (the first photo is %s)",
+                        shots->folder, glob, shots->shot[0].file);
+}
+
+// A line of the list names a photo with or without its extension, or by the file that was dropped for a RAW one.
+static bool is_named(const Shot *shot, const char *line)
+{
+    if (strcmp(line, shot->file) == 0 || strcmp(line, shot->name) == 0) return true;
+    char *stem = fs_file_stem(line);
+    bool same = stem && strcmp(stem, shot->name) == 0 && strcmp(fs_file_name(line), line) == 0 && fs_file_has_ext(line, "jpg");
+    free(stem);
+    return same;
+}
+
+static int mark_by_list(Shots *shots, const char *path, const Log *log, FsError *err)
+{
+    char *text, *rest;
+    size_t size;
+    int rc = fs_file_read(path, MAX_LIST_BYTES, &text, &size, err), named = 0, lost = 0;
+    if (rc < 0) return rc;
+    char first_lost[100] = "";
+    for (char *line = strtok_r(text, "\r\n", &rest); line; line = strtok_r(NULL, "\r\n", &rest)) {
+        line[strcspn(line, "#")] = 0;
+        line += strspn(line, " \t");
+        for (size_t n = strlen(line); n > 0 && strchr(" \t", line[n - 1]); n--) line[n - 1] = 0;
+        if (!*line) continue;
+        int found = 0;
+        for (int i = 0; i < shots->n; i++)
+            if (is_named(&shots->shot[i], line)) shots->shot[i].flash = 1, found = 1;
+        named += found;
+        if (!found && !lost++) snprintf(first_lost, sizeof first_lost, "%s", line);
+    }
+    free(text);
+    if (!named)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: names no photo of %s (the first photo there is %s)", path,
+                            shots->folder, shots->shot[0].file);
+    if (lost) fs_log_warn(log, "%s: %d of its names are no photos of %s, e.g. %s", path, lost, shots->folder, first_lost);
+    return 0;
+}
+
+static int mark_by_exif(Shots *shots, FsError *err)
+{
+    int unknown = 0;
+    for (int i = 0; i < shots->n; i++) {
+        Shot *shot = &shots->shot[i];
+        shot->flash = fs_exif_flash_fired(&shot->exif);
+        if (shot->flash >= 0) continue;
+        unknown++;
+        fs_error_set(&shot->failure, FS_ERR_INPUT, "%s/%s: its EXIF does not tell whether the flash fired: %s",
+                     shots->folder, shot->file, what_to_do);
+    }
+    if (unknown < shots->n) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: none of the %d photos tells (EXIF Flash) whether the flash fired: %s",
+                        shots->folder, shots->n, what_to_do);
+}
+
+int fs_shots_check_groups(const Shots *shots, FsError *err)
+{
+    int flash = 0;
+    for (int i = 0; i < shots->n; i++) flash += shots->shot[i].flash == 1;
+    if (shots->n < 2)
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: one photo (%s): at least one with and one without flash are needed, and 15 of each for "
+                            "a good separation",
+                            shots->folder, shots->n ? shots->shot[0].file : "none");
+    if (flash == 0)
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: no flash photos: the flash fired in none of the %d photos; take some with the flash, or "
+                            "%s",
+                            shots->folder, shots->n, what_to_do);
+    if (flash == shots->n)
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: only flash photos: the flash fired in all of the %d photos; take some without, or %s",
+                            shots->folder, shots->n, what_to_do);
+    return 0;
+}
+
+int fs_shots_find_flash(Shots *shots, const Settings *set, const Log *log, FsError *err)
+{
+    bool by_glob = set->flash_glob && *set->flash_glob, by_list = set->flash_list && *set->flash_list;
+    int rc = 0;
+    if (by_glob || by_list) {
+        for (int i = 0; i < shots->n; i++) shots->shot[i].flash = 0;
+        if (by_glob) TRY(mark_by_glob(shots, set->flash_glob, err));
+        if (by_list) TRY(mark_by_list(shots, set->flash_list, log, err));
+    } else {
+        if (shots->n >= 2) TRY(mark_by_exif(shots, err));
+        TRY(fs_shots_drop_failed(shots, log, err));
+    }
+    TRY(fs_shots_check_groups(shots, err));
+    int flash = 0;
+    for (int i = 0; i < shots->n; i++) flash += shots->shot[i].flash;
+    fs_log_info(log, "%d photos: %d with flash, %d without (%s)", shots->n, flash, shots->n - flash,
+                by_glob ? "--flash-glob" : by_list ? "--flash-list" : "EXIF");
+fail:
+    return rc;
+}

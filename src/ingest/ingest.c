@@ -1,0 +1,154 @@
+// The stage: scan, sort by flash, level, develop, write down.
+#include "ingest/ingest.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "ingest/develop.h"
+#include "ingest/shots.h"
+
+typedef struct Work {
+    Shots *shots;
+    const char *dir;
+    int long_edge, first;
+} Work;
+
+static void develop_one(void *context, int i, int worker)
+{
+    (void)worker;
+    Work *work = context;
+    fs_develop_shot(work->shots, &work->shots->shot[work->first + i], work->dir, work->long_edge);
+}
+
+// Photos at once: no more than fit in some memory, by the largest photo whose size is known.
+static int at_once(const Shots *shots, const Threads *threads)
+{
+    const double budget = 4e9, bytes_a_pixel = 24;
+    double largest = 24e6;
+    for (int i = 0; i < shots->n; i++) {
+        const ExifInfo *exif = &shots->shot[i].exif;
+        double size = (double)exif->exif_width * exif->exif_height;
+        if (size > largest) largest = size;
+    }
+    int n = (int)(budget / (largest * bytes_a_pixel));
+    return n < 1 ? 1 : n > fs_threads_count(threads) ? fs_threads_count(threads) : n;
+}
+
+static int develop_all(const FsProject *project, Shots *shots, const char *dir, Threads *threads, FsError *err)
+{
+    int step = at_once(shots, threads);
+    Work work = {.shots = shots, .dir = dir, .long_edge = project->set.long_edge};
+    for (; work.first < shots->n; work.first += step) {
+        fs_log_progress(&project->log, "ingest", work.first, shots->n, shots->shot[work.first].file);
+        if (fs_log_cancelled(&project->log))
+            return fs_error_set(err, FS_ERR_CANCELLED, "ingest: cancelled after %d of %d photos", work.first, shots->n);
+        fs_threads_for(threads, step < shots->n - work.first ? step : shots->n - work.first, develop_one, &work);
+    }
+    fs_log_progress(&project->log, "ingest", shots->n, shots->n, "");
+    return 0;
+}
+
+// What the pictures themselves give away.
+static void check_pictures(const Shots *shots, const Log *log)
+{
+    double mean[2] = {0}, clipped = 0;
+    int count[2] = {0}, encoded = 0, sizes = 0;
+    for (int i = 0; i < shots->n; i++) {
+        const Shot *shot = &shots->shot[i];
+        mean[shot->flash] += shot->mean;
+        count[shot->flash]++;
+        clipped += shot->clipped / shots->n;
+        encoded += shot->encoded;
+        sizes += shot->width != shots->shot[0].width || shot->height != shots->shot[0].height;
+    }
+    double off = mean[0] / count[0], on = mean[1] / count[1];
+    if (encoded)
+        fs_log_warn(log, "%d photos are not linear (JPEG or 8 bits): linearised by the sRGB curve, reduced quality; RAW "
+                         "files separate better",
+                    encoded);
+    if (sizes)
+        fs_log_warn(log, "%d photos have another size than %s (%d x %d): use one camera, one zoom and one orientation",
+                    sizes, shots->shot[0].file, shots->shot[0].width, shots->shot[0].height);
+    if (on < 1.02 * off)
+        fs_log_warn(log, "the flash photos are no brighter (mean %.4f) than the others (%.4f): is the flash state right, "
+                         "and does the flash reach the scene?",
+                    on, off);
+    if (clipped > 0.05)
+        fs_log_warn(log, "%.0f %% of the pixels are clipped and will not be used: expose less", 100 * clipped);
+}
+
+static json_t *photo_json(const Shot *shot)
+{
+    double focal = fs_exif_focal_px(&shot->exif, shot->orig_width, shot->orig_height) * shot->width / shot->orig_width;
+    return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:s, s:f}", "name", shot->name, "file",
+                     shot->file, "flash", shot->flash, "width", shot->width, "height", shot->height, "orig_width",
+                     shot->orig_width, "orig_height", shot->orig_height, "exposure_s", shot->exif.exposure_s, "iso",
+                     shot->exif.iso, "f_number", shot->exif.f_number, "focal_px", focal, "quality",
+                     shot->encoded ? "reduced" : "raw", "clipped_fraction", shot->clipped);
+}
+
+static int write_json(const FsProject *project, const Shots *shots, FsError *err)
+{
+    const double *wb = shots->white_balance;
+    json_t *photos = json_array();
+    for (int i = 0; photos && i < shots->n; i++)
+        if (json_array_append_new(photos, photo_json(&shots->shot[i])) != 0) {
+            json_decref(photos);
+            photos = NULL;
+        }
+    json_t *root = photos ? json_pack("{s:i, s:[f,f,f], s:o}", "long_edge", project->set.long_edge, "white_balance", wb[0],
+                                      wb[1], wb[2], "photos", photos)
+                          : NULL;
+    char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
+    char *path = fs_file_path("%s/ingest.json", project->out);
+    int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
+    free(path);
+    free(text);
+    json_decref(root);
+    return rc;
+}
+
+static int start_clean(const FsProject *project, const char *dir, FsError *err)
+{
+    char *json = fs_file_path("%s/ingest.json", project->out);
+    if (!json) return fs_error_memory(err);
+    fs_project_unmark(project, "ingest");
+    unlink(json);
+    free(json);
+    fs_file_remove_tree(dir);
+    return fs_file_mkdirs(dir, err);
+}
+
+int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
+{
+    if (fs_project_done(project, "ingest", FS_STAGE_INGEST)) return 0;
+    int rc = 0;
+    const Log *log = &project->log;
+    Shots shots = {0};
+    char *dir = fs_file_path("%s/linear", project->out);
+    Threads *threads = fs_threads_new(project->set.threads);
+    if (!dir || !threads) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(fs_shots_scan(&shots, photos, log, err));
+    fs_shots_read_headers(&shots, threads);
+    TRY(fs_shots_drop_failed(&shots, log, err));
+    TRY(fs_shots_find_flash(&shots, &project->set, log, err));
+    fs_shots_level(&shots, log);
+    TRY(start_clean(project, dir, err));
+    TRY(develop_all(project, &shots, dir, threads, err));
+    TRY(fs_shots_drop_failed(&shots, log, err));
+    TRY(fs_shots_check_groups(&shots, err));
+    check_pictures(&shots, log);
+    TRY(write_json(project, &shots, err));
+    TRY(fs_project_mark_done(project, "ingest", FS_STAGE_INGEST, err));
+fail:
+    fs_threads_free(threads);
+    fs_shots_free(&shots);
+    free(dir);
+    return rc;
+}

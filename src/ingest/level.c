@@ -1,0 +1,98 @@
+// One white balance and one exposure for the whole capture: the sum of layers holds only when all photos share them.
+#include <math.h>
+#include <stdlib.h>
+
+#include "ingest/shots.h"
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// Of the n values that are above 0; the lower one of two in the middle, so that it is some photo's own. 0: none.
+static double median(const double *value, int n)
+{
+    double *sorted = malloc((size_t)(n > 0 ? n : 1) * sizeof *sorted), m = 0;
+    int k = 0;
+    if (!sorted) return 0;
+    for (int i = 0; i < n; i++)
+        if (value[i] > 0) sorted[k++] = value[i];
+    if (k) {
+        qsort(sorted, (size_t)k, sizeof *sorted, compare_doubles);
+        m = sorted[(k - 1) / 2];
+    }
+    free(sorted);
+    return m;
+}
+
+static void level_white_balance(Shots *shots, double *value, const Log *log)
+{
+    const Shot *odd = NULL;
+    int raws = 0;
+    for (int i = 0; i < shots->n; i++) raws += shots->shot[i].kind == SHOT_RAW;
+    if (raws == 0) return;
+    if (raws < shots->n)
+        fs_log_warn(log, "%d photos are RAW and %d are not: their colours and brightness cannot be matched well; use one "
+                         "kind only",
+                    raws, shots->n - raws);
+    for (int c = 0; c < 3; c++) {
+        for (int i = 0; i < shots->n; i++) value[i] = shots->shot[i].white_balance[c];
+        double m = median(value, shots->n);
+        shots->white_balance[c] = m > 0 ? m : 1;
+        for (int i = 0; i < shots->n; i++)
+            if (value[i] > 0 && fabs(value[i] / shots->white_balance[c] - 1) > 0.03) odd = &shots->shot[i];
+    }
+    const double *wb = shots->white_balance;
+    if (odd)
+        fs_log_warn(log, "white balance as shot differs between photos (%s: %.3f 1 %.3f); all are developed with the "
+                         "median, %.3f 1 %.3f",
+                    odd->file, odd->white_balance[0], odd->white_balance[2], wb[0], wb[2]);
+    else
+        fs_log_info(log, "white balance %.3f 1 %.3f", wb[0], wb[2]);
+}
+
+// How much light of the scene one unit of a photo stands for, up to a constant; 0 unknown. Fields that are missing in
+// all photos do not matter: they cancel.
+static double exposure(const ExifInfo *e)
+{
+    if (e->exposure_s == 0) return 0;
+    double n = e->f_number > 0 ? e->f_number : 1;
+    return e->exposure_s * (e->iso > 0 ? e->iso : 100) / (n * n);
+}
+
+static void level_exposure(Shots *shots, double *value, const Log *log)
+{
+    for (int i = 0; i < shots->n; i++) value[i] = exposure(&shots->shot[i].exif);
+    double m = median(value, shots->n);
+    int unknown = 0, differ = 0;
+    bool flash_differs = false;
+    const Shot *odd = NULL;
+    for (int i = 0; i < shots->n; i++) {
+        Shot *shot = &shots->shot[i];
+        unknown += value[i] == 0;
+        if (m == 0 || value[i] == 0 || fabs(value[i] / m - 1) < 0.01) continue;
+        shot->gain = m / value[i];
+        flash_differs |= shot->flash == 1;
+        differ++;
+        odd = shot;
+    }
+    if (differ)
+        fs_log_warn(log, "%d of %d photos have another shutter time, ISO or aperture (e.g. %s: %g s, ISO %g, f/%g); they "
+                         "are brought to the median exposure%s",
+                    differ, shots->n, odd->file, odd->exif.exposure_s, odd->exif.iso, odd->exif.f_number,
+                    flash_differs ? ", but the flash's light does not follow the shutter: use one manual exposure" : "");
+    if (unknown == shots->n)
+        fs_log_warn(log, "the photos do not tell their exposure: taken to be the same for all");
+    else if (unknown)
+        fs_log_warn(log, "%d of %d photos do not tell their exposure: taken to be the median", unknown, shots->n);
+}
+
+void fs_shots_level(Shots *shots, const Log *log)
+{
+    double *value = calloc((size_t)shots->n + 1, sizeof *value);
+    if (!value) return;
+    level_white_balance(shots, value, log);
+    level_exposure(shots, value, log);
+    free(value);
+}
