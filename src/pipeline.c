@@ -8,6 +8,7 @@
 #include "evaluate/evaluate.h"
 #include "export/export.h"
 #include "info/info.h"
+#include "ingest/ingest.h"
 #include "model/project.h"
 #include "render/render.h"
 #include "train/train.h"
@@ -51,8 +52,7 @@ static int not_built(const char *stage, FsError *err)
 
 int fs_ingest(FsProject *project, const char *photos, FsError *err)
 {
-    (void)project, (void)photos;
-    return not_built("ingest", err);
+    return fs_ingest_run(project, photos, err);
 }
 
 int fs_poses(FsProject *project, FsError *err)

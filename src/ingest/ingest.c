@@ -10,6 +10,8 @@
 #include "ingest/develop.h"
 #include "ingest/shots.h"
 
+#define MAX_JSON_BYTES (64 << 20)
+
 typedef struct Work {
     Shots *shots;
     const char *dir;
@@ -99,8 +101,8 @@ static int write_json(const FsProject *project, const Shots *shots, FsError *err
             json_decref(photos);
             photos = NULL;
         }
-    json_t *root = photos ? json_pack("{s:i, s:[f,f,f], s:o}", "long_edge", project->set.long_edge, "white_balance", wb[0],
-                                      wb[1], wb[2], "photos", photos)
+    json_t *root = photos ? json_pack("{s:i, s:[f,f,f], s:s, s:o}", "long_edge", project->set.long_edge, "white_balance",
+                                      wb[0], wb[1], wb[2], "fingerprint", shots->fingerprint, "photos", photos)
                           : NULL;
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
     char *path = fs_file_path("%s/ingest.json", project->out);
@@ -122,9 +124,33 @@ static int start_clean(const FsProject *project, const char *dir, FsError *err)
     return fs_file_mkdirs(dir, err);
 }
 
+// Other photos than those of the last time. Photos that are gone do not matter once they are ingested.
+static bool photos_changed(const FsProject *project, const char *folder)
+{
+    Shots shots;
+    bool changed = false;
+    char *path = fs_file_path("%s/ingest.json", project->out), *text = NULL;
+    size_t size;
+    if (path && fs_shots_scan(&shots, folder, &(Log){0}, NULL) == 0) {
+        json_t *last = fs_file_read(path, MAX_JSON_BYTES, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
+        const char *fingerprint = json_string_value(json_object_get(last, "fingerprint"));
+        changed = !fingerprint || strcmp(fingerprint, shots.fingerprint) != 0;
+        if (fingerprint && changed) fs_log_info(&project->log, "ingest: done again, other photos than the last time");
+        json_decref(last);
+        fs_shots_free(&shots);
+    }
+    free(text);
+    free(path);
+    return changed;
+}
+
 int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
 {
-    if (fs_project_done(project, "ingest", FS_STAGE_INGEST)) return 0;
+    if (!project->set.force && photos_changed(project, photos)) {
+        fs_project_unmark(project, "ingest");
+    } else if (fs_project_done(project, "ingest", FS_STAGE_INGEST)) {
+        return 0;
+    }
     int rc = 0;
     const Log *log = &project->log;
     Shots shots = {0};

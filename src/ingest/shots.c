@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "base/file.h"
 #include "image/raw.h"
@@ -77,6 +78,22 @@ static int drop_doubles(Shots *shots, const Log *log, FsError *err)
     return 0;
 }
 
+// Tells another set of photos, or a changed one, from the one that was ingested before (FNV-1a).
+static void take_fingerprint(Shots *shots)
+{
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (int i = 0; i < shots->n; i++) {
+        struct stat st = {0};
+        char *path = fs_file_path("%s/%s", shots->folder, shots->shot[i].file);
+        if (path) stat(path, &st);
+        free(path);
+        char text[400];
+        snprintf(text, sizeof text, "%s|%lld|%lld", shots->shot[i].file, (long long)st.st_size, (long long)st.st_mtime);
+        for (const char *p = text; *p; p++) hash = (hash ^ (unsigned char)*p) * 0x100000001b3u;
+    }
+    snprintf(shots->fingerprint, sizeof shots->fingerprint, "%016llx", (unsigned long long)hash);
+}
+
 int fs_shots_scan(Shots *shots, const char *folder, const Log *log, FsError *err)
 {
     *shots = (Shots){.folder = strdup(folder), .white_balance = {1, 1, 1}};
@@ -116,6 +133,7 @@ int fs_shots_scan(Shots *shots, const char *folder, const Log *log, FsError *err
     if (others) fs_log_info(log, "%s: %d files that are not photos left out, e.g. %s", folder, others, other);
     qsort(shots->shot, (size_t)shots->n, sizeof *shots->shot, compare_shots);
     TRY(drop_doubles(shots, log, err));
+    take_fingerprint(shots);
 fail:
     fs_file_list_free(&list);
     if (rc < 0) fs_shots_free(shots);

@@ -30,6 +30,7 @@ typedef struct Shots {
     Shot *shot; // sorted by name
     int n;
     double white_balance[3]; // of the whole capture
+    char fingerprint[17];    // of the files' names, sizes and times
 } Shots;
 
 void fs_shots_free(Shots *shots);
