@@ -1,0 +1,273 @@
+// Evaluation of a small fixture against figures that an independent program computed, and its errors.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+
+#include "base/rng.h"
+#include "evaluate/evaluate.h"
+#include "evaluate/metrics.h"
+#include "temp_dir.h"
+
+#ifndef FIXTURE
+#error "FIXTURE must name tests/data/evaluate"
+#endif
+
+typedef struct Said {
+    char text[1 << 16];
+} Said;
+
+static void on_log(void *user, FsLogLevel level, const char *message)
+{
+    Said *said = user;
+    size_t n = strlen(said->text);
+    snprintf(said->text + n, sizeof said->text - n, "%s%s\n", level == FS_LOG_WARN ? "warning: " : "", message);
+}
+
+// Runs on a fresh OUT with name/value settings; the JSON, or NULL and the error.
+static json_t *evaluate(const char *dir, const char *truth, const char *const *settings, Said *said, FsError *err)
+{
+    FsSettings *set = fs_settings_new();
+    for (int i = 0; settings[i]; i += 2) assert_int_equal(fs_settings_set(set, settings[i], settings[i + 1], err), 0);
+    said->text[0] = 0;
+    struct FsProject project = {.out = fs_file_path("%s/out", dir), .set = *set, .log = {.log = on_log, .user = said}};
+    assert_int_equal(fs_file_mkdirs(project.out, NULL), 0);
+    char *path = fs_file_path("%s/evaluate.json", project.out);
+    int rc = fs_evaluate_run(&project, truth, err);
+    json_t *root = rc == 0 ? json_load_file(path, 0, NULL) : NULL;
+    assert_int_equal(root == NULL, rc < 0);
+    if (rc < 0) assert_int_equal(rc, err->code);
+    free(path);
+    free(project.out);
+    fs_settings_free(set);
+    return root;
+}
+
+static double number(const json_t *object, const char *name)
+{
+    json_t *value = json_object_get(object, name);
+    if (!json_is_number(value)) fail_msg("no number %s", name);
+    return json_number_value(value);
+}
+
+static void assert_near(const char *what, double expected, double found, double tolerance)
+{
+    if (!(fabs(expected - found) <= tolerance)) fail_msg("%s: expected %.9g, found %.9g", what, expected, found);
+}
+
+static json_t *layers_of(json_t *root, const char *method)
+{
+    return json_object_get(json_object_get(json_object_get(root, "methods"), method), "layers");
+}
+
+static json_t *load(const char *name)
+{
+    char *path = fs_file_path("%s/%s", FIXTURE, name);
+    json_t *root = json_load_file(path, 0, NULL);
+    assert_non_null(root);
+    free(path);
+    return root;
+}
+
+static void test_agrees(void **state)
+{
+    static const char *const which[] = {"held_out", "capture", "all"};
+    for (int k = 0; k < 3; k++) {
+        Said said;
+        FsError err;
+        char name[64];
+        snprintf(name, sizeof name, "expected_%s.json", which[k]);
+        json_t *expected = load(name);
+        json_t *root = evaluate(*state, FIXTURE "/truth",
+                                (const char *[]){"views", which[k], "output", FIXTURE "/renders", NULL}, &said, &err);
+        const char *layer;
+        json_t *wanted;
+        json_object_foreach(expected, layer, wanted)
+        {
+            json_t *found = json_object_get(layers_of(root, "flashsplat"), layer);
+            assert_near(layer, number(wanted, "n"), number(found, "n"), 0);
+            assert_near(layer, number(wanted, "psnr"), number(found, "psnr"), 1e-3);
+            assert_near(layer, number(wanted, "psnr_gain"), number(found, "psnr_gain"), 1e-3);
+            assert_near(layer, number(wanted, "ssim"), number(found, "ssim"), 1e-5);
+            assert_near(layer, number(wanted, "ssim_gain"), number(found, "ssim_gain"), 1e-5);
+            for (size_t c = 0; c < 3; c++)
+                assert_near(layer, json_number_value(json_array_get(json_object_get(wanted, "gain"), c)),
+                            json_number_value(json_array_get(json_object_get(found, "gain"), c)), 6e-4);
+        }
+        assert_int_equal(json_object_size(expected), k == 1 ? 3 : 5);
+        assert_true(!strstr(said.text, "warning: evaluate: 1 of 2 views are missing, the first one") == (k == 1));
+        assert_true(!strstr(said.text, "no I_N at capture views") == (k != 1));
+        json_decref(root);
+        json_decref(expected);
+    }
+}
+
+static void test_more_metrics(void **state)
+{
+    Said said;
+    FsError err;
+    json_t *expected = load("expected_extra.json"), *wanted;
+    json_t *root = evaluate(*state, FIXTURE "/truth",
+                            (const char *[]){"output", FIXTURE "/renders", "method", "same=" FIXTURE "/truth", NULL},
+                            &said, &err);
+    json_t *views = json_object_get(json_object_get(layers_of(root, "flashsplat"), "T_N"), "views");
+    const char *name;
+    json_object_foreach(json_object_get(expected, "T_N"), name, wanted)
+    {
+        json_t *found = json_object_get(views, name);
+        assert_near(name, number(wanted, "ms_ssim"), number(found, "ms_ssim"), 1e-6);
+        assert_near(name, number(wanted, "psnr_paper"), number(found, "psnr_paper"), 1e-3);
+    }
+    json_t *method = json_object_get(json_object_get(root, "methods"), "flashsplat");
+    json_object_foreach(json_object_get(expected, "depth_T"), name, wanted)
+        assert_near(name, json_number_value(wanted), number(json_object_get(method, "depth_T"), name), 1e-5);
+    // The truth as a method: perfect, and beside the other in one line.
+    json_t *perfect = json_object_get(layers_of(root, "same"), "R");
+    assert_near("psnr of the truth", 120, number(perfect, "psnr"), 1e-9);
+    assert_near("ssim of the truth", 1, number(perfect, "ssim"), 1e-12);
+    assert_near("ms_ssim of the truth", 1, number(perfect, "ms_ssim"), 1e-12);
+    assert_non_null(strstr(said.text, "layer | flashsplat     | same"));
+    json_decref(root);
+    json_decref(expected);
+}
+
+static void copy_file(const char *from, const char *to)
+{
+    char *data;
+    size_t size;
+    assert_int_equal(fs_file_read(from, 1 << 20, &data, &size, NULL), 0);
+    assert_int_equal(fs_file_write(to, data, size, NULL), 0);
+    free(data);
+}
+
+static void test_depth_tiff(void **state)
+{
+    char *dir = fs_file_path("%s/metres/depth_T", (char *)*state), *t_n = fs_file_path("%s/metres/T_N", (char *)*state);
+    char *tiff = fs_file_path("%s/TEST_01.tif", dir), *png = fs_file_path("%s/TEST_01.png", t_n);
+    char *renders = fs_file_path("%s/metres", (char *)*state);
+    assert_int_equal(fs_file_mkdirs(dir, NULL) | fs_file_mkdirs(t_n, NULL), 0);
+    copy_file(FIXTURE "/renders/T_N/TEST_01.png", png);
+    Image depth;
+    assert_int_equal(fs_png_read(FIXTURE "/truth/depth_T/TEST_01.png", &depth, NULL), 0);
+    for (int i = 0; i < depth.width * depth.height; i++) depth.px[i] *= 65.535f * 4; // a unit of 25 cm
+    depth.px[100] = NAN;
+    assert_int_equal(fs_tiff_write_float(tiff, &depth, NULL), 0);
+    Said said;
+    FsError err;
+    json_t *root = evaluate(*state, FIXTURE "/truth", (const char *[]){"output", renders, NULL}, &said, &err);
+    json_t *found = json_object_get(json_object_get(json_object_get(root, "methods"), "flashsplat"), "depth_T");
+    assert_near("error", 3, number(found, "median_relative_error"), 1e-5);
+    assert_near("scale", 0.25, number(found, "scale"), 1e-6);
+    assert_near("scaled error", 0, number(found, "median_relative_error_scaled"), 1e-5);
+    assert_near("missing", 1, number(found, "missing"), 0);
+    json_decref(root);
+    fs_image_free(&depth);
+    free(dir), free(t_n), free(tiff), free(png), free(renders);
+}
+
+static void test_threads(void **state)
+{
+    char *text[2];
+    for (int k = 0; k < 2; k++) {
+        Said said;
+        FsError err;
+        json_t *root = evaluate(*state, FIXTURE "/truth",
+                                (const char *[]){"output", FIXTURE "/renders", "threads", k ? "3" : "1", NULL}, &said,
+                                &err);
+        text[k] = json_dumps(root, JSON_SORT_KEYS);
+        json_decref(root);
+    }
+    assert_string_equal(text[0], text[1]);
+    free(text[0]);
+    free(text[1]);
+}
+
+static void expect_error(const char *dir, const char *truth, const char *const *settings, int code, const char *word)
+{
+    Said said;
+    FsError err = {0};
+    json_t *root = evaluate(dir, truth, settings, &said, &err);
+    assert_null(root);
+    assert_int_equal(err.code, code);
+    if (!strstr(err.message, word)) fail_msg("'%s' lacks '%s'", err.message, word);
+}
+
+static void test_errors(void **state)
+{
+    const char *dir = *state, *renders = FIXTURE "/renders", *truth = FIXTURE "/truth";
+    expect_error(dir, dir, (const char *[]){"output", renders, NULL}, FS_ERR_INPUT, "cameras.json");
+    expect_error(dir, truth, (const char *[]){NULL}, FS_ERR_INPUT, "out/renders");
+    expect_error(dir, truth, (const char *[]){"output", dir, NULL}, FS_ERR_INPUT, "has a render");
+    expect_error(dir, truth, (const char *[]){"output", renders, "method", "x", NULL}, FS_ERR_USAGE, "NAME=DIR");
+    expect_error(dir, truth, (const char *[]){"output", renders, "method", "x=", NULL}, FS_ERR_USAGE, "NAME=DIR");
+    expect_error(dir, truth, (const char *[]){"output", renders, "method", "=x", NULL}, FS_ERR_USAGE, "NAME=DIR");
+    expect_error(dir, truth, (const char *[]){"output", renders, "method", "x=/nonexistent", NULL}, FS_ERR_INPUT,
+                 "/nonexistent");
+    expect_error(dir, truth, (const char *[]){"output", renders, "method", "flashsplat=" FIXTURE, NULL}, FS_ERR_USAGE,
+                 "twice");
+    // A render that is no PNG, and one of other proportions.
+    char *bad = fs_file_path("%s/bad", dir), *t_n = fs_file_path("%s/T_N", bad), *png = fs_file_path("%s/TEST_01.png", t_n);
+    assert_int_equal(fs_file_mkdirs(t_n, NULL), 0);
+    assert_int_equal(fs_file_write(png, "not a picture", 13, NULL), 0);
+    expect_error(dir, truth, (const char *[]){"output", bad, NULL}, FS_ERR_INPUT, png);
+    Image image;
+    assert_int_equal(fs_image_new(&image, 64, 60, 3, NULL), 0);
+    assert_int_equal(fs_png_write(png, &image, 8, NULL), 0);
+    expect_error(dir, truth, (const char *[]){"output", bad, NULL}, FS_ERR_INPUT, "proportions");
+    fs_image_free(&image);
+    free(bad), free(t_n), free(png);
+}
+
+// Truncated renders at every length: always an error that names the file.
+static void test_truncated(void **state)
+{
+    char *bad = fs_file_path("%s/cut", (char *)*state), *t_n = fs_file_path("%s/T_N", bad);
+    char *png = fs_file_path("%s/TEST_01.png", t_n), *data;
+    size_t size;
+    assert_int_equal(fs_file_mkdirs(t_n, NULL), 0);
+    assert_int_equal(fs_file_read(FIXTURE "/renders/T_N/TEST_01.png", 1 << 20, &data, &size, NULL), 0);
+    for (size_t n = 0; n + 12 < size; n += 97) { // but for the end marker
+        FILE *f = fopen(png, "wb");
+        fwrite(data, 1, n, f);
+        fclose(f);
+        expect_error(*state, FIXTURE "/truth", (const char *[]){"output", bad, NULL}, FS_ERR_INPUT, png);
+    }
+    free(data), free(bad), free(t_n), free(png);
+}
+
+static void test_scales(void **state)
+{
+    (void)state;
+    assert_int_equal(fs_metrics_ms_ssim_scales(600, 400), 5);
+    assert_int_equal(fs_metrics_ms_ssim_scales(176, 300), 5);
+    assert_int_equal(fs_metrics_ms_ssim_scales(175, 300), 4);
+    assert_int_equal(fs_metrics_ms_ssim_scales(11, 11), 1);
+    assert_int_equal(fs_metrics_ms_ssim_scales(10, 500), 0);
+    Image a, b;
+    double value;
+    assert_int_equal(fs_image_new(&a, 10, 3, 3, NULL) | fs_image_new(&b, 10, 3, 3, NULL), 0);
+    a.px[0] = 1;
+    assert_int_equal(fs_metrics_ms_ssim(&a, &b, &value, NULL), 0);
+    assert_true(isnan(value));
+    assert_int_equal(fs_metrics_ssim(&a, &b, &value, NULL), 0);
+    assert_true(value > 0 && value < 1);
+    assert_int_equal(fs_metrics_psnr(&a, &b, &value, NULL), 0);
+    assert_near("psnr", 10 * log10(90), value, 1e-12);
+    fs_image_free(&a);
+    fs_image_free(&b);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_agrees), cmocka_unit_test(test_more_metrics), cmocka_unit_test(test_depth_tiff),
+        cmocka_unit_test(test_threads), cmocka_unit_test(test_errors), cmocka_unit_test(test_truncated),
+        cmocka_unit_test(test_scales),
+    };
+    return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
+}

@@ -1,0 +1,231 @@
+// Exported files, read back by a parser of their own: property order, colours, and the .splat bytes.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/rng.h"
+#include "export/colors.h"
+#include "export/export.h"
+#include "export/inria.h"
+#include "export/splat.h"
+#include "image/tone.h"
+#include "temp_dir.h"
+
+static const char inria_header[] =
+    "ply\nformat binary_little_endian 1.0\nelement vertex %d\nproperty float x\nproperty float y\nproperty float z\n"
+    "property float nx\nproperty float ny\nproperty float nz\nproperty float f_dc_0\nproperty float f_dc_1\n"
+    "property float f_dc_2\nproperty float opacity\nproperty float scale_0\nproperty float scale_1\n"
+    "property float scale_2\nproperty float rot_0\nproperty float rot_1\nproperty float rot_2\nproperty float rot_3\n"
+    "end_header\n";
+
+typedef struct Row {
+    float mean[3], normal[3], dc[3], opacity, scale[3], rot[4];
+} Row;
+
+// The rows of an INRIA PLY with n Gaussians; fails when the header differs in any byte.
+static Row *read_inria(const char *path, int n)
+{
+    char *data, *header = fs_file_path(inria_header, n);
+    size_t size, h = strlen(header);
+    assert_int_equal(fs_file_read(path, 1 << 20, &data, &size, NULL), 0);
+    assert_int_equal(size, h + sizeof(Row) * (size_t)n);
+    assert_memory_equal(data, header, h);
+    Row *rows = malloc(sizeof(Row) * (size_t)n);
+    memcpy(rows, data + h, sizeof(Row) * (size_t)n);
+    free(data);
+    free(header);
+    return rows;
+}
+
+static void fill(Cloud *cloud, int n, int color_width, int gain_width, uint64_t seed)
+{
+    Rng rng = fs_rng_new(seed);
+    assert_int_equal(fs_cloud_new(cloud, n, color_width, gain_width, NULL), 0);
+    for (int f = 0; f < CLOUD_FIELDS; f++)
+        for (int i = 0; i < n * cloud->width[f]; i++)
+            cloud->field[f][i] = f == CLOUD_COLORS ? fs_rng_uniform(&rng) : fs_rng_normal(&rng);
+}
+
+// What a viewer shows for an INRIA row, against an own computation (the exposure is known to three digits).
+static void assert_color(const Row *row, int channel, double linear, double exposure)
+{
+    double x = linear * exposure;
+    if (x > 0.5) x = 0.5 + 0.5 * (1 - exp(-(x - 0.5) / 0.5));
+    double srgb = x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
+    double shown = 0.5 + 0.28209479177387814 * (double)row->dc[channel];
+    if (!(fabs(shown - srgb) < 1e-3)) fail_msg("viewer shows %g, expected %g", shown, srgb);
+}
+
+static void test_inria(void **state)
+{
+    char *path = fs_file_path("%s/inria.ply", (char *)*state);
+    Cloud c;
+    fill(&c, 5, 3, 0, 1);
+    memset(c.field[CLOUD_QUATS] + 8, 0, 16); // no direction at all
+    const float srgb[15] = {0, 0.5f, 1, 0.25f, 0.75f, 0.1f};
+    assert_int_equal(fs_inria_write(&c, srgb, path, NULL), 0);
+    Row *rows = read_inria(path, 5);
+    for (int i = 0; i < 5; i++) {
+        assert_memory_equal(rows[i].mean, c.field[CLOUD_MEANS] + 3 * i, 12);
+        assert_memory_equal(rows[i].scale, c.field[CLOUD_SCALES] + 3 * i, 12);
+        assert_true(rows[i].opacity == c.field[CLOUD_OPACITIES][i]);
+        const float *q = c.field[CLOUD_QUATS] + 4 * i;
+        double norm = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+        for (int k = 0; k < 4; k++)
+            assert_true(fabs(rows[i].rot[k] - (i == 2 ? (double)(k == 0) : q[k] / norm)) < 1e-6);
+        for (int k = 0; k < 3; k++) {
+            assert_true(rows[i].normal[k] == 0);
+            assert_true(fabs(0.5 + 0.28209479177387814 * rows[i].dc[k] - srgb[3 * i + k]) < 1e-6);
+        }
+    }
+    free(rows);
+    fs_cloud_free(&c);
+    free(path);
+}
+
+static void test_splat(void **state)
+{
+    char *path = fs_file_path("%s/a.splat", (char *)*state);
+    unsigned char *data;
+    size_t size;
+    Cloud c;
+    fill(&c, 3, 3, 0, 2);
+    for (int i = 0; i < 9; i++) c.field[CLOUD_SCALES][i] = (float)(i / 3); // the last is the largest
+    c.field[CLOUD_OPACITIES][0] = 0, c.field[CLOUD_OPACITIES][1] = 100, c.field[CLOUD_OPACITIES][2] = -1;
+    const float srgb[9] = {1, 0, 0.5f, 0.2f, 0.4f, 0.6f, 2, -1, 0.999f};
+    assert_int_equal(fs_splat_write(&c, srgb, path, NULL), 0);
+    assert_int_equal(fs_file_read(path, 1 << 20, (char **)&data, &size, NULL), 0);
+    assert_int_equal(size, 96);
+    for (int k = 0; k < 3; k++) {
+        int i = 2 - k;
+        const unsigned char *row = data + 32 * k;
+        float scale[3];
+        memcpy(scale, row + 12, 12);
+        assert_memory_equal(row, c.field[CLOUD_MEANS] + 3 * i, 12);
+        for (int a = 0; a < 3; a++) assert_true(fabs(scale[a] - exp(i)) < 1e-5);
+        const float *q = c.field[CLOUD_QUATS] + 4 * i;
+        double norm = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+        for (int a = 0; a < 4; a++) assert_true(fabs((row[28 + a] - 128) / 128.0 - q[a] / norm) <= 0.5 / 128 + 1e-6);
+    }
+    const unsigned char first[4] = {255, 0, 255, 69}, second[4] = {51, 102, 153, 255}, third[4] = {255, 0, 128, 128};
+    assert_memory_equal(data + 24, first, 4);
+    assert_memory_equal(data + 56, second, 4);
+    assert_memory_equal(data + 88, third, 4);
+    free(data);
+    fs_cloud_free(&c);
+    free(path);
+}
+
+static float exposure_said;
+
+static void on_log(void *user, FsLogLevel level, const char *message)
+{
+    (void)user, (void)level;
+    sscanf(message, "export: colours are camera RGB times %f", &exposure_said);
+}
+
+static int export_scene(const char *out, const Scene *scene, FsError *err)
+{
+    FsSettings *set = fs_settings_new();
+    char *clouds = fs_file_path("%s/clouds", out);
+    struct FsProject project = {.out = (char *)out, .set = *set, .log = {.log = on_log}};
+    if (scene) assert_int_equal(fs_scene_write(scene, clouds, NULL), 0);
+    int rc = fs_export_run(&project, err);
+    free(clouds);
+    fs_settings_free(set);
+    return rc;
+}
+
+static double decode(float encoded)
+{
+    return pow(fmax(encoded, 0), 1 / 0.22);
+}
+
+// One geometry: T_F is T_N's Gaussians with 1 + alpha the light; R is dimmed by the pane.
+static void test_run_shared(void **state)
+{
+    char *out = fs_file_path("%s/shared", (char *)*state), *paths[LAYERS];
+    Scene scene = {.shared_geometry = true, .pane_beta = true, .pane = {{0, 0, 1}, 0.3}, .gain_color = {1, 0.8, 0.5},
+                   .flash_distance = 2, .extent = 1};
+    fill(&scene.cloud[LAYER_T_N], 6, 3, 1, 3);
+    fill(&scene.cloud[LAYER_R], 4, 3, 0, 4);
+    assert_int_equal(export_scene(out, &scene, NULL), 0);
+    for (int l = 0; l < LAYERS; l++) paths[l] = fs_file_path("%s/export/%s.ply", out, fs_layers[l].name);
+    assert_false(fs_file_exists(paths[LAYER_BETA]));
+    assert_true(exposure_said > 0);
+    Row *t_n = read_inria(paths[LAYER_T_N], 6), *t_f = read_inria(paths[LAYER_T_F], 6), *r = read_inria(paths[LAYER_R], 4);
+    for (int i = 0; i < 6; i++) {
+        assert_memory_equal(t_n[i].mean, t_f[i].mean, sizeof t_n[i].mean);
+        for (int c = 0; c < 3; c++) {
+            double linear = decode(scene.cloud[LAYER_T_N].field[CLOUD_COLORS][3 * i + c]);
+            double alpha = scene.gain_color[c] * exp(scene.cloud[LAYER_T_N].field[CLOUD_GAINS][i]);
+            assert_color(&t_n[i], c, linear, exposure_said);
+            assert_color(&t_f[i], c, linear * (1 + alpha), exposure_said);
+        }
+    }
+    for (int i = 0; i < 4; i++)
+        for (int c = 0; c < 3; c++)
+            assert_color(&r[i], c, 0.3 * decode(scene.cloud[LAYER_R].field[CLOUD_COLORS][3 * i + c]), exposure_said);
+    free(t_n), free(t_f), free(r);
+    // Again without R: its old files go.
+    fs_cloud_free(&scene.cloud[LAYER_R]);
+    assert_true(fs_file_exists(paths[LAYER_R]));
+    char *done = fs_file_path("%s/done", out);
+    fs_file_remove_tree(done);
+    assert_int_equal(export_scene(out, &scene, NULL), 0);
+    assert_false(fs_file_exists(paths[LAYER_R]));
+    for (int l = 0; l < LAYERS; l++) free(paths[l]);
+    free(done);
+    fs_scene_free(&scene);
+    free(out);
+}
+
+static void test_run_separate(void **state)
+{
+    char *out = fs_file_path("%s/separate", (char *)*state);
+    Scene scene = {.extent = 1};
+    for (int l = 0; l < LAYERS; l++) fill(&scene.cloud[l], 3 + l, fs_layers[l].channels, 0, 5 + (uint64_t)l);
+    assert_int_equal(export_scene(out, &scene, NULL), 0);
+    for (int l = 0; l < LAYERS; l++) {
+        char *path = fs_file_path("%s/export/%s.ply", out, fs_layers[l].name);
+        Row *rows = read_inria(path, 3 + l);
+        for (int i = 0; i < 3 + l; i++)
+            for (int c = 0; c < 3; c++) {
+                float color = scene.cloud[l].field[CLOUD_COLORS][l == LAYER_BETA ? i : 3 * i + c];
+                if (l != LAYER_BETA) assert_color(&rows[i], c, decode(color), exposure_said);
+                else assert_true(fabs(0.5 + 0.28209479177387814 * rows[i].dc[c] - 1 / (1 + exp(-color))) < 1e-6);
+            }
+        free(rows);
+        free(path);
+    }
+    fs_scene_free(&scene);
+    free(out);
+}
+
+static void test_run_errors(void **state)
+{
+    FsError err;
+    char *out = fs_file_path("%s/none", (char *)*state), *clouds = fs_file_path("%s/clouds", out);
+    char *model = fs_file_path("%s/model.json", clouds);
+    assert_int_equal(export_scene(out, NULL, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, model));
+    assert_int_equal(fs_file_mkdirs(clouds, NULL), 0);
+    assert_int_equal(fs_file_write(model, "{", 1, NULL), 0);
+    assert_int_equal(export_scene(out, NULL, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, model));
+    free(out), free(clouds), free(model);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_inria),        cmocka_unit_test(test_splat),      cmocka_unit_test(test_run_shared),
+        cmocka_unit_test(test_run_separate), cmocka_unit_test(test_run_errors),
+    };
+    return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
+}
