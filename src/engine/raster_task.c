@@ -22,6 +22,7 @@ typedef struct RasterWork {
     uint32_t *band_splat;    // visible splats of each row of tiles, by depth
     int *band_bound;         // (tiles_y + 1): start of the band's part of band_entry
     BandEntry *band_entry;
+    int *band_entries;       // (tiles_y): how many the band has
     int *tile_start;         // (tiles + 1) into entry
     int *tile_count;         // (tiles)
     TileEntry *entry;
@@ -182,7 +183,7 @@ static void band_job(void *context, int job, int worker)
             count[x]++;
         }
     }
-    w->band_splat_start[y] = (int)(out - (w->band_entry + w->band_bound[y])); // from now on: entries of the band
+    w->band_entries[y] = (int)(out - (w->band_entry + w->band_bound[y]));
 }
 
 static void scatter_job(void *context, int job, int worker)
@@ -193,7 +194,7 @@ static void scatter_job(void *context, int job, int worker)
     int *at = w->tile_count + y * w->tiles_x;
     memcpy(at, w->tile_start + y * w->tiles_x, sizeof(int) * (size_t)w->tiles_x);
     const BandEntry *in = w->band_entry + w->band_bound[y];
-    for (int i = 0, n = w->band_splat_start[y]; i < n; i++)
+    for (int i = 0, n = w->band_entries[y]; i < n; i++)
         w->entry[at[in[i].tile_x]++] = (TileEntry){in[i].splat, in[i].mask, 0};
 }
 
@@ -353,6 +354,7 @@ static void set_up(RasterTask *task, const Camera *camera, float near)
     w->spare_key = ARENA_NEW(a, uint32_t, n);
     w->band_splat_start = ARENA_NEW(a, int, ty + 1);
     w->band_bound = ARENA_NEW(a, int, ty + 1);
+    w->band_entries = ARENA_NEW(a, int, ty);
     w->tile_start = ARENA_NEW(a, int, tx * ty + 1);
     w->tile_count = ARENA_NEW(a, int, tx * ty);
     w->tile_pairs = ARENA_NEW(a, long, tx * ty);
