@@ -65,6 +65,7 @@ static void on_log(void *user, FsLogLevel level, const char *message)
 static void format_left(const Terminal *terminal, const FsProgress *p, double t, char *buf, size_t size)
 {
     buf[0] = 0;
+    if (strstr(p->text, " left")) return; // the stage knows better
     double elapsed = t - terminal->stage_start;
     int64_t worked = p->done - terminal->first_done;
     if (p->total <= p->done || worked < 1 || elapsed < 1) return;

@@ -1,6 +1,6 @@
 // Done marks: OUT/done/<stage>.json holds the settings a stage ran with. A stage is done while its mark is there and
 // those settings are the ones asked for now; a stage that starts removes its own mark and those of the stages that
-// read its results.
+// read its results, and the checkpoint of a training that its results would feed.
 #include "model/project.h"
 
 #include <jansson.h>
@@ -130,5 +130,10 @@ void fs_project_unmark(const FsProject *project, const char *stage)
         char *path = fs_file_path("%s/done/%s.json", project->out, stages[i].name);
         if (path) unlink(path);
         free(path);
+    }
+    if (mask & (FS_STAGE_INGEST | FS_STAGE_POSES | FS_STAGE_INITIALISE)) { // no training can go on from another start
+        char *checkpoint = fs_file_path("%s/checkpoint", project->out);
+        if (checkpoint) fs_file_remove_tree(checkpoint);
+        free(checkpoint);
     }
 }
