@@ -121,8 +121,9 @@ static int prune(Trainer *trainer, int layer, FsError *err)
 {
     Cloud *cloud = &trainer->scene.cloud[layer];
     CloudState *state = &trainer->state[layer];
+    if (cloud->n <= 0) return 0;
     unsigned char *keep = calloc((size_t)cloud->n, 1);
-    if (!keep) return cloud->n ? fs_error_memory(err) : 0;
+    if (!keep) return fs_error_memory(err);
     int kept = 0;
     for (int i = 0; i < cloud->n; i++) kept += keep[i] = sigmoid(cloud->field[CLOUD_OPACITIES][i]) >= OPACITY_MIN;
     int rc = 0;
