@@ -1,61 +1,14 @@
 #include "ingest/develop.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 #include "base/file.h"
-#include "image/raw.h"
-#include "image/tone.h"
+#include "image/photo.h"
 #include "model/camera.h"
-
-#define CLIP_LINEAR 0.98f  // of white
-#define CLIP_ENCODED 0.99f // of 255: a camera's curve is flat long before
 
 static size_t pixels(const Image *image)
 {
     return (size_t)image->width * (size_t)image->height;
-}
-
-static int read_display(const char *path, Shot *shot, Image *image, FsError *err)
-{
-    bool linear = false;
-    int rc = 0;
-    if (shot->kind == SHOT_PNG) TRY(fs_png_is_linear(path, &linear, err));
-    if (shot->kind == SHOT_TIFF) TRY(fs_tiff_is_linear(path, &linear, err));
-    shot->encoded = !linear;
-    TRY(shot->kind == SHOT_JPEG  ? fs_jpeg_read(path, image, err)
-        : shot->kind == SHOT_PNG ? fs_png_read(path, image, err)
-                                 : fs_tiff_read(path, image, err));
-fail:
-    return rc;
-}
-
-// Three channels in linear light, and where a channel was clipped. NaN and infinity count as clipped.
-static int linearise(const Image *image, bool encoded, Image *rgb, Image *clipped, FsError *err)
-{
-    int rc = 0;
-    TRY(fs_image_new(rgb, image->width, image->height, 3, err));
-    TRY(fs_image_new(clipped, image->width, image->height, 1, err));
-    float limit = encoded ? CLIP_ENCODED : CLIP_LINEAR;
-    for (size_t i = 0; i < pixels(image); i++)
-        for (size_t c = 0; c < 3; c++) {
-            float v = image->channels == 3 ? image->px[3 * i + c] : image->px[i];
-            if (!(v < limit) || !isfinite(v)) clipped->px[i] = 1;
-            if (!isfinite(v)) v = 1;
-            rgb->px[3 * i + c] = encoded ? fs_tone_srgb_decode(v) : v;
-        }
-fail:
-    return rc;
-}
-
-static int read_shot(const Shots *shots, Shot *shot, const char *path, Image *rgb, Image *clipped, FsError *err)
-{
-    if (shot->kind == SHOT_RAW) return fs_raw_read(path, shots->white_balance, false, rgb, clipped, err);
-    Image image = {0};
-    int rc = read_display(path, shot, &image, err);
-    if (rc == 0) rc = linearise(&image, shot->encoded, rgb, clipped, err);
-    fs_image_free(&image);
-    return rc;
 }
 
 // Upright working image and mask (1 = trusted).
@@ -94,7 +47,7 @@ void fs_develop_shot(const Shots *shots, Shot *shot, const char *dir, int long_e
     char *path = fs_file_path("%s/%s", shots->folder, shot->file);
     char *photo_path = fs_file_path("%s/%s.tif", dir, shot->name), *mask_path = fs_file_path("%s/%s_mask.png", dir, shot->name);
     int rc = path && photo_path && mask_path ? 0 : fs_error_memory(err);
-    if (rc == 0) rc = read_shot(shots, shot, path, &rgb, &clipped, err);
+    if (rc == 0) rc = fs_photo_read(path, shots->white_balance, &rgb, &clipped, &shot->encoded, err);
     if (rc == 0) rc = shrink(shot, &rgb, &clipped, long_edge, &photo, &mask, err);
     fs_image_free(&rgb);
     fs_image_free(&clipped);

@@ -6,7 +6,7 @@
 #include <sys/stat.h>
 
 #include "base/file.h"
-#include "image/raw.h"
+#include "image/photo.h"
 
 static const struct {
     const char *ext;
@@ -150,19 +150,7 @@ static void read_header(void *context, int i, int worker)
         fs_error_memory(&shot->failure);
         return;
     }
-    if (fs_exif_read(path, &shot->exif, &shot->failure) == 0 && shot->kind == SHOT_RAW) {
-        RawInfo raw;
-        if (fs_raw_read_info(path, &raw, &shot->failure) == 0) {
-            ExifInfo *exif = &shot->exif;
-            bool known = raw.white_balance[0] > 0;
-            for (int c = 0; c < 3; c++) shot->white_balance[c] = known ? raw.white_balance[c] : raw.daylight[c];
-            exif->orientation = raw.orientation;
-            if (exif->exposure_s == 0) exif->exposure_s = raw.exposure_s;
-            if (exif->iso == 0) exif->iso = raw.iso;
-            if (exif->f_number == 0) exif->f_number = raw.f_number;
-            if (exif->focal_mm == 0) exif->focal_mm = raw.focal_mm;
-        }
-    }
+    fs_photo_read_info(path, &shot->exif, shot->white_balance, &shot->failure);
     free(path);
 }
 

@@ -1,0 +1,95 @@
+// Photos: RAW as LibRaw and the demosaic give them, the others linearised where they hold display values.
+#include "image/photo.h"
+
+#include <math.h>
+
+#include "base/file.h"
+#include "image/raw.h"
+#include "image/tone.h"
+
+#define CLIP_LINEAR 0.98f  // of white
+#define CLIP_ENCODED 0.99f // of 255: a camera's curve is flat long before
+
+PhotoKind fs_photo_kind(const char *path)
+{
+    static const struct {
+        const char *ext;
+        PhotoKind kind;
+    } known[] = {{"jpg", PHOTO_JPEG},  {"jpeg", PHOTO_JPEG}, {"jpe", PHOTO_JPEG},
+                 {"png", PHOTO_PNG},   {"tif", PHOTO_TIFF},  {"tiff", PHOTO_TIFF}};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        if (fs_file_has_ext(path, known[i].ext)) return known[i].kind;
+    return PHOTO_RAW;
+}
+
+int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], FsError *err)
+{
+    RawInfo raw;
+    int rc = fs_exif_read(path, exif, err);
+    for (int c = 0; c < 3; c++) white_balance[c] = 0;
+    if (rc < 0 || fs_photo_kind(path) != PHOTO_RAW) return rc;
+    rc = fs_raw_read_info(path, &raw, err);
+    if (rc < 0) return rc;
+    bool known = raw.white_balance[0] > 0;
+    for (int c = 0; c < 3; c++) white_balance[c] = known ? raw.white_balance[c] : raw.daylight[c];
+    exif->orientation = raw.orientation;
+    if (exif->exposure_s == 0) exif->exposure_s = raw.exposure_s;
+    if (exif->iso == 0) exif->iso = raw.iso;
+    if (exif->f_number == 0) exif->f_number = raw.f_number;
+    if (exif->focal_mm == 0) exif->focal_mm = raw.focal_mm;
+    return 0;
+}
+
+static int read_display(const char *path, Image *image, bool *encoded, FsError *err)
+{
+    bool linear = false;
+    int rc = 0;
+    switch (fs_photo_kind(path)) {
+    case PHOTO_PNG:
+        TRY(fs_png_is_linear(path, &linear, err));
+        TRY(fs_png_read(path, image, err));
+        break;
+    case PHOTO_TIFF:
+        TRY(fs_tiff_is_linear(path, &linear, err));
+        TRY(fs_tiff_read(path, image, err));
+        break;
+    default: TRY(fs_jpeg_read(path, image, err)); break;
+    }
+    *encoded = !linear;
+fail:
+    return rc;
+}
+
+// Three channels in linear light, and where a channel was clipped. NaN and infinity count as clipped.
+static int linearise(const Image *image, bool encoded, Image *rgb, Image *clipped, FsError *err)
+{
+    int rc = 0;
+    TRY(fs_image_new(rgb, image->width, image->height, 3, err));
+    TRY(fs_image_new(clipped, image->width, image->height, 1, err));
+    float limit = encoded ? CLIP_ENCODED : CLIP_LINEAR;
+    for (size_t i = 0; i < (size_t)image->width * (size_t)image->height; i++)
+        for (size_t c = 0; c < 3; c++) {
+            float v = image->channels == 3 ? image->px[3 * i + c] : image->px[i];
+            if (!(v < limit) || !isfinite(v)) clipped->px[i] = 1;
+            if (!isfinite(v)) v = 1;
+            rgb->px[3 * i + c] = encoded ? fs_tone_srgb_decode(v) : v;
+        }
+fail:
+    return rc;
+}
+
+int fs_photo_read(const char *path, const double white_balance[3], Image *rgb, Image *clipped, bool *encoded,
+                  FsError *err)
+{
+    *encoded = false;
+    if (fs_photo_kind(path) == PHOTO_RAW) return fs_raw_read(path, white_balance, false, rgb, clipped, err);
+    Image image = {0};
+    int rc = read_display(path, &image, encoded, err);
+    if (rc == 0) rc = linearise(&image, *encoded, rgb, clipped, err);
+    fs_image_free(&image);
+    if (rc < 0) {
+        fs_image_free(rgb);
+        fs_image_free(clipped);
+    }
+    return rc;
+}

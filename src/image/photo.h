@@ -1,0 +1,18 @@
+// A photo of any format, told by its extension: what its headers say, and its picture in linear light.
+#ifndef FS_IMAGE_PHOTO_H
+#define FS_IMAGE_PHOTO_H
+
+#include "image/exif.h"
+#include "image/image.h"
+
+typedef enum PhotoKind { PHOTO_RAW, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind; // PHOTO_RAW: any other extension
+PhotoKind fs_photo_kind(const char *path);
+
+// exif: with the gaps filled from what LibRaw knows. white_balance: as shot (or daylight), green 1; 0 where unknown.
+int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], FsError *err);
+// rgb (3 channels): linear, 1.0 = white. clipped (1 channel): 1 where a channel was at its limit or is no number.
+// As stored: orientation not applied. white_balance: of RAW files. *encoded: came as display values (reduced quality).
+int fs_photo_read(const char *path, const double white_balance[3], Image *rgb, Image *clipped, bool *encoded,
+                  FsError *err);
+
+#endif
