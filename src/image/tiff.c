@@ -252,12 +252,14 @@ int fs_tiff_write_float(const char *path, const Image *image, FsError *err)
     int rc = temp && copy ? 0 : fs_error_memory(err);
     if (rc == 0) rc = open_tiff(&t, temp, "w", err);
     if (rc == 0) {
-        if (!write_all(t.tiff, image, copy, rows))
+        bool ok = write_all(t.tiff, image, copy, rows);
+        TIFFClose(t.tiff); // may write, and has no other way to say that it failed
+        if (!ok || t.why[0])
             rc = fs_error_set(err, FS_ERR_IO, "%s: writing failed: %s", path, t.why[0] ? t.why : strerror(errno));
-        TIFFClose(t.tiff);
-        if (rc == 0) rc = fs_file_rename(temp, path, err);
-        else unlink(temp);
+        else
+            rc = fs_file_rename(temp, path, err);
     }
+    if (rc < 0 && temp) unlink(temp);
     free(copy);
     free(temp);
     return rc;

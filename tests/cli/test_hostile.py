@@ -1,0 +1,140 @@
+"""Captures that cannot work, files that are damaged, disks that are full: one line that says what is missing, and
+nothing half-written."""
+import os
+import re
+import resource
+import signal
+import subprocess
+import unittest
+
+import common
+import pictures
+from common import FolderTest, run
+
+FLASH = ["--flash-glob", "F_*"]
+
+
+class Captures(FolderTest):
+    def setUp(self):
+        super().setUp()
+        self.photos = self.dir / "photos"
+        self.out = self.dir / "out"
+
+    def refuses(self, *words, options=FLASH, command="run"):
+        process = run(command, self.photos, "-o", self.out, *options)
+        self.assert_fails(process, 1, *words)
+        self.assertEqual(list(self.out.glob("done/*")), [])
+        return process
+
+    def test_missing(self):
+        self.refuses(self.photos)
+
+    def test_empty(self):
+        self.photos.mkdir()
+        self.refuses(self.photos)
+
+    def test_a_file(self):
+        self.photos.write_text("hello")
+        self.refuses(self.photos)
+
+    def test_no_photos(self):
+        self.photos.mkdir()
+        (self.photos / "notes.txt").write_text("hello")
+        self.refuses(self.photos)
+
+    def test_one_photo(self):
+        pictures.photos(self.photos, 1)
+        (self.photos / "N_00.png").unlink()
+        self.refuses("flash")
+
+    def test_only_flash(self):
+        pictures.photos(self.photos, 3)
+        for path in self.photos.glob("N_*"):
+            path.unlink()
+        self.refuses("only flash photos")
+
+    def test_no_flash(self):
+        pictures.photos(self.photos, 3)
+        for path in self.photos.glob("F_*"):
+            path.unlink()
+        self.refuses("flash")
+
+    def test_flash_not_known(self):
+        pictures.photos(self.photos, 3)
+        self.refuses("--flash-glob", options=[])
+
+    def leaves_out(self, name):
+        """A damaged photo does not stop the others: a warning names it."""
+        process = run("ingest", self.photos, "-o", self.out, *FLASH, "--force")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertRegex(process.stderr, rf"(?m)^warning: .*{re.escape(name)}: ")
+
+    def test_damaged_photos(self):
+        good = pictures.photos(self.photos, 3) / "F_01.png"
+        data = good.read_bytes()
+        lying = data[:16] + b"\x7f\xff\xff\xff\x7f\xff\xff\xff" + data[24:]
+        for damaged in (b"", data[:7], data[:60], data[:len(data) // 2], lying, bytes(len(data))):
+            good.write_bytes(damaged)
+            self.leaves_out("F_01.png")
+        for name in ("IMG.DNG", "IMG.CR2", "IMG.JPG", "IMG.TIF", "IMG.NEF"):
+            wrong = self.photos / name
+            wrong.write_bytes(b"II*\0\x08\0\0\0\xff\xff" + bytes(range(256)) * 4)
+            self.leaves_out(name)
+            wrong.unlink()
+
+    def test_all_photos_damaged(self):
+        for path in pictures.photos(self.photos, 3).iterdir():
+            path.write_bytes(path.read_bytes()[:100])
+        self.refuses(self.photos)
+
+    def test_folder_that_cannot_be_made(self):
+        pictures.photos(self.photos, 3)
+        (self.dir / "file").write_text("x")
+        for out in (self.dir / "file", self.dir / "file" / "out", "/proc/flashsplat-test"):
+            self.assert_fails(run("run", self.photos, "-o", out, *FLASH), 1, out)
+
+    @unittest.skipIf(os.geteuid() == 0, "root may write everywhere")
+    def test_read_only_folder(self):
+        pictures.photos(self.photos, 3)
+        self.out.mkdir(mode=0o555)
+        self.assert_fails(run("run", self.photos, "-o", self.out, *FLASH), 1, self.out)
+
+
+class FullDisk(FolderTest):
+    """A file-size limit stops every write at some byte, as a full disk does."""
+
+    def ingest(self, out, limit):
+        def limited():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+        photos = pictures.photos(self.dir / "photos", 6)
+        return run("ingest", photos, "-o", out, *FLASH, preexec_fn=limited)
+
+    def check(self, process, out):
+        self.assert_fails(process, 1, out)
+        self.assertFalse((out / "done" / "ingest.json").exists())
+        self.assertEqual([p for p in out.rglob("*") if ".part" in p.name], [])
+
+    def test_writes_that_fail(self):
+        out = self.dir / "out"
+        for limit in (0, 100, 4096):
+            self.check(self.ingest(out, limit), out)
+        self.assertEqual(self.ingest(out, 10**8).returncode, 0)
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can mount a small disk")
+    def test_small_disk(self):
+        disk = self.dir / "disk"
+        disk.mkdir()
+        mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=40k", "tmpfs", disk], check=False,
+                               stderr=subprocess.DEVNULL)
+        if mount.returncode != 0:
+            self.skipTest("no right to mount a small disk here")
+        try:
+            out = disk / "out"
+            photos = pictures.photos(self.dir / "photos", 6)
+            self.check(run("ingest", photos, "-o", out, *FLASH), out)
+        finally:
+            subprocess.run(["umount", disk], check=True)
+
+
+common.main()
