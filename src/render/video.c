@@ -17,8 +17,9 @@ struct Video {
     struct SwsContext *scaler;
     AVFrame *frame;
     AVPacket *packet;
-    unsigned char *rgb; // (height, width, 3)
-    int width, height;  // even
+    unsigned char *rgb; // (height, stride), 3 bytes a pixel; the stride leaves room for swscale to read over the end
+    int stride;
+    int width, height; // even
     int64_t frames;
     char *path, *temp;
     const Log *log;
@@ -127,7 +128,8 @@ static int open_frame(Video *video)
 {
     video->frame = av_frame_alloc();
     video->packet = av_packet_alloc();
-    video->rgb = malloc((size_t)video->width * (size_t)video->height * 3);
+    video->stride = (3 * video->width + 127) / 64 * 64;
+    video->rgb = calloc((size_t)video->stride, (size_t)video->height);
     if (!video->frame || !video->packet || !video->rgb) return AVERROR(ENOMEM);
     video->frame->format = AV_PIX_FMT_YUV420P;
     video->frame->width = video->width;
@@ -204,12 +206,12 @@ int fs_video_add(Video *video, const Image *picture, FsError *err)
     capture_log(video->log);
     for (int y = 0; y < video->height; y++)
         for (int i = 0; i < 3 * video->width; i++)
-            video->rgb[(size_t)(3 * video->width) * (size_t)y + (size_t)i] =
+            video->rgb[(size_t)video->stride * (size_t)y + (size_t)i] =
                 to_byte(picture->px[(size_t)(3 * picture->width) * (size_t)y + (size_t)i]);
     int rc = av_frame_make_writable(video->frame);
     if (rc >= 0) {
         const uint8_t *source[4] = {video->rgb};
-        int source_stride[4] = {3 * video->width};
+        int source_stride[4] = {video->stride};
         sws_scale(video->scaler, source, source_stride, 0, video->height, video->frame->data, video->frame->linesize);
         video->frame->pts = video->frames++;
         rc = encode(video, video->frame);
