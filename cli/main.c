@@ -34,10 +34,6 @@ static int run_command(const Command *command, int argc, char **argv)
     fs_settings_free(invocation.settings);
     if (rc < 0) fprintf(stderr, "flashsplat: %s\n", err.message);
     if (rc == FS_ERR_USAGE) fprintf(stderr, "Try: flashsplat %s --help\n", command->name);
-    if (fflush(stdout) != 0 && rc == 0) {
-        fprintf(stderr, "flashsplat: cannot write to standard output\n");
-        return EXIT_FAILED;
-    }
     return exit_code(rc);
 }
 
@@ -72,7 +68,7 @@ static int help(int argc, char **argv)
     return EXIT_OK;
 }
 
-int main(int argc, char **argv)
+static int dispatch(int argc, char **argv)
 {
     if (argc < 2) {
         cli_help_usage(stderr);
@@ -87,8 +83,17 @@ int main(int argc, char **argv)
     }
     if (strcmp(word, "--man") == 0) { // how the build makes the manual page
         cli_help_man(stdout);
-        return fflush(stdout) == 0 ? EXIT_OK : EXIT_FAILED;
+        return EXIT_OK;
     }
     const Command *command = find_or_complain(word);
     return command ? run_command(command, argc - 2, argv + 2) : EXIT_USAGE;
+}
+
+int main(int argc, char **argv)
+{
+    int code = dispatch(argc, argv);
+    bool failed = ferror(stdout) != 0;
+    if (fclose(stdout) == 0 && !failed) return code;
+    fprintf(stderr, "flashsplat: cannot write to standard output\n");
+    return code ? code : EXIT_FAILED;
 }
