@@ -10,6 +10,7 @@
 #include "info/info.h"
 #include "ingest/ingest.h"
 #include "model/project.h"
+#include "pair/pair.h"
 #include "render/render.h"
 #include "train/train.h"
 
@@ -110,8 +111,8 @@ int fs_synth(const char *out, const FsSettings *settings, const FsCallbacks *cal
 int fs_pair(const char *flash, const char *noflash, const char *out, const FsSettings *settings,
             const FsCallbacks *callbacks, FsError *err)
 {
-    (void)flash, (void)noflash, (void)out, (void)settings, (void)callbacks;
-    return not_built("pair", err);
+    static const FsCallbacks none;
+    return fs_pair_run(flash, noflash, out, settings, callbacks ? callbacks : &none, err);
 }
 
 int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)

@@ -13,10 +13,10 @@ typedef struct DepthViewScore {
 
 typedef struct DepthScore {
     int n, missing;
-    double error;       // median over all pixels of |depth - truth| / truth
-    double scale;       // median of truth / depth: what the scene's unit lacks to a metre
-    double error_scaled; // the same error after that scale
-    double covered;     // share of the truth's pixels that have a depth
+    double error;         // median over all pixels of |depth - truth| / truth
+    double scale;         // median of truth / depth: what the scene's unit lacks to a metre
+    double error_scaled;  // the same error after that scale
+    double covered;       // share of the truth's pixels that have a depth
     DepthViewScore *view; // (n + missing)
 } DepthScore;
 

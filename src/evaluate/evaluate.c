@@ -33,7 +33,8 @@ static int add_method(Evaluation *e, const char *name, size_t name_length, const
             return fs_error_set(err, FS_ERR_USAGE, "--method: the name '%s' is taken twice", method->name);
     if (!fs_file_is_dir(method->dir))
         return fs_error_set(err, FS_ERR_INPUT, "%s: no such folder: %s", method->dir,
-                            e->n == 1 ? "render the layers first" : "--method NAME=DIR expects <layer>/<view>.png in it");
+                            e->n == 1 ? "render the layers first"
+                                      : "--method NAME=DIR expects <layer>/<view>.png in it");
     return 0;
 }
 
@@ -95,8 +96,10 @@ static int finish(const Evaluation *e, FsError *err)
     for (int i = 0; i < e->n; i++)
         for (int l = 0; l < FS_EVALUATE_LAYERS; l++) measured += e->method[i].layer[l].n;
     if (!measured)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: no picture of the truth at %s views has a render in %s: check --views "
-                            "and the folder's <layer>/<view>.png", e->truth, set->views, e->method[0].dir);
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: no picture of the truth at %s views has a render in %s: check --views "
+                            "and the folder's <layer>/<view>.png",
+                            e->truth, set->views, e->method[0].dir);
     fs_report_log(e->method, e->n, &e->project->log);
     char *path = fs_file_path("%s/evaluate.json", e->project->out);
     if (!path) return fs_error_memory(err);

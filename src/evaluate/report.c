@@ -92,7 +92,8 @@ static void line_end(Line *line, const Log *log)
 static void log_depth(const DepthScore *d, const Log *log)
 {
     if (!d->n) return;
-    fs_log_info(log, "depth of T, %d views: median relative error %.2f %%; after the scale %.4f, %.2f %%; %.1f %% of pixels",
+    fs_log_info(log,
+                "depth of T, %d views: median relative error %.2f %%; after the scale %.4f, %.2f %%; %.1f %% of pixels",
                 d->n, 100 * d->error, d->scale, 100 * d->error_scaled, 100 * d->covered);
 }
 
@@ -133,8 +134,10 @@ static void log_comparison(const MethodScore *methods, int n, const Log *log)
         fprintf(line.f, "%-5s", name);
         for (int i = 0; i < n; i++) {
             const LayerScore *s = &methods[i].layer[l];
-            if (s->n) fprintf(line.f, " | %5.2f / %.4f", s->fitted.value[METRIC_PSNR], s->fitted.value[METRIC_SSIM]);
-            else fprintf(line.f, " | %-14s", "-");
+            if (s->n)
+                fprintf(line.f, " | %5.2f / %.4f", s->fitted.value[METRIC_PSNR], s->fitted.value[METRIC_SSIM]);
+            else
+                fprintf(line.f, " | %-14s", "-");
         }
         line_end(&line, log);
     }
@@ -168,8 +171,7 @@ static json_t *layer_json(const LayerScore *layer)
     json_object_set_new(root, "n", json_integer(layer->n));
     json_object_set_new(root, "missing", json_integer(layer->missing));
     for (size_t k = 0; k < N_KINDS; k++) put_figures(root, figures_at(layer, kinds[k].in_layer), kinds[k].suffix);
-    if (layer->n)
-        json_object_set_new(root, "gain", json_pack("[fff]", layer->gain[0], layer->gain[1], layer->gain[2]));
+    if (layer->n) json_object_set_new(root, "gain", json_pack("[fff]", layer->gain[0], layer->gain[1], layer->gain[2]));
     for (int i = 0; i < layer->n + layer->missing; i++) {
         const ViewScore *v = &layer->view[i];
         json_t *view = json_object();

@@ -12,9 +12,9 @@
 typedef struct Task {
     const TruthView *truth; // of this view
     const char *truth_dir;
-    char *estimate;         // path
+    char *estimate; // path
     bool paired;
-    const double *gain;     // NULL in the first pass
+    const double *gain;         // NULL in the first pass
     double cross[3], square[3]; // sums of truth * estimate and estimate^2, linear
     ViewScore *score;
     FsError err;
@@ -139,15 +139,16 @@ static int make_tasks(LayerScore *score, Task *tasks, const char *truth, const T
 {
     for (int i = 0; i < views->n; i++) {
         ViewScore *view = &score->view[i];
-        for (int m = 0; m < METRICS; m++)
-            view->raw.value[m] = view->fitted.value[m] = view->paper.value[m] = NAN;
+        for (int m = 0; m < METRICS; m++) view->raw.value[m] = view->fitted.value[m] = view->paper.value[m] = NAN;
         view->name = strdup(views->view[i].name);
         if (!view->name) return fs_error_memory(err);
         tasks[i] = (Task){.truth = &views->view[i], .truth_dir = truth, .paired = paired, .score = view};
         tasks[i].estimate = fs_truth_find(dir, score->layer, view->name, PICTURES);
         view->missing = !tasks[i].estimate;
-        if (view->missing) score->missing++;
-        else score->n++;
+        if (view->missing)
+            score->missing++;
+        else
+            score->n++;
     }
     return 0;
 }

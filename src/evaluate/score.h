@@ -13,19 +13,19 @@ typedef struct Figures {
 
 typedef struct ViewScore {
     char *name;
-    bool missing;  // no file of that view
-    Figures raw;   // as it is
+    bool missing;   // no file of that view
+    Figures raw;    // as it is
     Figures fitted; // after the layer's gain
-    Figures paper; // the paper's convention; see fs_score_layer
+    Figures paper;  // the paper's convention; see fs_score_layer
 } ViewScore;
 
 typedef struct LayerScore {
-    const char *layer; // static
-    int n, missing;    // views measured and not found
-    int n_paper;       // views with a paired difference to compare with
-    double gain[3];    // least squares in linear light over all views
+    const char *layer;          // static
+    int n, missing;             // views measured and not found
+    int n_paper;                // views with a paired difference to compare with
+    double gain[3];             // least squares in linear light over all views
     Figures raw, fitted, paper; // means over views
-    ViewScore *view;   // (n + missing)
+    ViewScore *view;            // (n + missing)
 } LayerScore;
 
 // Compares <dir>/<layer>/<view>.png (or .jpg) with the truth's views. With `paired`, also in the paper's convention:

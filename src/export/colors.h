@@ -8,11 +8,11 @@
 
 // The one development of a scene, the same for all its layers.
 typedef struct Development {
-    float exposure;           // multiplies linear light, before the shoulder and the sRGB curve
-    bool has_matrix;          // the capture says what its camera RGB means
+    float exposure;             // multiplies linear light, before the shoulder and the sRGB curve
+    bool has_matrix;            // the capture says what its camera RGB means
     double srgb_from_camera[9]; // (3, 3) row-major, linear
     bool has_eye;
-    double eye[3];            // mean centre of the photos' cameras: where a pane's beta is taken from
+    double eye[3]; // mean centre of the photos' cameras: where a pane's beta is taken from
 } Development;
 
 // The cloud a layer is shown by (T_F of shared geometry: T_N's); NULL when the scene has none for it.

@@ -44,7 +44,9 @@ static float photo_exposure(const FsProject *project, const Dataset *views)
 // Without photos: from the Gaussians' own colours, the brightest lighting there is.
 static int cloud_exposure(const Scene *scene, Development *development, FsError *err)
 {
-    Layer layer = fs_colors_cloud(scene, LAYER_T_F) ? LAYER_T_F : fs_colors_cloud(scene, LAYER_T_N) ? LAYER_T_N : LAYER_R;
+    Layer layer = fs_colors_cloud(scene, LAYER_T_F)   ? LAYER_T_F
+                  : fs_colors_cloud(scene, LAYER_T_N) ? LAYER_T_N
+                                                      : LAYER_R;
     const Cloud *cloud = fs_colors_cloud(scene, layer);
     development->exposure = 1;
     if (!cloud) return 0;

@@ -27,9 +27,10 @@ int fs_inria_write(const Cloud *cloud, const float *srgb, const char *path, FsEr
         fs_rotation_unit(cloud->field[CLOUD_QUATS] + 4 * i, rotation);
         for (int c = 0; c < 3; c++) dc[c] = (float)(((double)srgb[3 * i + (size_t)c] - 0.5) / SH0);
         const float row[N_PROPERTIES] = {
-            mean[0],  mean[1],  mean[2],     0,           0,           0,
-            dc[0],    dc[1],    dc[2],       cloud->field[CLOUD_OPACITIES][i],
-            scale[0], scale[1], scale[2],    rotation[0], rotation[1], rotation[2], rotation[3],
+            mean[0],     mean[1],     mean[2],  0,           0,
+            0,           dc[0],       dc[1],    dc[2],       cloud->field[CLOUD_OPACITIES][i],
+            scale[0],    scale[1],    scale[2], rotation[0], rotation[1],
+            rotation[2], rotation[3],
         };
         fwrite(row, sizeof row, 1, file.f);
     }

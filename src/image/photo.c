@@ -15,8 +15,8 @@ PhotoKind fs_photo_kind(const char *path)
     static const struct {
         const char *ext;
         PhotoKind kind;
-    } known[] = {{"jpg", PHOTO_JPEG},  {"jpeg", PHOTO_JPEG}, {"jpe", PHOTO_JPEG},
-                 {"png", PHOTO_PNG},   {"tif", PHOTO_TIFF},  {"tiff", PHOTO_TIFF}};
+    } known[] = {{"jpg", PHOTO_JPEG}, {"jpeg", PHOTO_JPEG}, {"jpe", PHOTO_JPEG},
+                 {"png", PHOTO_PNG},  {"tif", PHOTO_TIFF},  {"tiff", PHOTO_TIFF}};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++)
         if (fs_file_has_ext(path, known[i].ext)) return known[i].kind;
     return PHOTO_RAW;

@@ -12,9 +12,9 @@
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "PLY bodies are copied as they lie in memory");
 
-#define MAX_FLOATS 64     // properties per Gaussian a file may have; ours have 14 or 15
-#define MAX_HEADER 16384  // bytes
-#define CHUNK 4096        // Gaussians read or written at a time
+#define MAX_FLOATS 64    // properties per Gaussian a file may have; ours have 14 or 15
+#define MAX_HEADER 16384 // bytes
+#define CHUNK 4096       // Gaussians read or written at a time
 
 // Where each float of a Gaussian goes: field and column.
 typedef struct Layout {
@@ -93,8 +93,8 @@ static int parse_element(const char *path, const char *line, Header *h, FsError 
     char name[32], rest[2];
     long long count;
     if (h->count >= 0 || sscanf(line, "element %31s %lld %1s", name, &count, rest) != 2 || strcmp(name, "vertex") != 0)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: '%.60s': expected one 'element vertex N' and no other element", path,
-                            line);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: '%.60s': expected one 'element vertex N' and no other element",
+                            path, line);
     if (count < 0 || count > INT_MAX)
         return fs_error_set(err, FS_ERR_INPUT, "%s: %lld Gaussians, expected 0 to %d", path, count, INT_MAX);
     h->count = count;
@@ -103,8 +103,7 @@ static int parse_element(const char *path, const char *line, Header *h, FsError 
 
 static int parse_line(const char *path, const char *line, int number, Header *h, FsError *err)
 {
-    if (number == 0 && strcmp(line, "ply") != 0)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: not a PLY file", path);
+    if (number == 0 && strcmp(line, "ply") != 0) return fs_error_set(err, FS_ERR_INPUT, "%s: not a PLY file", path);
     if (number == 1 && strcmp(line, "format binary_little_endian 1.0") != 0)
         return fs_error_set(err, FS_ERR_INPUT, "%s: '%.60s': expected format binary_little_endian 1.0", path, line);
     if (number < 2 || strncmp(line, "comment", 7) == 0 || strncmp(line, "obj_info", 8) == 0) return 0;
@@ -195,8 +194,9 @@ int fs_cloud_ply_read(Cloud *cloud, const char *path, FsError *err)
     long long body = (long long)st.st_size - (long long)ftello(f);
     long long expected = h.count * (long long)sizeof(float) * h.layout.n;
     if (body != expected) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %lld bytes of data, expected %lld for %lld Gaussians: cut off or damaged",
-                          path, body, expected, h.count);
+        rc = fs_error_set(err, FS_ERR_INPUT,
+                          "%s: %lld bytes of data, expected %lld for %lld Gaussians: cut off or damaged", path, body,
+                          expected, h.count);
         goto fail;
     }
     TRY(fs_cloud_new(cloud, (int)h.count, width[CLOUD_COLORS], width[CLOUD_GAINS], err));

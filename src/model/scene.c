@@ -89,8 +89,8 @@ static int read_number(const json_t *root, const Number *number, Scene *scene, c
 {
     json_t *value = json_object_get(root, number->name);
     double *to = (double *)((char *)scene + number->offset);
-    bool ok = number->n == 1 ? json_is_number(value)
-                             : json_is_array(value) && json_array_size(value) == (size_t)number->n;
+    bool ok =
+        number->n == 1 ? json_is_number(value) : json_is_array(value) && json_array_size(value) == (size_t)number->n;
     for (int k = 0; k < number->n && ok; k++) {
         json_t *item = number->n == 1 ? value : json_array_get(value, (size_t)k);
         ok = json_is_number(item);
@@ -112,7 +112,8 @@ static int read_model(Scene *scene, json_t **root, const char *path, FsError *er
     *root = json_loadb(text, size, 0, &where);
     free(text);
     if (!json_is_object(*root))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not the JSON of a scene: %s", path, where.line, where.text);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not the JSON of a scene: %s", path, where.line,
+                            where.text);
     json_t *version = json_object_get(*root, "version");
     if (!json_is_integer(version) || json_integer_value(version) != VERSION)
         return fs_error_set(err, FS_ERR_INPUT, "%s: expected \"version\": %d", path, VERSION);
@@ -133,8 +134,8 @@ static int cloud_check(const Scene *scene, int layer, const char *path, FsError 
     if ((layer == LAYER_T_F && scene->shared_geometry) || (layer == LAYER_BETA && scene->pane_beta))
         return fs_error_set(err, FS_ERR_INPUT, "%s: a scene of this kind has no cloud %s", path, fs_layers[layer].name);
     if (cloud->width[CLOUD_COLORS] != fs_layers[layer].channels)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: %d colour channel(s), expected %d", path, cloud->width[CLOUD_COLORS],
-                            fs_layers[layer].channels);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: %d colour channel(s), expected %d", path,
+                            cloud->width[CLOUD_COLORS], fs_layers[layer].channels);
     if (layer == LAYER_T_N && scene->shared_geometry && cloud->width[CLOUD_GAINS] != 1)
         return fs_error_set(err, FS_ERR_INPUT, "%s: no flash gains, which shared geometry needs", path);
     return 0;
@@ -180,9 +181,10 @@ static int read_cloud(Scene *scene, int layer, const json_t *clouds, const char 
     int rc;
     TRY(fs_cloud_ply_read(&scene->cloud[layer], path, err));
     if (!json_is_integer(count) || json_integer_value(count) != scene->cloud[layer].n)
-        rc = fs_error_set(err, FS_ERR_INPUT,
-                          "%s: %d Gaussians, but model.json beside it was written with another cloud: run that stage again",
-                          path, scene->cloud[layer].n);
+        rc = fs_error_set(
+            err, FS_ERR_INPUT,
+            "%s: %d Gaussians, but model.json beside it was written with another cloud: run that stage again", path,
+            scene->cloud[layer].n);
     else
         rc = cloud_check(scene, layer, path, err);
 fail:

@@ -203,9 +203,9 @@ static void test_points(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip),     cmocka_unit_test(test_every_truncation),
-        cmocka_unit_test(test_not_finite),     cmocka_unit_test(test_lying_headers),
-        cmocka_unit_test(test_any_order),      cmocka_unit_test(test_points),
+        cmocka_unit_test(test_round_trip), cmocka_unit_test(test_every_truncation),
+        cmocka_unit_test(test_not_finite), cmocka_unit_test(test_lying_headers),
+        cmocka_unit_test(test_any_order),  cmocka_unit_test(test_points),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }

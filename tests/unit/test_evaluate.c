@@ -112,9 +112,9 @@ static void test_more_metrics(void **state)
     Said said;
     FsError err;
     json_t *expected = load("expected_extra.json"), *wanted;
-    json_t *root = evaluate(*state, FIXTURE "/truth",
-                            (const char *[]){"output", FIXTURE "/renders", "method", "same=" FIXTURE "/truth", NULL},
-                            &said, &err);
+    json_t *root =
+        evaluate(*state, FIXTURE "/truth",
+                 (const char *[]){"output", FIXTURE "/renders", "method", "same=" FIXTURE "/truth", NULL}, &said, &err);
     json_t *views = json_object_get(json_object_get(layers_of(root, "flashsplat"), "T_N"), "views");
     const char *name;
     json_object_foreach(json_object_get(expected, "T_N"), name, wanted)
@@ -176,9 +176,9 @@ static void test_threads(void **state)
     for (int k = 0; k < 2; k++) {
         Said said;
         FsError err;
-        json_t *root = evaluate(*state, FIXTURE "/truth",
-                                (const char *[]){"output", FIXTURE "/renders", "threads", k ? "3" : "1", NULL}, &said,
-                                &err);
+        json_t *root =
+            evaluate(*state, FIXTURE "/truth",
+                     (const char *[]){"output", FIXTURE "/renders", "threads", k ? "3" : "1", NULL}, &said, &err);
         text[k] = json_dumps(root, JSON_SORT_KEYS);
         json_decref(root);
     }
@@ -211,7 +211,8 @@ static void test_errors(void **state)
     expect_error(dir, truth, (const char *[]){"output", renders, "method", "flashsplat=" FIXTURE, NULL}, FS_ERR_USAGE,
                  "twice");
     // A render that is no PNG, and one of other proportions.
-    char *bad = fs_file_path("%s/bad", dir), *t_n = fs_file_path("%s/T_N", bad), *png = fs_file_path("%s/TEST_01.png", t_n);
+    char *bad = fs_file_path("%s/bad", dir), *t_n = fs_file_path("%s/T_N", bad),
+         *png = fs_file_path("%s/TEST_01.png", t_n);
     assert_int_equal(fs_file_mkdirs(t_n, NULL), 0);
     assert_int_equal(fs_file_write(png, "not a picture", 13, NULL), 0);
     expect_error(dir, truth, (const char *[]){"output", bad, NULL}, FS_ERR_INPUT, png);
@@ -265,8 +266,8 @@ static void test_scales(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_agrees), cmocka_unit_test(test_more_metrics), cmocka_unit_test(test_depth_tiff),
-        cmocka_unit_test(test_threads), cmocka_unit_test(test_errors), cmocka_unit_test(test_truncated),
+        cmocka_unit_test(test_agrees),  cmocka_unit_test(test_more_metrics), cmocka_unit_test(test_depth_tiff),
+        cmocka_unit_test(test_threads), cmocka_unit_test(test_errors),       cmocka_unit_test(test_truncated),
         cmocka_unit_test(test_scales),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);

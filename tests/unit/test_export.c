@@ -150,15 +150,20 @@ static double decode(float encoded)
 static void test_run_shared(void **state)
 {
     char *out = fs_file_path("%s/shared", (char *)*state), *paths[LAYERS];
-    Scene scene = {.shared_geometry = true, .pane_beta = true, .pane = {{0, 0, 1}, 0.3}, .gain_color = {1, 0.8, 0.5},
-                   .flash_distance = 2, .extent = 1};
+    Scene scene = {.shared_geometry = true,
+                   .pane_beta = true,
+                   .pane = {{0, 0, 1}, 0.3},
+                   .gain_color = {1, 0.8, 0.5},
+                   .flash_distance = 2,
+                   .extent = 1};
     fill(&scene.cloud[LAYER_T_N], 6, 3, 1, 3);
     fill(&scene.cloud[LAYER_R], 4, 3, 0, 4);
     assert_int_equal(export_scene(out, &scene, NULL), 0);
     for (int l = 0; l < LAYERS; l++) paths[l] = fs_file_path("%s/export/%s.ply", out, fs_layers[l].name);
     assert_false(fs_file_exists(paths[LAYER_BETA]));
     assert_true(exposure_said > 0);
-    Row *t_n = read_inria(paths[LAYER_T_N], 6), *t_f = read_inria(paths[LAYER_T_F], 6), *r = read_inria(paths[LAYER_R], 4);
+    Row *t_n = read_inria(paths[LAYER_T_N], 6), *t_f = read_inria(paths[LAYER_T_F], 6),
+        *r = read_inria(paths[LAYER_R], 4);
     for (int i = 0; i < 6; i++) {
         assert_memory_equal(t_n[i].mean, t_f[i].mean, sizeof t_n[i].mean);
         for (int c = 0; c < 3; c++) {
@@ -197,8 +202,10 @@ static void test_run_separate(void **state)
         for (int i = 0; i < 3 + l; i++)
             for (int c = 0; c < 3; c++) {
                 float color = scene.cloud[l].field[CLOUD_COLORS][l == LAYER_BETA ? i : 3 * i + c];
-                if (l != LAYER_BETA) assert_color(&rows[i], c, decode(color), exposure_said);
-                else assert_true(fabs(0.5 + 0.28209479177387814 * rows[i].dc[c] - 1 / (1 + exp(-color))) < 1e-6);
+                if (l != LAYER_BETA)
+                    assert_color(&rows[i], c, decode(color), exposure_said);
+                else
+                    assert_true(fabs(0.5 + 0.28209479177387814 * rows[i].dc[c] - 1 / (1 + exp(-color))) < 1e-6);
             }
         free(rows);
         free(path);

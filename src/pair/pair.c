@@ -1,0 +1,177 @@
+// Reads both photos in one white balance, brings the no-flash photo to the other's exposure, and subtracts.
+#include "pair/pair.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "image/photo.h"
+#include "image/tone.h"
+#include "model/camera.h"
+
+typedef struct PairPhoto {
+    const char *path;
+    ExifInfo exif;
+    double white_balance[3]; // as shot; 0 unknown
+    bool encoded;
+    int width, height;  // upright, as shot
+    Image rgb, clipped; // upright, at the working size
+} PairPhoto;
+
+static void free_photo(PairPhoto *photo)
+{
+    fs_image_free(&photo->rgb);
+    fs_image_free(&photo->clipped);
+}
+
+// Replaces image by its working size, upright.
+static int bring_to_size(Image *image, int orientation, int long_edge, FsError *err)
+{
+    Camera full = {.width = image->width, .height = image->height}, small = fs_camera_limited(&full, long_edge);
+    Image resized = {0};
+    int rc;
+    TRY(fs_image_resize_area(image, small.width, small.height, &resized, err));
+    TRY(fs_image_orient(&resized, orientation, err));
+    fs_image_free(image);
+    *image = resized;
+    return 0;
+fail:
+    fs_image_free(&resized);
+    return rc;
+}
+
+static int read_photo(PairPhoto *photo, const double white_balance[3], int long_edge, FsError *err)
+{
+    int rc;
+    TRY(fs_photo_read(photo->path, white_balance, &photo->rgb, &photo->clipped, &photo->encoded, err));
+    bool turned = photo->exif.orientation > 4;
+    photo->width = turned ? photo->rgb.height : photo->rgb.width;
+    photo->height = turned ? photo->rgb.width : photo->rgb.height;
+    TRY(bring_to_size(&photo->rgb, photo->exif.orientation, long_edge, err));
+    TRY(bring_to_size(&photo->clipped, photo->exif.orientation, long_edge, err));
+fail:
+    return rc;
+}
+
+static void warn_flash(const PairPhoto *flash, const PairPhoto *noflash, const Log *log)
+{
+    if (fs_exif_flash_fired(&flash->exif) == 0)
+        fs_log_warn(log, "%s: its EXIF says that the flash did not fire: the flash photo comes first", flash->path);
+    if (fs_exif_flash_fired(&noflash->exif) == 1)
+        fs_log_warn(log, "%s: its EXIF says that the flash fired: the no-flash photo comes second", noflash->path);
+    if (flash->encoded || noflash->encoded)
+        fs_log_warn(log,
+                    "not RAW: linear light is only guessed from display values, the difference is of reduced quality");
+}
+
+// The flash photo's, so that its colours are those the camera meant; known is false for other than RAW.
+static void common_white_balance(const PairPhoto *flash, const PairPhoto *noflash, double white_balance[3],
+                                 const Log *log)
+{
+    const PairPhoto *from = flash->white_balance[0] > 0 ? flash : noflash;
+    bool differs = false;
+    for (int c = 0; c < 3; c++) {
+        white_balance[c] = from->white_balance[c] > 0 ? from->white_balance[c] : 1;
+        double a = flash->white_balance[c], b = noflash->white_balance[c];
+        differs |= a > 0 && b > 0 && fabs(a / b - 1) > 0.03;
+    }
+    if (differs) fs_log_warn(log, "the photos' white balances differ; both are developed with that of %s", from->path);
+    if ((flash->white_balance[0] > 0) != (noflash->white_balance[0] > 0))
+        fs_log_warn(log, "one photo is RAW and one is not: their colours and brightness cannot be matched well");
+}
+
+static double exposure_of(const ExifInfo *exif)
+{
+    double n = exif->f_number > 0 ? exif->f_number : 1;
+    return exif->exposure_s * (exif->iso > 0 ? exif->iso : 100) / (n * n);
+}
+
+// What the no-flash photo is multiplied with to have the flash photo's exposure.
+static double exposure_ratio(const PairPhoto *flash, const PairPhoto *noflash, const Log *log)
+{
+    const ExifInfo *f = &flash->exif, *n = &noflash->exif;
+    double a = exposure_of(f), b = exposure_of(n);
+    if (!(a > 0) || !(b > 0) || (f->f_number > 0) != (n->f_number > 0) || (f->iso > 0) != (n->iso > 0)) {
+        fs_log_warn(log, "the photos do not both tell their exposure: taken to be the same");
+        return 1;
+    }
+    if (fabs(a / b - 1) < 0.01) return 1;
+    fs_log_warn(log,
+                "exposures differ (%g s ISO %g f/%g with flash, %g s ISO %g f/%g without): the no-flash photo is "
+                "multiplied by %.4g",
+                f->exposure_s, f->iso, f->f_number, n->exposure_s, n->iso, n->f_number, a / b);
+    return a / b;
+}
+
+// flash->rgb becomes the difference.
+static void subtract(PairPhoto *flash, const PairPhoto *noflash, double ratio, const Log *log)
+{
+    size_t pixels = (size_t)flash->rgb.width * (size_t)flash->rgb.height;
+    double ambient = 0, added = 0, lost = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        lost += flash->clipped.px[i] > 1e-4f || noflash->clipped.px[i] > 1e-4f;
+        for (size_t c = 0; c < 3; c++) {
+            float n = (float)(noflash->rgb.px[3 * i + c] * ratio), d = flash->rgb.px[3 * i + c] - n;
+            flash->rgb.px[3 * i + c] = d;
+            ambient += n;
+            added += d;
+        }
+    }
+    double gain = ambient > 0 ? added / ambient : 0;
+    fs_log_info(log,
+                "pair: the flash added %.3g times the light of the no-flash photo; %.2f %% of the pixels are clipped "
+                "in one of the two",
+                gain, 100 * lost / (double)pixels);
+    if (gain < 0.05)
+        fs_log_warn(
+            log,
+            "the flash photo is hardly brighter: the difference is mostly noise (photos swapped, or a weak flash)");
+}
+
+static int write_difference(Image *difference, const char *out, bool linear, const Log *log, FsError *err)
+{
+    int rc = 0;
+    char *tiff = fs_file_path("%.*s.tif", (int)(strlen(out) - 4), out);
+    if (!tiff) return fs_error_memory(err);
+    if (linear) {
+        TRY(fs_tiff_write_float(tiff, difference, err));
+        fs_log_info(log, "pair: %s, linear", tiff);
+    }
+    fs_tone_encode_image(difference);
+    TRY(fs_png_write(out, difference, 8, err));
+    fs_log_info(log, "pair: %s, %d x %d", out, difference->width, difference->height);
+fail:
+    free(tiff);
+    return rc;
+}
+
+int fs_pair_run(const char *flash_path, const char *noflash_path, const char *out, const FsSettings *settings,
+                const Log *log, FsError *err)
+{
+    PairPhoto flash = {.path = flash_path}, noflash = {.path = noflash_path};
+    double white_balance[3];
+    int rc;
+    if (!fs_file_has_ext(out, "png"))
+        return fs_error_set(err, FS_ERR_USAGE, "%s: the difference is written as PNG: give a name that ends in .png",
+                            out);
+    TRY(fs_photo_read_info(flash.path, &flash.exif, flash.white_balance, err));
+    TRY(fs_photo_read_info(noflash.path, &noflash.exif, noflash.white_balance, err));
+    common_white_balance(&flash, &noflash, white_balance, log);
+    TRY(read_photo(&flash, white_balance, settings->long_edge, err));
+    TRY(read_photo(&noflash, white_balance, settings->long_edge, err));
+    warn_flash(&flash, &noflash, log);
+    if (flash.width != noflash.width || flash.height != noflash.height) {
+        rc = fs_error_set(err, FS_ERR_INPUT,
+                          "%s: %d x %d pixels, but %s has %d x %d: both photos must come from one camera "
+                          "on a tripod",
+                          noflash.path, noflash.width, noflash.height, flash.path, flash.width, flash.height);
+        goto fail;
+    }
+    subtract(&flash, &noflash, exposure_ratio(&flash, &noflash, log), log);
+    TRY(write_difference(&flash.rgb, out, settings->linear, log, err));
+fail:
+    free_photo(&flash);
+    free_photo(&noflash);
+    return rc;
+}

@@ -1,0 +1,175 @@
+// The difference of a pair: exact on float TIFFs, levelled by EXIF exposure on JPEGs, and its errors.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/rng.h"
+#include "image/image.h"
+#include "pair/pair.h"
+#include "temp_dir.h"
+
+typedef struct Said {
+    char text[8192];
+} Said;
+
+static void on_log(void *user, FsLogLevel level, const char *message)
+{
+    Said *said = user;
+    size_t n = strlen(said->text);
+    snprintf(said->text + n, sizeof said->text - n, "%s%s\n", level == FS_LOG_WARN ? "warning: " : "", message);
+}
+
+static int pair(const char *flash, const char *noflash, const char *out, bool linear, const char *long_edge, Said *said,
+                FsError *err)
+{
+    FsSettings *set = fs_settings_new();
+    said->text[0] = 0;
+    Log log = {.log = on_log, .user = said};
+    set->linear = linear;
+    if (long_edge) assert_int_equal(fs_settings_set(set, "long-edge", long_edge, NULL), 0);
+    int rc = fs_pair_run(flash, noflash, out, set, &log, err);
+    fs_settings_free(set);
+    return rc;
+}
+
+static char *in(void **state, const char *name)
+{
+    return fs_file_path("%s/%s", (char *)*state, name);
+}
+
+static void make(Image *image, int width, int height, uint64_t seed, float low, float high)
+{
+    Rng rng = fs_rng_new(seed);
+    assert_int_equal(fs_image_new(image, width, height, 3, NULL), 0);
+    for (int i = 0; i < width * height * 3; i++) image->px[i] = low + (high - low) * fs_rng_uniform(&rng);
+}
+
+static void test_difference(void **state)
+{
+    char *f = in(state, "f.tif"), *n = in(state, "n.tif"), *out = in(state, "d.png"), *tif = in(state, "d.tif");
+    Image a, b, linear, shown;
+    Said said;
+    make(&a, 31, 17, 1, 0.1f, 0.9f);
+    make(&b, 31, 17, 2, -0.01f, 0.3f);
+    assert_int_equal(fs_tiff_write_float(f, &a, NULL) | fs_tiff_write_float(n, &b, NULL), 0);
+    assert_int_equal(pair(f, n, out, false, NULL, &said, NULL), 0);
+    assert_false(fs_file_exists(tif));
+    assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
+    assert_non_null(strstr(said.text, "taken to be the same"));
+    assert_int_equal(fs_tiff_read(tif, &linear, NULL) | fs_png_read(out, &shown, NULL), 0);
+    for (int i = 0; i < 31 * 17 * 3; i++) {
+        float d = a.px[i] - b.px[i];
+        assert_true(linear.px[i] == d);
+        double expected = round(pow(fmax(d, 0), 0.22) * 255);
+        assert_true(fabs(shown.px[i] * 255 - expected) < 0.51);
+    }
+    // The light added is said: sums over all pixels.
+    double sum_a = 0, sum_b = 0, gain;
+    for (int i = 0; i < 31 * 17 * 3; i++) sum_a += a.px[i], sum_b += b.px[i];
+    assert_int_equal(sscanf(said.text + (strstr(said.text, "added ") - said.text), "added %lf times", &gain), 1);
+    assert_true(fabs(gain / (sum_a / sum_b - 1) - 1) < 5e-3);
+    // At a smaller size: the mean of the difference stays.
+    fs_image_free(&linear);
+    assert_int_equal(pair(f, n, out, true, "10", &said, NULL), 0);
+    assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
+    assert_int_equal(linear.width, 10);
+    double small = 0;
+    for (int i = 0; i < linear.width * linear.height * 3; i++) small += linear.px[i];
+    assert_true(fabs(small / (linear.width * linear.height * 3) - (sum_a - sum_b) / (31 * 17 * 3)) < 1e-4);
+    // The wrong way round: said so.
+    assert_int_equal(pair(n, f, out, false, NULL, &said, NULL), 0);
+    assert_non_null(strstr(said.text, "hardly brighter"));
+    fs_image_free(&a), fs_image_free(&b), fs_image_free(&linear), fs_image_free(&shown);
+    free(f), free(n), free(out), free(tif);
+}
+
+// A TIFF block with exposure time 1/shutter, ISO, and the Flash field.
+static size_t make_exif(unsigned char *block, uint32_t shutter, uint16_t iso, uint16_t flash)
+{
+    const uint16_t exif_tag = 0x8769, time_tag = 0x829a, iso_tag = 0x8827, flash_tag = 0x9209;
+    memset(block, 0, 128);
+    memcpy(block, "II*\0\x08\0\0\0", 8);
+    uint16_t one = 1, three = 3, long_type = 4, rational = 5, short_type = 3;
+    uint32_t count = 1, exif_at = 26, time_at = 68;
+    memcpy(block + 8, &one, 2);
+    memcpy(block + 10, &exif_tag, 2), memcpy(block + 12, &long_type, 2), memcpy(block + 14, &count, 4);
+    memcpy(block + 18, &exif_at, 4);
+    memcpy(block + 26, &three, 2);
+    const uint16_t tags[3] = {time_tag, iso_tag, flash_tag}, types[3] = {rational, short_type, short_type};
+    for (int i = 0; i < 3; i++) {
+        unsigned char *e = block + 28 + 12 * i;
+        memcpy(e, &tags[i], 2), memcpy(e + 2, &types[i], 2), memcpy(e + 4, &count, 4);
+    }
+    memcpy(block + 36, &time_at, 4), memcpy(block + 48, &iso, 2), memcpy(block + 60, &flash, 2);
+    uint32_t numerator = 1;
+    memcpy(block + 68, &numerator, 4), memcpy(block + 72, &shutter, 4);
+    return 76;
+}
+
+static float decode_srgb(float v)
+{
+    return v <= 0.04045f ? v / 12.92f : powf((v + 0.055f) / 1.055f, 2.4f);
+}
+
+static void test_exposure(void **state)
+{
+    char *f = in(state, "f.jpg"), *n = in(state, "n.jpg"), *out = in(state, "e.png"), *tif = in(state, "e.tif");
+    unsigned char exif[128];
+    Image a, b, linear;
+    Said said;
+    make(&a, 32, 32, 1, 0.8f, 0.8f);
+    make(&b, 32, 32, 2, 0.4f, 0.4f);
+    assert_int_equal(fs_jpeg_write(f, &a, 100, exif, make_exif(exif, 50, 400, 9), NULL), 0);
+    assert_int_equal(fs_jpeg_write(n, &b, 100, exif, make_exif(exif, 100, 200, 16), NULL), 0);
+    assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
+    assert_non_null(strstr(said.text, "multiplied by 4"));
+    assert_non_null(strstr(said.text, "not RAW"));
+    assert_null(strstr(said.text, "EXIF says"));
+    assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
+    float expected = decode_srgb(0.8f) - 4 * decode_srgb(0.4f);
+    assert_true(fabsf(linear.px[500] - expected) < 5e-3f);
+    assert_int_equal(pair(n, f, out, true, NULL, &said, NULL), 0); // swapped
+    assert_non_null(strstr(said.text, "EXIF says that the flash did not fire"));
+    assert_non_null(strstr(said.text, "EXIF says that the flash fired"));
+    fs_image_free(&a), fs_image_free(&b), fs_image_free(&linear);
+    free(f), free(n), free(out), free(tif);
+}
+
+static void test_errors(void **state)
+{
+    char *a = in(state, "a.tif"), *b = in(state, "b.tif"), *out = in(state, "x.png"), *bad = in(state, "bad.dng");
+    Image image;
+    Said said;
+    FsError err;
+    make(&image, 40, 20, 1, 0, 1);
+    assert_int_equal(fs_tiff_write_float(a, &image, NULL), 0);
+    fs_image_free(&image);
+    make(&image, 20, 10, 1, 0, 1); // the same proportions, which a small --long-edge would hide
+    assert_int_equal(fs_tiff_write_float(b, &image, NULL), 0);
+    fs_image_free(&image);
+    assert_int_equal(pair(a, b, out, false, "10", &said, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, "20 x 10 pixels"));
+    assert_int_equal(pair(a, "/nonexistent.png", out, false, NULL, &said, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, "/nonexistent.png"));
+    assert_int_equal(pair(a, a, a, false, NULL, &said, &err), FS_ERR_USAGE);
+    assert_int_equal(fs_file_write(bad, "II*\0", 4, NULL), 0);
+    assert_int_equal(pair(bad, a, out, false, NULL, &said, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, bad));
+    assert_int_equal(pair(a, a, "/nonexistent/x.png", false, NULL, &said, &err), FS_ERR_IO);
+    free(a), free(b), free(out), free(bad);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_difference),
+        cmocka_unit_test(test_exposure),
+        cmocka_unit_test(test_errors),
+    };
+    return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
+}
