@@ -11,6 +11,7 @@
 #include "ingest/ingest.h"
 #include "model/project.h"
 #include "pair/pair.h"
+#include "synth/synth.h"
 #include "render/render.h"
 #include "train/train.h"
 
@@ -104,8 +105,8 @@ fail:
 
 int fs_synth(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
-    (void)out, (void)settings, (void)callbacks;
-    return not_built("synth", err);
+    static const FsCallbacks none;
+    return fs_synth_run(out, settings, callbacks ? callbacks : &none, err);
 }
 
 int fs_pair(const char *flash, const char *noflash, const char *out, const FsSettings *settings,

@@ -1,0 +1,268 @@
+// Built top-down by the surface area heuristic over bins.
+#include "synth/bvh.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define BINS 12
+#define LEAF 3
+#define STACK 64
+
+typedef struct Bounds {
+    float low[3], high[3];
+} Bounds;
+
+static const Bounds nowhere = {{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}};
+
+static void grow(Bounds *b, const Bounds *by)
+{
+    for (int k = 0; k < 3; k++) {
+        b->low[k] = by->low[k] < b->low[k] ? by->low[k] : b->low[k];
+        b->high[k] = by->high[k] > b->high[k] ? by->high[k] : b->high[k];
+    }
+}
+
+static float half_area(const Bounds *b)
+{
+    float x = b->high[0] - b->low[0], y = b->high[1] - b->low[1], z = b->high[2] - b->low[2];
+    return x < 0 ? 0.0f : x * y + y * z + z * x;
+}
+
+static Bounds shape_bounds(const PrimShape *s)
+{
+    Vec p[4] = {s->corner, vec_add(s->corner, s->edge_a), vec_add(s->corner, s->edge_b), s->corner};
+    if (!s->triangle) p[3] = vec_add(p[1], s->edge_b);
+    Bounds b = nowhere;
+    for (int i = 0; i < 4; i++) {
+        Bounds q = {{p[i].x - 1e-5f, p[i].y - 1e-5f, p[i].z - 1e-5f}, {p[i].x + 1e-5f, p[i].y + 1e-5f, p[i].z + 1e-5f}};
+        grow(&b, &q);
+    }
+    return b;
+}
+
+typedef struct Item {
+    Bounds bounds;
+    float centre[3];
+    int shape;
+} Item;
+
+// The best cut of items into two by centre along an axis; returns false where a leaf is better.
+static bool choose_split(const Item *item, int n, const Bounds *bounds, int *axis, float *at)
+{
+    Bounds centres = nowhere;
+    for (int i = 0; i < n; i++) {
+        Bounds c;
+        memcpy(c.low, item[i].centre, sizeof c.low);
+        memcpy(c.high, item[i].centre, sizeof c.high);
+        grow(&centres, &c);
+    }
+    float best = (float)n * half_area(bounds);
+    bool found = false;
+    for (int k = 0; k < 3; k++) {
+        float low = centres.low[k], width = centres.high[k] - low;
+        if (!(width > 1e-6f)) continue;
+        Bounds bin[BINS], right = nowhere, left = nowhere;
+        int count[BINS] = {0}, n_left = 0, n_right = 0;
+        float right_cost[BINS] = {0};
+        for (int i = 0; i < BINS; i++) bin[i] = nowhere;
+        for (int i = 0; i < n; i++) {
+            int b = (int)((item[i].centre[k] - low) / width * (BINS * 0.9999f));
+            grow(&bin[b], &item[i].bounds);
+            count[b]++;
+        }
+        for (int b = BINS - 1; b > 0; b--) {
+            grow(&right, &bin[b]);
+            n_right += count[b];
+            right_cost[b] = (float)n_right * half_area(&right);
+        }
+        for (int b = 1; b < BINS; b++) {
+            grow(&left, &bin[b - 1]);
+            n_left += count[b - 1];
+            float cost = 0.6f * half_area(bounds) + (float)n_left * half_area(&left) + right_cost[b];
+            if (n_left > 0 && n_left < n && cost < best) {
+                best = cost;
+                *axis = k;
+                *at = low + width * (float)b / (BINS * 0.9999f);
+                found = true;
+            }
+        }
+    }
+    return found;
+}
+
+static int partition(Item *item, int n, int axis, float at)
+{
+    int left = 0;
+    for (int i = 0; i < n; i++)
+        if (item[i].centre[axis] < at) {
+            Item t = item[left];
+            item[left++] = item[i];
+            item[i] = t;
+        }
+    return left;
+}
+
+static void build(Bvh *bvh, int at, Item *item, int first, int n, int depth)
+{
+    BvhNode *node = &bvh->node[at];
+    Bounds bounds = nowhere;
+    for (int i = 0; i < n; i++) grow(&bounds, &item[first + i].bounds);
+    memcpy(node->low, bounds.low, sizeof node->low);
+    memcpy(node->high, bounds.high, sizeof node->high);
+    int axis, left;
+    float cut;
+    bool split = n > 1 && depth < STACK - 4 && choose_split(item + first, n, &bounds, &axis, &cut);
+    if (split) {
+        left = partition(item + first, n, axis, cut);
+        split = left > 0 && left < n;
+    }
+    if (!split) {
+        node->first = first;
+        node->count = n;
+        return;
+    }
+    node->count = 0;
+    node->first = bvh->n_nodes;
+    bvh->n_nodes += 2;
+    int child = node->first;
+    build(bvh, child, item, first, left, depth + 1);
+    build(bvh, child + 1, item, first + left, n - left, depth + 1);
+}
+
+int fs_bvh_build(Bvh *bvh, const PrimShape *shape, int n)
+{
+    *bvh = (Bvh){.n = n, .n_nodes = 1};
+    Item *item = malloc((size_t)(n > 0 ? n : 1) * sizeof *item);
+    bvh->shape = malloc((size_t)(n > 0 ? n : 1) * sizeof *bvh->shape);
+    bvh->node = malloc((size_t)(2 * n + 1) * sizeof *bvh->node);
+    if (!item || !bvh->shape || !bvh->node) {
+        free(item);
+        fs_bvh_free(bvh);
+        return -1;
+    }
+    for (int i = 0; i < n; i++) {
+        item[i].bounds = shape_bounds(&shape[i]);
+        for (int k = 0; k < 3; k++) item[i].centre[k] = 0.5f * (item[i].bounds.low[k] + item[i].bounds.high[k]);
+        item[i].shape = i;
+    }
+    build(bvh, 0, item, 0, n, 0);
+    for (int i = 0; i < n; i++) bvh->shape[i] = shape[item[i].shape];
+    free(item);
+    return 0;
+}
+
+void fs_bvh_free(Bvh *bvh)
+{
+    free(bvh->node);
+    free(bvh->shape);
+    *bvh = (Bvh){0};
+}
+
+static inline float smaller(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline float larger(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+// Where the ray enters the node's box, or a huge number when it misses it before t_max.
+static inline float enter(const BvhNode *n, Vec o, Vec inv, float t_max)
+{
+    float x0 = (n->low[0] - o.x) * inv.x, x1 = (n->high[0] - o.x) * inv.x;
+    float y0 = (n->low[1] - o.y) * inv.y, y1 = (n->high[1] - o.y) * inv.y;
+    float z0 = (n->low[2] - o.z) * inv.z, z1 = (n->high[2] - o.z) * inv.z;
+    float near = larger(larger(smaller(x0, x1), smaller(y0, y1)), larger(smaller(z0, z1), 0.0f));
+    float far = smaller(smaller(larger(x0, x1), larger(y0, y1)), smaller(larger(z0, z1), t_max));
+    return near <= far ? near : 1e30f;
+}
+
+static inline Vec inverse(Vec d)
+{
+    return vec(1.0f / (fabsf(d.x) > 1e-9f ? d.x : 1e-9f), 1.0f / (fabsf(d.y) > 1e-9f ? d.y : 1e-9f),
+               1.0f / (fabsf(d.z) > 1e-9f ? d.z : 1e-9f));
+}
+
+static inline bool hit_shape(const PrimShape *s, Vec o, Vec d, float t_min, float t_max, float *t, float *a, float *b)
+{
+    Vec p = vec_cross(d, s->edge_b);
+    float det = vec_dot(s->edge_a, p);
+    if (fabsf(det) < 1e-12f) return false;
+    float inv = 1.0f / det;
+    Vec q = vec_sub(o, s->corner);
+    *a = vec_dot(q, p) * inv;
+    if (*a < 0.0f || *a > 1.0f) return false;
+    Vec r = vec_cross(q, s->edge_a);
+    *b = vec_dot(d, r) * inv;
+    if (*b < 0.0f || (s->triangle ? *a + *b : *b) > 1.0f) return false;
+    *t = vec_dot(s->edge_b, r) * inv;
+    return *t > t_min && *t < t_max;
+}
+
+bool fs_bvh_hit(const Bvh *bvh, Vec o, Vec d, Hit *hit)
+{
+    int stack[STACK], top = 0, at = 0;
+    float entry[STACK];
+    Vec inv = inverse(d);
+    hit->prim = -1;
+    if (bvh->n == 0 || enter(&bvh->node[0], o, inv, hit->t) > 1e29f) return false;
+    for (;;) {
+        const BvhNode *node = &bvh->node[at];
+        for (int i = 0; i < node->count; i++) {
+            const PrimShape *s = &bvh->shape[node->first + i];
+            float t, a, b;
+            if (hit_shape(s, o, d, 0.0f, hit->t, &t, &a, &b)) *hit = (Hit){t, a, b, s->number};
+        }
+        if (node->count == 0) {
+            int near = node->first, far = near + 1;
+            float tn = enter(&bvh->node[near], o, inv, hit->t), tf = enter(&bvh->node[far], o, inv, hit->t);
+            if (tf < tn) {
+                float t = tn;
+                tn = tf;
+                tf = t;
+                near = far;
+                far = node->first;
+            }
+            if (tn < 1e29f) {
+                if (tf < 1e29f) {
+                    entry[top] = tf;
+                    stack[top++] = far;
+                }
+                at = near;
+                continue;
+            }
+        }
+        while (top > 0 && entry[top - 1] >= hit->t) top--;
+        if (top == 0) break;
+        at = stack[--top];
+    }
+    return hit->prim >= 0;
+}
+
+bool fs_bvh_blocked(const Bvh *bvh, Vec o, Vec d, float t_min, float t_max, int ignore)
+{
+    int stack[STACK], top = 0, at = 0;
+    Vec inv = inverse(d);
+    if (bvh->n == 0 || enter(&bvh->node[0], o, inv, t_max) > 1e29f) return false;
+    for (;;) {
+        const BvhNode *node = &bvh->node[at];
+        for (int i = 0; i < node->count; i++) {
+            const PrimShape *s = &bvh->shape[node->first + i];
+            float t, a, b;
+            if (!(s->flags & ignore) && hit_shape(s, o, d, t_min, t_max, &t, &a, &b)) return true;
+        }
+        if (node->count == 0) {
+            int near = node->first, far = near + 1;
+            float tn = enter(&bvh->node[near], o, inv, t_max), tf = enter(&bvh->node[far], o, inv, t_max);
+            if (tf < 1e29f) stack[top++] = far;
+            if (tn < 1e29f) {
+                at = near;
+                continue;
+            }
+        }
+        if (top == 0) return false;
+        at = stack[--top];
+    }
+}

@@ -1,0 +1,20 @@
+// Parts that several painted textures share.
+#ifndef FS_SYNTH_PAINT_PARTS_H
+#define FS_SYNTH_PAINT_PARTS_H
+
+#include "synth/canvas.h"
+
+typedef struct Palette {
+    Color paper, ink, main, second, accent;
+} Palette;
+
+Palette fs_paint_palette(float hue, Rng *rng);
+float fs_paint_range(Rng *rng, float low, float high);
+// A heading that fills at most width w with capitals at most h high; returns the height used.
+float fs_paint_heading(Canvas *c, float x, float y, float w, float h, int words, Color color, Rng *rng);
+void fs_paint_column(Canvas *c, float x, float y, float w, float h, float line, Color color, Rng *rng); // small print
+void fs_paint_chart(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng);
+void fs_paint_picture(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng); // one of several
+void fs_paint_barcode(Canvas *c, float x, float y, float w, float h, Rng *rng);
+
+#endif

@@ -1,0 +1,29 @@
+// What a camera writes into its files beside the picture, and the files.
+#ifndef FS_SYNTH_PHOTO_FILE_H
+#define FS_SYNTH_PHOTO_FILE_H
+
+#include "synth/sensor.h"
+
+typedef struct ShotInfo {
+    bool flash;
+    int number;         // of the photo; also its time
+    int width, height;
+    double focal_mm;    // true length
+    int focal_35mm;     // in 35 mm film's terms
+} ShotInfo;
+
+// The same for all photos of a capture.
+#define SHOT_MAKE "FlashSplat"
+#define SHOT_MODEL "Synth 1"
+#define SHOT_SOFTWARE "flashsplat synth"
+#define SHOT_EXPOSURE_S 40 // 1/40 s
+#define SHOT_F_NUMBER 5.6
+#define SHOT_ISO 200
+void fs_photo_file_time(const ShotInfo *info, char text[20]); // "2024:03:16 10:00:06"
+
+int fs_dng_write(const char *path, const Mosaic *mosaic, const ShotInfo *info, FsError *err);
+// The EXIF block of a JPEG, "Exif\0\0" first; returns its size.
+#define FS_EXIF_SIZE 1024
+size_t fs_exif_block(const ShotInfo *info, unsigned char block[FS_EXIF_SIZE]);
+
+#endif

@@ -1,0 +1,27 @@
+// The camera: from linear light to a noisy Bayer mosaic, and from that to the picture a camera would make of it.
+#ifndef FS_SYNTH_SENSOR_H
+#define FS_SYNTH_SENSOR_H
+
+#include <stdint.h>
+
+#include "base/rng.h"
+#include "image/image.h"
+
+#define SENSOR_BLACK 512
+#define SENSOR_WHITE 16383
+// Sensitivity to white of the red, green and blue pixels (the DNG's AsShotNeutral). But for these factors the sensor's
+// primaries are those of sRGB.
+#define SENSOR_NEUTRAL {10.0 / 21.0, 1.0, 2.0 / 3.0}
+
+typedef struct Mosaic {
+    int width, height;
+    uint16_t *px; // (height, width), RGGB, SENSOR_BLACK .. SENSOR_WHITE
+} Mosaic;
+
+void fs_mosaic_free(Mosaic *mosaic);
+// linear: white-balanced, 1.0 = green pixels full.
+int fs_sensor_expose(const Image *linear, Rng rng, Mosaic *mosaic, FsError *err);
+// Demosaiced, white-balanced, sRGB-coded.
+int fs_sensor_develop(const Mosaic *mosaic, Image *image, FsError *err);
+
+#endif

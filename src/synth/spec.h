@@ -1,0 +1,24 @@
+// What a capture is asked to be: the settings, with the difficulties spelt out as numbers.
+#ifndef FS_SYNTH_SPEC_H
+#define FS_SYNTH_SPEC_H
+
+#include "base/error.h"
+#include "model/settings.h"
+
+typedef struct Spec {
+    unsigned seed;
+    int photos, held_out, width, height;
+    float alpha;         // mean gain of the flash on the transmitted scene
+    float reflection;    // the mirrored layer's share of a no-flash photo's light
+    float flash_return;  // mean R with flash / R without, minus 1
+    float f0;            // reflectance of the pane at normal incidence
+    float texture_keep;  // 0..1: share of the rich textures behind the pane
+    float depth_stretch; // scales the depth of the transmitted scene
+    float room_size;     // scales the mirrored room
+    bool frame;          // the pane's frame is in view
+    bool pose_noise;     // truth/sparse carries the usual error of structure-from-motion
+} Spec;
+
+int fs_spec_read(Spec *spec, const FsSettings *settings, FsError *err);
+
+#endif

@@ -1,0 +1,147 @@
+// The order of things: scene, baked light, path, balance, then view by view the layers, the photo, its files, the truth.
+#include "synth/synth.h"
+
+#include <stdlib.h>
+
+#include "base/file.h"
+#include "synth/bake.h"
+#include "synth/photo_file.h"
+#include "synth/truth.h"
+
+typedef struct Synth {
+    const char *out;
+    char *truth; // <out>/truth
+    Spec spec;
+    Layout layout;
+    Lighting lighting;
+    Threads *threads;
+    Shot *shot;
+    int n;
+    const Log *log;
+} Synth;
+
+static int prepare(Synth *s, FsError *err)
+{
+    int rc;
+    TRY(fs_layout_build(&s->layout, &s->spec, err));
+    fs_log_info(s->log, "synth: seed %u is a %s, mirroring a %s; %d and %d shapes", s->spec.seed, s->layout.name,
+                s->layout.room_name, s->layout.behind.n, s->layout.room.n);
+    TRY(fs_bake_ambient(&s->layout.behind, s->threads, err));
+    TRY(fs_bake_ambient(&s->layout.room, s->threads, err));
+    TRY(fs_path_plan(&s->layout, &s->spec, &s->shot, err));
+    s->n = s->spec.photos + s->spec.held_out;
+    Camera *camera = malloc((size_t)s->n * sizeof *camera);
+    if (!camera) return fs_error_memory(err);
+    for (int i = 0; i < s->spec.photos; i++) camera[i] = s->shot[i].camera;
+    rc = fs_trace_balance(&s->layout, &s->spec, camera, s->spec.photos, s->threads, &s->lighting, err);
+    free(camera);
+fail:
+    return rc;
+}
+
+static int make_folders(const Synth *s, FsError *err)
+{
+    static const char *const folders[] = {"capture/raw", "capture/jpeg", "truth"};
+    int rc = 0;
+    for (int i = 0; i < 3 && rc >= 0; i++) {
+        char *path = fs_file_path("%s/%s", s->out, folders[i]);
+        rc = path ? fs_file_mkdirs(path, err) : fs_error_memory(err);
+        free(path);
+    }
+    return rc < 0 ? rc : fs_truth_folders(s->truth, err);
+}
+
+// Exposes a view's light and writes it as a RAW and a JPEG file.
+static int write_photo(const Synth *s, int number, const Image *light, FsError *err)
+{
+    const Shot *shot = &s->shot[number];
+    int rc;
+    Mosaic mosaic = {0};
+    Image picture = {0};
+    int side = s->spec.width > s->spec.height ? s->spec.width : s->spec.height;
+    ShotInfo info = {shot->flash, number + 1, s->spec.width, s->spec.height, 23.9, (int)(36.0 * shot->camera.fx / side + 0.5)};
+    unsigned char exif[FS_EXIF_SIZE];
+    char *raw = fs_file_path("%s/capture/raw/%s.DNG", s->out, shot->name);
+    char *jpeg = fs_file_path("%s/capture/jpeg/%s.JPG", s->out, shot->name);
+    if (!raw || !jpeg) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(fs_sensor_expose(light, fs_rng_new(s->spec.seed * 100003ull + (unsigned)number), &mosaic, err));
+    TRY(fs_dng_write(raw, &mosaic, &info, err));
+    TRY(fs_sensor_develop(&mosaic, &picture, err));
+    TRY(fs_jpeg_write(jpeg, &picture, 95, exif, fs_exif_block(&info, exif), err));
+fail:
+    fs_mosaic_free(&mosaic);
+    fs_image_free(&picture);
+    free(raw);
+    free(jpeg);
+    return rc;
+}
+
+static int write_geometry(const Synth *s, const Shot *shot, FsError *err)
+{
+    Image depth = {0}, beta = {0};
+    int rc;
+    TRY(fs_trace_geometry(&s->layout, &s->lighting, &shot->camera, s->threads, &depth, &beta, err));
+    TRY(fs_truth_geometry(s->truth, shot, &depth, &beta, err));
+fail:
+    fs_image_free(&depth);
+    fs_image_free(&beta);
+    return rc;
+}
+
+static int make_view(const Synth *s, int number, FsError *err)
+{
+    const Shot *shot = &s->shot[number];
+    TraceLayer t = shot->flash ? TRACE_T_F : TRACE_T_N, r = shot->flash ? TRACE_R_F : TRACE_R_N;
+    unsigned want = shot->truth ? (1u << TRACE_LAYERS) - 1 : 1u << t | 1u << r;
+    Traced traced;
+    int rc = fs_trace_view(&s->layout, &s->spec, &s->lighting, &shot->camera, number, want, s->threads, &traced, err);
+    if (rc < 0) return rc;
+    if (shot->truth) TRY(fs_truth_layers(s->truth, shot, &traced, err));
+    if (shot->held_out) {
+        TRY(write_geometry(s, shot, err));
+    } else {
+        Image *light = &traced.layer[t];
+        size_t n = (size_t)light->width * (size_t)light->height * 3;
+        for (size_t i = 0; i < n; i++) light->px[i] += traced.layer[r].px[i];
+        TRY(write_photo(s, number, light, err));
+    }
+fail:
+    fs_trace_free(&traced);
+    return rc;
+}
+
+int fs_synth_run(const char *out, const FsSettings *settings, const Log *log, FsError *err)
+{
+    int rc;
+    Synth s = {.out = out, .log = log};
+    TRY(fs_spec_read(&s.spec, settings, err));
+    s.truth = fs_file_path("%s/truth", out);
+    s.threads = fs_threads_new(settings->threads);
+    if (!s.truth || !s.threads) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(prepare(&s, err));
+    TRY(make_folders(&s, err));
+    for (int i = 0; i < s.n; i++) {
+        fs_log_progress(log, "synth", i, s.n, s.shot[i].name);
+        if (fs_log_cancelled(log)) {
+            rc = fs_error_set(err, FS_ERR_CANCELLED, "%s: stopped after %d of %d views", out, i, s.n);
+            goto fail;
+        }
+        TRY(make_view(&s, i, err));
+    }
+    TRY(fs_truth_cameras(s.truth, s.layout.name, s.shot, s.n, &s.spec, err));
+    fs_log_progress(log, "synth", s.n, s.n, "");
+    fs_log_info(log, "synth: %d photos in %s/capture/raw and jpeg, ground truth in %s", s.spec.photos, out, s.truth);
+    rc = 0;
+fail:
+    fs_threads_free(s.threads);
+    fs_layout_free(&s.layout);
+    free(s.shot);
+    free(s.truth);
+    return rc;
+}

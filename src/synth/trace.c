@@ -1,0 +1,308 @@
+// One path per sample: through the pane to what is behind it, and mirrored at the pane into the room. Ambient light is
+// looked up, the flash is a point a hand's breadth above the lens.
+#include "synth/trace.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define SIDE 4 // strata of a pixel across and down
+#define BASE 4 // samples every pixel gets; one with contrast gets all SIDE * SIDE
+
+typedef struct View {
+    const Layout *layout;
+    const Lighting *light;
+    Vec eye, right, down, ahead; // of the camera
+    float fx, fy, cx, cy;
+    float spread;                // width of a sample at distance 1
+    Vec flash, mirrored_flash;
+} View;
+
+typedef struct Sample {
+    Vec layer[TRACE_LAYERS];
+} Sample;
+
+void fs_trace_free(Traced *traced)
+{
+    for (int i = 0; i < TRACE_LAYERS; i++) fs_image_free(&traced->layer[i]);
+}
+
+static View view_of(const Layout *layout, const Lighting *light, const Camera *camera)
+{
+    const double *m = camera->w2c;
+    double c[3];
+    fs_camera_centre(camera, c);
+    View v = {.layout = layout, .light = light, .eye = vec((float)c[0], (float)c[1], (float)c[2])};
+    v.right = vec((float)m[0], (float)m[1], (float)m[2]);
+    v.down = vec((float)m[4], (float)m[5], (float)m[6]);
+    v.ahead = vec((float)m[8], (float)m[9], (float)m[10]);
+    v.fx = (float)camera->fx;
+    v.fy = (float)camera->fy;
+    v.cx = (float)camera->cx;
+    v.cy = (float)camera->cy;
+    v.spread = 0.6f / v.fx;
+    v.flash = vec_mad(vec_mad(v.eye, v.down, -0.11f), v.right, 0.02f);
+    float side = vec_dot(vec_sub(v.flash, layout->pane_point), layout->pane_normal);
+    v.mirrored_flash = vec_mad(v.flash, layout->pane_normal, -2 * side);
+    return v;
+}
+
+// Unpolarised Fresnel reflectance of both surfaces of a thin pane together.
+static float reflectance(float cosine, float n)
+{
+    float c = fminf(fabsf(cosine), 1.0f), t = sqrtf(1 - (1 - c * c) / (n * n));
+    float s = (c - n * t) / (c + n * t), p = (t - n * c) / (t + n * c), one = 0.5f * (s * s + p * p);
+    return 2 * one / (1 + one);
+}
+
+static Vec pixel_ray(const View *v, float x, float y)
+{
+    return vec_unit(vec_add(v->ahead, vec_add(vec_scale(v->right, (x - v->cx) / v->fx), vec_scale(v->down, (y - v->cy) / v->fy))));
+}
+
+// How far along d the pane is; huge when the ray does not meet it.
+static float pane_distance(const View *v, Vec d)
+{
+    const Layout *l = v->layout;
+    float away = vec_dot(d, l->pane_normal);
+    return away < -1e-4f ? vec_dot(vec_sub(l->pane_point, v->eye), l->pane_normal) / away : 1e9f;
+}
+
+// What the flash at `flash` adds to a point: irradiance / pi as a colourless factor, highlight apart.
+static float flash_factor(const View *v, const World *world, Vec flash, Vec axis, Vec at, Vec normal, bool shadows, Vec *to)
+{
+    *to = vec_sub(flash, at);
+    float d2 = vec_dot(*to, *to), cosine = vec_dot(*to, normal) / sqrtf(d2);
+    if (cosine <= 0.0f) return 0.0f;
+    if (shadows && fs_bvh_blocked(&world->bvh, vec_mad(at, normal, 1e-3f), *to, 1e-3f, 0.98f, 0)) return 0.0f;
+    *to = vec_unit(*to);
+    float beam = fmaxf(-vec_dot(*to, axis), 0.0f);
+    (void)v;
+    return cosine / d2 * beam;
+}
+
+static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool flash, float through, Sample *s)
+{
+    const World *w = &v->layout->behind;
+    const Surface *surface = fs_world_surface_of(w, hit);
+    Vec at = vec_mad(v->eye, d, hit->t), normal = fs_world_normal(w, hit);
+    if (vec_dot(normal, d) > 0) normal = vec_scale(normal, -1);
+    Vec albedo = fs_world_albedo(w, hit, v->spread * hit->t);
+    Vec plain = vec_scale(vec_mul(albedo, fs_world_ambient(w, hit)), v->light->behind * through);
+    s->layer[TRACE_T_N] = plain;
+    s->layer[TRACE_T_F] = plain;
+    if (!flash) return;
+    Vec to, from = vec_add(v->flash, jitter);
+    float factor = flash_factor(v, w, from, v->ahead, at, normal, true, &to) * v->light->flash;
+    if (factor <= 0) return;
+    if (!surface->in_front)
+        factor *= 1 - reflectance(vec_dot(to, v->layout->pane_normal), v->light->refraction);
+    Vec sum = vec_mad(plain, albedo, factor * through);
+    if (surface->gloss > 0) { // a soft highlight
+        float h = vec_dot(vec_unit(vec_sub(to, d)), normal), h2 = h * h, h8 = h2 * h2 * h2 * h2;
+        sum = vec_mad(sum, vec(1, 1, 1), surface->gloss * h8 * h8 * h8 * h8 * factor * through);
+    }
+    s->layer[TRACE_T_F] = sum;
+}
+
+static void shade_room(const View *v, Vec d, float distance, bool flash, float beta, Sample *s)
+{
+    const World *w = &v->layout->room;
+    Vec from = vec_mad(v->eye, d, distance), back = vec_reflect(d, v->layout->pane_normal);
+    Hit hit = {.t = 1e9f};
+    if (!fs_bvh_hit(&w->bvh, from, back, &hit)) return;
+    const Surface *surface = fs_world_surface_of(w, &hit);
+    Vec albedo = fs_world_albedo(w, &hit, v->spread * (distance + hit.t));
+    Vec light = surface->glow > 0 ? vec(surface->glow, surface->glow, surface->glow) : fs_world_ambient(w, &hit);
+    Vec plain = vec_scale(vec_mul(albedo, light), v->light->room * beta);
+    s->layer[TRACE_R_N] = plain;
+    s->layer[TRACE_R_F] = plain;
+    if (!flash || surface->glow > 0) return;
+    Vec at = vec_mad(from, back, hit.t), normal = fs_world_normal(w, &hit), to;
+    if (vec_dot(normal, back) > 0) normal = vec_scale(normal, -1);
+    Vec axis = vec_reflect(v->ahead, v->layout->pane_normal);
+    float factor = flash_factor(v, w, v->mirrored_flash, axis, at, normal, false, &to) * v->light->flash_back;
+    factor *= reflectance(vec_dot(to, v->layout->pane_normal), v->light->refraction);
+    s->layer[TRACE_R_F] = vec_mad(vec_scale(plain, 1 + v->light->even_back), albedo, factor * beta);
+}
+
+static Sample take_sample(const View *v, float x, float y, unsigned want, Rng *rng)
+{
+    Sample s = {0};
+    float a = 6.2831853f * fs_rng_uniform(rng), r = 0.012f * sqrtf(fs_rng_uniform(rng)); // the flash is 24 mm wide
+    Vec jitter = vec_mad(vec_scale(v->right, r * cosf(a)), v->down, r * sinf(a)), d = pixel_ray(v, x, y);
+    float pane = pane_distance(v, d);
+    Hit hit = {.t = 1e9f};
+    bool found = fs_bvh_hit(&v->layout->behind.bvh, v->eye, d, &hit);
+    bool bare = pane > 1e8f || (found && fs_world_surface_of(&v->layout->behind, &hit)->in_front);
+    float beta = bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
+    if (found && want & (1 << TRACE_T_N | 1 << TRACE_T_F))
+        shade_behind(v, d, &hit, jitter, want & 1 << TRACE_T_F, 1 - beta, &s);
+    if (!bare && want & (1 << TRACE_R_N | 1 << TRACE_R_F)) shade_room(v, d, pane, want & 1 << TRACE_R_F, beta, &s);
+    return s;
+}
+
+static float brightness(const Sample *s, unsigned want)
+{
+    float sum = 0;
+    for (int l = 0; l < TRACE_LAYERS; l++)
+        if (want & 1u << l) sum += s->layer[l].x + 2 * s->layer[l].y + s->layer[l].z;
+    return sum;
+}
+
+// The mean over a pixel: four samples where they agree, sixteen where they do not.
+static Sample take_pixel(const View *v, int x, int y, unsigned want, Rng *rng)
+{
+    // Strata in the order of use: the first four have a row and a column each.
+    static const unsigned char order[SIDE * SIDE] = {1, 7, 8, 14, 0, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 15};
+    Sample sum = {0};
+    float low = 1e30f, high = 0;
+    int n = 0;
+    for (; n < SIDE * SIDE; n++) {
+        if (n == BASE && high - low < 0.04f * high + 2e-4f) break;
+        float px = (float)x + ((float)(order[n] % SIDE) + fs_rng_uniform(rng)) / SIDE;
+        float py = (float)y + ((float)(order[n] / SIDE) + fs_rng_uniform(rng)) / SIDE;
+        Sample s = take_sample(v, px, py, want, rng);
+        float b = brightness(&s, want);
+        low = fminf(low, b);
+        high = fmaxf(high, b);
+        for (int l = 0; l < TRACE_LAYERS; l++) sum.layer[l] = vec_add(sum.layer[l], s.layer[l]);
+    }
+    for (int l = 0; l < TRACE_LAYERS; l++) sum.layer[l] = vec_scale(sum.layer[l], 1.0f / (float)n);
+    return sum;
+}
+
+typedef struct Job {
+    const View *view;
+    unsigned want;
+    uint64_t seed;
+    int stride; // 1: every pixel; else one sample every so many pixels, for balancing
+    Traced *traced;
+    Image *depth, *beta;
+    int width;
+} Job;
+
+static void row_job(void *context, int y, int worker)
+{
+    const Job *job = context;
+    (void)worker;
+    for (int x = 0; x < job->width; x++) {
+        Rng rng = fs_rng_new(job->seed + (uint64_t)y * 65536u + (uint64_t)x);
+        Sample s = take_pixel(job->view, x, y, job->want, &rng);
+        for (int l = 0; l < TRACE_LAYERS; l++)
+            if (job->want & 1u << l)
+                memcpy(job->traced->layer[l].px + ((size_t)y * (size_t)job->width + (size_t)x) * 3, &s.layer[l],
+                       3 * sizeof(float));
+    }
+}
+
+int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, const Camera *camera, int number,
+                  unsigned want, Threads *threads, Traced *traced, FsError *err)
+{
+    int rc = 0;
+    *traced = (Traced){0};
+    for (int l = 0; l < TRACE_LAYERS; l++)
+        if (want & 1u << l) TRY(fs_image_new(&traced->layer[l], camera->width, camera->height, 3, err));
+    View view = view_of(layout, lighting, camera);
+    Job job = {.view = &view, .want = want, .traced = traced, .width = camera->width};
+    job.seed = ((uint64_t)spec->seed << 48) ^ ((uint64_t)(unsigned)number << 32);
+    fs_threads_for(threads, camera->height, row_job, &job);
+    return 0;
+fail:
+    fs_trace_free(traced);
+    return rc;
+}
+
+static void geometry_job(void *context, int y, int worker)
+{
+    const Job *job = context;
+    const View *v = job->view;
+    (void)worker;
+    for (int x = 0; x < job->width; x++) {
+        Vec d = pixel_ray(v, (float)x + 0.5f, (float)y + 0.5f);
+        Hit hit = {.t = 1e9f};
+        bool found = fs_bvh_hit(&v->layout->behind.bvh, v->eye, d, &hit);
+        bool bare = found && fs_world_surface_of(&v->layout->behind, &hit)->in_front;
+        size_t i = (size_t)y * (size_t)job->width + (size_t)x;
+        if (job->depth) job->depth->px[i] = found ? hit.t * vec_dot(d, v->ahead) : 0.0f;
+        if (job->beta)
+            job->beta->px[i] = bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
+    }
+}
+
+int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads, Image *depth,
+                      Image *beta, FsError *err)
+{
+    int rc = 0;
+    if (depth) TRY(fs_image_new(depth, camera->width, camera->height, 1, err));
+    if (beta) TRY(fs_image_new(beta, camera->width, camera->height, 1, err));
+    View view = view_of(layout, lighting, camera);
+    Job job = {.view = &view, .depth = depth, .beta = beta, .width = camera->width};
+    fs_threads_for(threads, camera->height, geometry_job, &job);
+    return 0;
+fail:
+    if (depth) fs_image_free(depth);
+    return rc;
+}
+
+// ---- balance ----
+
+enum { PROBE_WIDTH = 96, MEAN_VIEWS = 6 };
+
+static float index_for(float f0) // of a thin pane whose reflectance at normal incidence is f0
+{
+    float r = sqrtf(f0 / (2 - f0));
+    return (1 + r) / (1 - r);
+}
+
+typedef struct Means {
+    double layer[TRACE_LAYERS];
+} Means;
+
+static Means mean_of(const Traced *t)
+{
+    Means m = {0};
+    size_t n = (size_t)t->layer[0].width * (size_t)t->layer[0].height * 3;
+    for (int l = 0; l < TRACE_LAYERS; l++) {
+        for (size_t i = 0; i < n; i++) m.layer[l] += (double)t->layer[l].px[i];
+        m.layer[l] /= (double)n;
+    }
+    return m;
+}
+
+// Means of all four layers over a few of the cameras, at a small size; bright: the 99.5th percentile of photos with flash.
+static int probe(const Layout *layout, const Spec *spec, const Lighting *light, const Camera *camera, int n,
+                 Threads *threads, Means *means, FsError *err)
+{
+    *means = (Means){0};
+    int views = n < MEAN_VIEWS ? n : MEAN_VIEWS;
+    for (int i = 0; i < views; i++) {
+        Camera small = fs_camera_limited(&camera[i * n / views], PROBE_WIDTH);
+        Traced t;
+        int rc = fs_trace_view(layout, spec, light, &small, 100000 + i, (1 << TRACE_LAYERS) - 1, threads, &t, err);
+        if (rc < 0) return rc;
+        Means m = mean_of(&t);
+        fs_trace_free(&t);
+        for (int l = 0; l < TRACE_LAYERS; l++) means->layer[l] += m.layer[l] / views;
+    }
+    return 0;
+}
+
+int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camera, int n, Threads *threads,
+                     Lighting *lighting, FsError *err)
+{
+    const float target = 0.11f; // mean linear value of a no-flash photo
+    Lighting unit = {.behind = 1, .room = 1, .flash = 1, .flash_back = 1, .refraction = index_for(spec->f0)};
+    Means m;
+    int rc = probe(layout, spec, &unit, camera, n, threads, &m, err);
+    if (rc < 0) return rc;
+    double t = fmax(m.layer[TRACE_T_N], 1e-9), r = fmax(m.layer[TRACE_R_N], 1e-9);
+    double flash = fmax(m.layer[TRACE_T_F] - m.layer[TRACE_T_N], 1e-9), back = fmax(m.layer[TRACE_R_F] - m.layer[TRACE_R_N], 1e-9);
+    *lighting = unit;
+    lighting->behind = (float)(target * (1 - spec->reflection) / t);
+    lighting->room = (float)(target * spec->reflection / r);
+    lighting->flash = (float)(target * (1 - spec->reflection) * spec->alpha / flash);
+    // of what comes back, most comes from the flash's mirror image, the rest from everywhere
+    lighting->flash_back = (float)(0.6 * spec->flash_return * target * spec->reflection / back);
+    lighting->even_back = 0.4f * spec->flash_return;
+    return 0;
+}

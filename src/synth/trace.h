@@ -1,0 +1,37 @@
+// From a scene and a camera to the layers of a view: T without and with flash, R likewise.
+#ifndef FS_SYNTH_TRACE_H
+#define FS_SYNTH_TRACE_H
+
+#include "base/threads.h"
+#include "image/image.h"
+#include "model/camera.h"
+#include "synth/layout.h"
+
+// How bright everything is; found by fs_trace_balance.
+typedef struct Lighting {
+    float behind, room;      // scale of the baked ambient light of both worlds
+    float flash;             // radiant intensity of the flash
+    float flash_back;        // of the flash's mirror image, as the room sees it
+    float even_back;         // flash light that fills the room after many bounces, as a share of its ambient light
+    float refraction;        // index that gives the pane its reflectance
+} Lighting;
+
+// Layers of a view, linear; any may be left out (px NULL).
+typedef enum TraceLayer { TRACE_T_N, TRACE_T_F, TRACE_R_N, TRACE_R_F, TRACE_LAYERS } TraceLayer;
+typedef struct Traced {
+    Image layer[TRACE_LAYERS];
+} Traced;
+void fs_trace_free(Traced *traced);
+
+// Fixes the lighting so that the spec's flash gain, mirrored share and flash return hold on average over the cameras
+// and the no-flash photos come out well exposed.
+int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camera, int n, Threads *threads,
+                     Lighting *lighting, FsError *err);
+// want: bit mask of 1 << TraceLayer. number tells views apart (random numbers depend on it).
+int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, const Camera *camera, int number,
+                  unsigned want, Threads *threads, Traced *traced, FsError *err);
+// z-depth of the transmitted scene and reflectance of the pane, at pixel centres (either may be NULL).
+int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads, Image *depth,
+                      Image *beta, FsError *err);
+
+#endif

@@ -1,0 +1,15 @@
+// The truth folder of a capture: cameras, and the layers of some views.
+#ifndef FS_SYNTH_TRUTH_H
+#define FS_SYNTH_TRUTH_H
+
+#include "synth/path.h"
+#include "synth/trace.h"
+
+// <dir>/cameras.json and <dir>/sparse; disturbed: the poses of sparse carry the usual error of structure-from-motion.
+int fs_truth_cameras(const char *dir, const char *scene, const Shot *shot, int n, const Spec *spec, FsError *err);
+// T_N, T_F, R of a view; I_N and I_F too where it is held out.
+int fs_truth_layers(const char *dir, const Shot *shot, const Traced *traced, FsError *err);
+int fs_truth_geometry(const char *dir, const Shot *shot, const Image *depth, const Image *beta, FsError *err);
+int fs_truth_folders(const char *dir, FsError *err); // makes them
+
+#endif
