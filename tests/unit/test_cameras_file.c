@@ -20,7 +20,10 @@ static void assert_near(double a, double b, double tolerance)
 static void put(const char *dir, const char *name, const void *data, size_t size)
 {
     char *path = fs_file_path("%s/%s", dir, name);
-    assert_int_equal(fs_file_write(path, data, size, NULL), 0);
+    FILE *f = fopen(path, "wb"); // not fs_file_write: its syncs make thousands of files slow
+    assert_non_null(f);
+    assert_int_equal(fwrite(data, 1, size, f), size);
+    assert_int_equal(fclose(f), 0);
     free(path);
 }
 
