@@ -1,5 +1,6 @@
 #include "ingest/develop.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/file.h"
@@ -40,6 +41,28 @@ fail:
     return rc;
 }
 
+// The photo as the pose finder wants it: larger than the working image where the photo is, 8 bits, dark parts raised.
+static int write_features(const Shot *shot, const Image *rgb, const char *dir, FsError *err)
+{
+    const float exponent = 0.35f; // between display values and linear light: flash and no-flash photos look alike
+    int rc = 0;
+    Image image = {0};
+    Camera full = {.width = rgb->width, .height = rgb->height}, small = fs_camera_limited(&full, FS_FEATURES_LONG_EDGE);
+    char *path = fs_file_path("%s/features/%s.png", dir, shot->name);
+    if (!path) return fs_error_memory(err);
+    TRY(fs_image_resize_area(rgb, small.width, small.height, &image, err));
+    TRY(fs_image_orient(&image, shot->exif.orientation, err));
+    for (size_t i = 0; i < pixels(&image) * 3; i++) {
+        float v = image.px[i] * (float)shot->gain;
+        image.px[i] = v > 0 ? powf(v, exponent) : 0;
+    }
+    TRY(fs_png_write(path, &image, 8, err));
+fail:
+    fs_image_free(&image);
+    free(path);
+    return rc;
+}
+
 void fs_develop_shot(const Shots *shots, Shot *shot, const char *dir, int long_edge)
 {
     FsError *err = &shot->failure;
@@ -49,6 +72,7 @@ void fs_develop_shot(const Shots *shots, Shot *shot, const char *dir, int long_e
     int rc = path && photo_path && mask_path ? 0 : fs_error_memory(err);
     if (rc == 0) rc = fs_photo_read(path, shots->white_balance, &rgb, &clipped, &shot->encoded, err);
     if (rc == 0) rc = shrink(shot, &rgb, &clipped, long_edge, &photo, &mask, err);
+    if (rc == 0) rc = write_features(shot, &rgb, dir, err);
     fs_image_free(&rgb);
     fs_image_free(&clipped);
     if (rc == 0) rc = fs_tiff_write_float(photo_path, &photo, err);

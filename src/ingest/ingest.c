@@ -121,7 +121,10 @@ static int start_clean(const FsProject *project, const char *dir, FsError *err)
     unlink(json);
     free(json);
     fs_file_remove_tree(dir);
-    return fs_file_mkdirs(dir, err);
+    char *features = fs_file_path("%s/features", dir);
+    int rc = features ? fs_file_mkdirs(features, err) : fs_error_memory(err);
+    free(features);
+    return rc;
 }
 
 // Other photos than those of the last time. Photos that are gone do not matter once they are ingested.
