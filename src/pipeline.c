@@ -9,6 +9,7 @@
 #include "export/export.h"
 #include "info/info.h"
 #include "ingest/ingest.h"
+#include "initialise/initialise.h"
 #include "model/project.h"
 #include "pair/pair.h"
 #include "synth/synth.h"
@@ -65,8 +66,7 @@ int fs_poses(FsProject *project, FsError *err)
 
 int fs_initialise(FsProject *project, FsError *err)
 {
-    (void)project;
-    return not_built("initialise", err);
+    return fs_initialise_run(project, err);
 }
 
 int fs_train(FsProject *project, FsError *err)

@@ -1,0 +1,11 @@
+// Tells the user, before hours of training, when the capture's flash cue looks too weak for the method.
+#ifndef FS_INITIALISE_ADVISE_H
+#define FS_INITIALISE_ADVISE_H
+
+#include "base/log.h"
+#include "initialise/light.h"
+
+void fs_advise(const Frames *frames, const float *xyz, const Cue *cue, const unsigned char *kind, int n,
+               const FlashLight *light, const Log *log);
+
+#endif

@@ -1,0 +1,264 @@
+// Mean field on a graph of neighbours. Each point has odds p of being transmitted; they are renewed a fixed number of
+// times from
+//   own     the likelihood of its contrast growth: around 1 when mirrored, around that of the transmitted points about
+//           it otherwise (the flash weakens smoothly along a surface, and far surfaces get hardly any of it)
+//   depth   how often clear points of either kind occur at this depth
+//   + near  the odds of its neighbours in space
+//   - ray   the odds of points in the same direction but at other depths
+#include "initialise/classify.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/knn.h"
+
+enum { N_NEAR = 16, N_FIELD = 48, N_RAY = 32, DEPTHS = 64, ROUNDS = 25, CHUNK = 256 };
+
+#define DEPTH_SCALE 2.0f     // log depth against tangent of angle in distances between points
+#define NEAR_RADIUS 0.06f    // all three: tangents of angle in the middle view
+#define FIELD_RADIUS 0.1f
+#define RAY_RADIUS 0.04f
+#define NEAR_WEIGHT 0.5f
+#define RAY_WEIGHT 0.5f
+#define DEPTH_MOST 2.5f      // most that the depth alone may say
+#define DEPTH_KERNEL 0.15f   // in log depth
+#define MIRRORED_SLOPE 0.04f // log; a little of the flash comes back by the room
+#define MIRRORED_SPREAD 0.08f
+#define LIT_SLOPE 0.7f // log; where no transmitted point is near
+#define LIT_SPREAD 0.4f
+#define FIELD_SPREAD 0.25f
+#define OUTLIERS 0.02f
+#define SIGMA_MIN 0.03f
+#define SURE 1.0f
+
+typedef struct Graph {
+    int n;
+    float *place;    // (n, 3): direction, DEPTH_SCALE * log depth
+    float *log_depth;
+    float *slope, *sigma; // log of the contrast's growth
+    int *near, *field, *ray; // neighbours (n, N_*)
+    float *near_weight, *field_weight, *ray_weight;
+    float *p, *p_next, *depth_odds, *evidence;
+    float depth_min, depth_step;           // of the tables below
+    float table_lit[DEPTHS], table_mirrored[DEPTHS], table_odds[DEPTHS];
+} Graph;
+
+static void graph_free(Graph *g)
+{
+    float **const floats[] = {&g->place, &g->log_depth, &g->slope,      &g->sigma, &g->near_weight, &g->field_weight,
+                              &g->ray_weight, &g->p,    &g->depth_odds, &g->evidence, &g->p_next};
+    for (size_t i = 0; i < sizeof floats / sizeof *floats; i++) free(*floats[i]);
+    free(g->near);
+    free(g->field);
+    free(g->ray);
+    *g = (Graph){0};
+}
+
+static int graph_new(Graph *g, int n, FsError *err)
+{
+    size_t m = (size_t)n;
+    *g = (Graph){.n = n};
+    g->place = malloc(sizeof(float) * 3 * m);
+    g->log_depth = malloc(sizeof(float) * m);
+    g->slope = malloc(sizeof(float) * m);
+    g->sigma = malloc(sizeof(float) * m);
+    g->near = malloc(sizeof(int) * N_NEAR * m);
+    g->field = malloc(sizeof(int) * N_FIELD * m);
+    g->ray = malloc(sizeof(int) * N_RAY * m);
+    g->near_weight = malloc(sizeof(float) * N_NEAR * m);
+    g->field_weight = malloc(sizeof(float) * N_FIELD * m);
+    g->ray_weight = malloc(sizeof(float) * N_RAY * m);
+    g->p = malloc(sizeof(float) * m);
+    g->p_next = malloc(sizeof(float) * m);
+    g->depth_odds = calloc(m, sizeof(float));
+    g->evidence = calloc(m, sizeof(float));
+    if (g->place && g->log_depth && g->slope && g->sigma && g->near && g->field && g->ray && g->near_weight &&
+        g->field_weight && g->ray_weight && g->p && g->p_next && g->depth_odds && g->evidence)
+        return 0;
+    graph_free(g);
+    return fs_error_memory(err);
+}
+
+// Distances become weights; missing neighbours get weight 0.
+static void weigh(int n, int k, int *index, float *weight, float radius)
+{
+    for (size_t i = 0; i < (size_t)n * (size_t)k; i++) {
+        weight[i] = index[i] < 0 ? 0 : expf(-weight[i] / (2 * radius * radius));
+        if (index[i] < 0) index[i] = 0;
+    }
+}
+
+static int link_neighbours(Graph *g, Threads *threads, FsError *err)
+{
+    int rc = 0;
+    float *direction = malloc(sizeof(float) * 3 * (size_t)g->n);
+    if (!direction) return fs_error_memory(err);
+    for (int i = 0; i < 3 * g->n; i++) direction[i] = i % 3 == 2 ? 0 : g->place[i];
+    if (fs_knn(g->place, g->n, N_NEAR, g->near, g->near_weight, threads) < 0 ||
+        fs_knn(g->place, g->n, N_FIELD, g->field, g->field_weight, threads) < 0 ||
+        fs_knn(direction, g->n, N_RAY, g->ray, g->ray_weight, threads) < 0)
+        rc = fs_error_memory(err);
+    free(direction);
+    if (rc < 0) return rc;
+    weigh(g->n, N_NEAR, g->near, g->near_weight, NEAR_RADIUS);
+    weigh(g->n, N_FIELD, g->field, g->field_weight, FIELD_RADIUS);
+    weigh(g->n, N_RAY, g->ray, g->ray_weight, RAY_RADIUS);
+    for (int i = 0; i < g->n; i++)
+        for (int k = 0; k < N_RAY; k++) {
+            size_t at = (size_t)i * N_RAY + (size_t)k;
+            float apart = (fabsf(g->log_depth[g->ray[at]] - g->log_depth[i]) - 0.06f) / 0.1f;
+            g->ray_weight[at] *= fminf(fmaxf(apart, 0), 1);
+        }
+    return 0;
+}
+
+static float bell(float x, float mean, float variance)
+{
+    return expf(-0.5f * (x - mean) * (x - mean) / variance) / sqrtf(variance);
+}
+
+static float own_odds(float slope, float sigma, float lit, float lit_spread)
+{
+    float s2 = sigma * sigma;
+    float transmitted = bell(slope, lit, s2 + lit_spread * lit_spread);
+    float mirrored = bell(slope, MIRRORED_SLOPE, s2 + MIRRORED_SPREAD * MIRRORED_SPREAD);
+    return logf((transmitted + OUTLIERS) / (mirrored + OUTLIERS));
+}
+
+static float to_probability(float odds)
+{
+    return 1 / (1 + expf(-fminf(fmaxf(odds, -20), 20)));
+}
+
+static void depth_table(const Graph *g, const float *weight, float *table)
+{
+    double total = 0;
+    for (int d = 0; d < DEPTHS; d++) table[d] = 0;
+    for (int i = 0; i < g->n; i++) {
+        if (weight[i] <= 0) continue;
+        total += (double)weight[i];
+        for (int d = 0; d < DEPTHS; d++) {
+            float x = (g->log_depth[i] - g->depth_min - (float)d * g->depth_step) / DEPTH_KERNEL;
+            table[d] += weight[i] * expf(-0.5f * x * x) / (DEPTH_KERNEL * 2.5066283f);
+        }
+    }
+    for (int d = 0; d < DEPTHS; d++) table[d] /= (float)fmax(total, 1);
+}
+
+static float table_at(const Graph *g, const float *table, int i)
+{
+    float x = (g->log_depth[i] - g->depth_min) / g->depth_step;
+    int d = x < 0 ? 0 : x > DEPTHS - 2 ? DEPTHS - 2 : (int)x;
+    float f = fminf(fmaxf(x - (float)d, 0), 1);
+    return table[d] * (1 - f) + table[d + 1] * f;
+}
+
+// The depths of clear points of either kind. At first the mirrored ones are those dull points where the clearly lit
+// have no business; where these are too few every depth is as likely. They stay what they are: learnt again from the rounds'
+// results they would confirm whatever those results are.
+static void renew_depths(Graph *g, int round, float *weight)
+{
+    float even = 1 / (g->depth_step * (DEPTHS - 1));
+    for (int i = 0; i < g->n; i++) weight[i] = round == 0 && g->slope[i] < 0.3f ? 0 : g->p[i];
+    depth_table(g, weight, g->table_lit);
+    if (round == 0) {
+        int alone = 0;
+        for (int i = 0; i < g->n; i++) {
+            weight[i] = g->p[i] < 0.3f && table_at(g, g->table_lit, i) < 0.1f * even;
+            alone += weight[i] > 0;
+        }
+        depth_table(g, weight, g->table_mirrored);
+        for (int d = 0; d < DEPTHS && alone <= 0.02 * g->n; d++) g->table_mirrored[d] = even;
+    }
+    for (int d = 0; d < DEPTHS; d++) {
+        float odds = logf((0.9f * g->table_lit[d] + 0.1f * even) / (0.9f * g->table_mirrored[d] + 0.1f * even));
+        g->table_odds[d] = fminf(fmaxf(odds, -DEPTH_MOST), DEPTH_MOST);
+    }
+    for (int i = 0; i < g->n; i++) g->depth_odds[i] = table_at(g, g->table_odds, i);
+}
+
+static void round_job(void *context, int job, int worker)
+{
+    (void)worker;
+    Graph *g = context;
+    int end = (job + 1) * CHUNK < g->n ? (job + 1) * CHUNK : g->n;
+    for (int i = job * CHUNK; i < end; i++) {
+        float lit = LIT_SLOPE * 2, support = 2, near = 0, ray = 0;
+        for (int k = 0; k < N_FIELD; k++) {
+            int j = g->field[(size_t)i * N_FIELD + (size_t)k];
+            float w = g->field_weight[(size_t)i * N_FIELD + (size_t)k] * g->p[j] / (g->sigma[j] * g->sigma[j] + 0.01f);
+            lit += w * g->slope[j];
+            support += w;
+        }
+        for (int k = 0; k < N_NEAR; k++) {
+            size_t at = (size_t)i * N_NEAR + (size_t)k;
+            near += g->near_weight[at] * (2 * g->p[g->near[at]] - 1);
+        }
+        for (int k = 0; k < N_RAY; k++) {
+            size_t at = (size_t)i * N_RAY + (size_t)k;
+            ray += g->ray_weight[at] * (2 * g->p[g->ray[at]] - 1);
+        }
+        float own = own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, 0.05f), support > 12 ? FIELD_SPREAD : LIT_SPREAD);
+        g->evidence[i] = own + g->depth_odds[i] + NEAR_WEIGHT * near - RAY_WEIGHT * fminf(fmaxf(ray, -4), 4);
+        g->p_next[i] = 0.5f * g->p[i] + 0.5f * to_probability(g->evidence[i]);
+    }
+}
+
+static int settle(Graph *g, Threads *threads, FsError *err)
+{
+    float *weight = malloc(sizeof(float) * (size_t)g->n);
+    if (!weight) return fs_error_memory(err);
+    float lo = INFINITY, hi = -INFINITY;
+    for (int i = 0; i < g->n; i++) {
+        lo = fminf(lo, g->log_depth[i]);
+        hi = fmaxf(hi, g->log_depth[i]);
+        g->p[i] = to_probability(own_odds(g->slope[i], g->sigma[i], LIT_SLOPE, LIT_SPREAD));
+    }
+    g->depth_min = lo;
+    g->depth_step = fmaxf((hi - lo) / (DEPTHS - 1), 1e-6f);
+    for (int round = 0; round < ROUNDS; round++) {
+        renew_depths(g, round, weight);
+        fs_threads_for(threads, (g->n + CHUNK - 1) / CHUNK, round_job, g);
+        memcpy(g->p, g->p_next, sizeof(float) * (size_t)g->n);
+    }
+    free(weight);
+    return 0;
+}
+
+int fs_classify_points(const Frames *frames, const float *xyz, const Cue *cue, int n, unsigned char *kind,
+                       float *evidence, Threads *threads, FsError *err)
+{
+    int rc = 0, m = 0;
+    Graph g = {0};
+    int *place_of = malloc(sizeof(int) * ((size_t)n + 1));
+    if (!place_of) return fs_error_memory(err);
+    TRY(graph_new(&g, n > 0 ? n : 1, err));
+    for (int i = 0; i < n; i++) {
+        kind[i] = POINT_UNSURE;
+        evidence[i] = 0;
+        float *place = g.place + 3 * (size_t)m;
+        if (!cue[i].ok || !fs_frames_direction(frames, xyz + 3 * (size_t)i, place)) continue;
+        g.log_depth[m] = place[2];
+        place[2] *= DEPTH_SCALE;
+        g.slope[m] = cue[i].log_slope;
+        g.sigma[m] = fmaxf(cue[i].sigma, SIGMA_MIN);
+        place_of[m++] = i;
+    }
+    g.n = m;
+    if (m > 0) {
+        TRY(link_neighbours(&g, threads, err));
+        TRY(settle(&g, threads, err));
+    }
+    for (int j = 0; j < m; j++) {
+        int i = place_of[j];
+        evidence[i] = g.evidence[j];
+        if (g.evidence[j] > SURE) kind[i] = POINT_TRANSMITTED;
+        // Dull points at depths of clearly lit ones stay out: mirrored, or lit too weakly to tell.
+        if (g.evidence[j] < -SURE && g.depth_odds[j] <= 0) kind[i] = POINT_REFLECTED;
+    }
+fail:
+    graph_free(&g);
+    free(place_of);
+    return rc;
+}

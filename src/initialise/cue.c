@@ -1,0 +1,180 @@
+#include "initialise/cue.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    SIDE = 9, // samples along a side of the patch, a pixel apart
+    SAMPLES = SIDE * SIDE,
+    GROUP_MAX = 24, // photos of one lighting looked at
+    VIEWS_MAX = 2 * GROUP_MAX,
+    VIEWS_MIN = 3, // of each lighting
+    CHUNK = 32,
+};
+#define COHERENCE_MIN 0.08f
+
+typedef struct Patches {
+    int n, n_flash;
+    bool flash[VIEWS_MAX];
+    float value[VIEWS_MAX][3][SAMPLES]; // mean taken off, times the root of the weight
+    double gram[VIEWS_MAX][VIEWS_MAX];  // products of the patches
+} Patches;
+
+double fs_cue_slope(double a, double b, double c)
+{
+    if (!(a > 0 && b > 0 && c > 0)) return 0;
+    return (c - a + sqrt((c - a) * (c - a) + 4 * b * b)) / (2 * b);
+}
+
+// Looks the patch up in one photo. False when a sample is outside or not to be trusted.
+static bool look_up(const Frame *frame, const double origin[3], const double right[3], const double down[3],
+                    const float *weight, float value[3][SAMPLES])
+{
+    double mean[3] = {0};
+    for (int i = 0; i < SAMPLES; i++) {
+        double p[3], pixel[2], u = i % SIDE - SIDE / 2, v = i / SIDE - SIDE / 2;
+        float rgb[3];
+        for (int k = 0; k < 3; k++) p[k] = origin[k] + u * right[k] + v * down[k];
+        if (!(fs_camera_project(&frame->camera, p, pixel) > 0)) return false;
+        if (!fs_frames_sample(frame, pixel[0], pixel[1], rgb)) return false;
+        for (int c = 0; c < 3; c++) {
+            value[c][i] = rgb[c];
+            mean[c] += (double)(weight[i] * rgb[c]);
+        }
+    }
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < SAMPLES; i++) value[c][i] = (value[c][i] - (float)mean[c]) * sqrtf(weight[i]);
+    return true;
+}
+
+static void gather(const Frames *frames, const float xyz[3], const float *weight, Patches *patches)
+{
+    double origin[3] = {xyz[0], xyz[1], xyz[2]}, right[3], down[3], z = 0;
+    for (int k = 0; k < 3; k++) z += (origin[k] - frames->centre[k]) * frames->forward[k];
+    for (int k = 0; k < 3; k++) {
+        right[k] = frames->right[k] * z / frames->focal_px;
+        down[k] = frames->down[k] * z / frames->focal_px;
+    }
+    patches->n = patches->n_flash = 0;
+    if (!(z > 0)) return;
+    // Of large captures every so many photos; starting anywhere is as good, so start at the first.
+    int n_group[2] = {frames->n - frames->n_flash, frames->n_flash}, seen[2] = {0}, used[2] = {0};
+    for (int i = 0; i < frames->n; i++) {
+        const Frame *frame = &frames->frame[i];
+        int g = frame->flash, at = seen[g]++;
+        int stride = (n_group[g] + GROUP_MAX - 1) / GROUP_MAX;
+        if (at % stride || used[g] == GROUP_MAX) continue;
+        if (!look_up(frame, origin, right, down, weight, patches->value[patches->n])) continue;
+        patches->flash[patches->n++] = frame->flash;
+        patches->n_flash += frame->flash;
+        used[g]++;
+    }
+}
+
+static float dot(const float *a, const float *b, int n)
+{
+    float sum[8] = {0};
+    int i = 0;
+    for (; i + 8 <= n; i += 8)
+        for (int k = 0; k < 8; k++) sum[k] += a[i + k] * b[i + k];
+    for (; i < n; i++) sum[0] += a[i] * b[i];
+    return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+}
+
+// a, b, c of the gram matrix, the photo `without` left out (-1: none).
+static double slope_of(const Patches *p, int without, double abc[3])
+{
+    double sum[3] = {0};
+    int n[2] = {0};
+    for (int i = 0; i < p->n; i++) {
+        if (i == without) continue;
+        n[p->flash[i]]++;
+        for (int j = 0; j < i; j++)
+            if (j != without) sum[p->flash[i] + p->flash[j]] += p->gram[i][j];
+    }
+    abc[0] = sum[0] / (n[0] * (n[0] - 1) / 2);
+    abc[1] = sum[1] / (n[0] * n[1]);
+    abc[2] = sum[2] / (n[1] * (n[1] - 1) / 2);
+    return fs_cue_slope(abc[0], abc[1], abc[2]);
+}
+
+static void channel_slopes(const Patches *p, float slope[3])
+{
+    for (int c = 0; c < 3; c++) {
+        float sum[2][SAMPLES] = {{0}};
+        double own[2] = {0}, n[2] = {p->n - p->n_flash, p->n_flash};
+        for (int i = 0; i < p->n; i++) {
+            const float *v = p->value[i][c];
+            for (int s = 0; s < SAMPLES; s++) sum[p->flash[i]][s] += v[s];
+            own[p->flash[i]] += (double)dot(v, v, SAMPLES);
+        }
+        double a = ((double)dot(sum[0], sum[0], SAMPLES) - own[0]) / (n[0] * (n[0] - 1));
+        double d = ((double)dot(sum[1], sum[1], SAMPLES) - own[1]) / (n[1] * (n[1] - 1));
+        double b = (double)dot(sum[0], sum[1], SAMPLES) / (n[0] * n[1]);
+        slope[c] = (float)fs_cue_slope(a, b, d);
+    }
+}
+
+static float clamped_log(double slope)
+{
+    return (float)log(fmin(fmax(slope, 1e-2), 1e2));
+}
+
+static Cue measure(const Frames *frames, const float xyz[3], const float *weight, Patches *p)
+{
+    Cue cue = {0};
+    gather(frames, xyz, weight, p);
+    if (p->n_flash < VIEWS_MIN || p->n - p->n_flash < VIEWS_MIN) return cue;
+    double own[2] = {0}, abc[3], left_out[3];
+    for (int i = 0; i < p->n; i++) {
+        for (int j = 0; j <= i; j++) p->gram[i][j] = (double)dot(p->value[i][0], p->value[j][0], 3 * SAMPLES);
+        own[p->flash[i]] += p->gram[i][i];
+    }
+    double slope = slope_of(p, -1, abc);
+    own[0] /= p->n - p->n_flash;
+    own[1] /= p->n_flash;
+    if (!(slope > 0 && own[0] > 0 && own[1] > 0)) return cue;
+    cue.log_slope = clamped_log(slope);
+    cue.coherence = (float)sqrt(fmin(abc[0] / own[0], 1) * fmin(abc[2] / own[1], 1));
+    cue.contrast = (float)sqrt(abc[0] / 3);
+    double sum = 0, sum2 = 0;
+    for (int i = 0; i < p->n; i++) {
+        double x = (double)clamped_log(slope_of(p, i, left_out)); // a slope of 0 counts as a very small one
+        sum += x;
+        sum2 += x * x;
+    }
+    double variance = (sum2 - sum * sum / p->n) * (p->n - 1) / p->n;
+    cue.sigma = (float)sqrt(fmax(variance, 0));
+    channel_slopes(p, cue.slope);
+    cue.ok = cue.coherence > COHERENCE_MIN;
+    return cue;
+}
+
+typedef struct CueWork {
+    const Frames *frames;
+    const float *xyz, *weight;
+    int n;
+    Cue *cue;
+} CueWork;
+
+static void cue_job(void *context, int job, int worker)
+{
+    (void)worker;
+    const CueWork *w = context;
+    Patches patches;
+    int end = (job + 1) * CHUNK < w->n ? (job + 1) * CHUNK : w->n;
+    for (int i = job * CHUNK; i < end; i++) w->cue[i] = measure(w->frames, w->xyz + 3 * (size_t)i, w->weight, &patches);
+}
+
+void fs_cue_measure(const Frames *frames, const float *xyz, int n, Cue *cue, Threads *threads)
+{
+    float weight[SAMPLES], sum = 0;
+    for (int i = 0; i < SAMPLES; i++) {
+        float u = (float)(i % SIDE - SIDE / 2), v = (float)(i / SIDE - SIDE / 2), s = SIDE / 4.0f;
+        weight[i] = expf(-(u * u + v * v) / (2 * s * s));
+        sum += weight[i];
+    }
+    for (int i = 0; i < SAMPLES; i++) weight[i] /= sum;
+    CueWork work = {frames, xyz, weight, n, cue};
+    fs_threads_for(threads, (n + CHUNK - 1) / CHUNK, cue_job, &work);
+}

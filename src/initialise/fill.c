@@ -1,0 +1,87 @@
+#include "initialise/fill.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LEVELS_MAX = 20 };
+
+typedef struct Level {
+    int width, height;
+    float *value, *weight; // averages and 0..1
+} Level;
+
+static void push(const Level *fine, Level *coarse, int channels)
+{
+    for (int y = 0; y < fine->height; y++)
+        for (int x = 0; x < fine->width; x++) {
+            size_t from = (size_t)y * (size_t)fine->width + (size_t)x;
+            size_t to = (size_t)(y / 2) * (size_t)coarse->width + (size_t)(x / 2);
+            coarse->weight[to] += fine->weight[from];
+            for (int c = 0; c < channels; c++)
+                coarse->value[to * (size_t)channels + (size_t)c] +=
+                    fine->weight[from] * fine->value[from * (size_t)channels + (size_t)c];
+        }
+    for (size_t i = 0; i < (size_t)coarse->width * (size_t)coarse->height; i++) {
+        for (int c = 0; c < channels && coarse->weight[i] > 0; c++)
+            coarse->value[i * (size_t)channels + (size_t)c] /= coarse->weight[i];
+        coarse->weight[i] = fminf(coarse->weight[i], 1);
+    }
+}
+
+static void pull(const Level *coarse, Level *fine, int channels)
+{
+    for (int y = 0; y < fine->height; y++)
+        for (int x = 0; x < fine->width; x++) {
+            size_t at = (size_t)y * (size_t)fine->width + (size_t)x;
+            float w = fine->weight[at];
+            if (w >= 1) continue;
+            float u = fmaxf(((float)x - 0.5f) / 2, 0), v = fmaxf(((float)y - 0.5f) / 2, 0);
+            int x0 = (int)u, y0 = (int)v;
+            int x1 = x0 + 1 < coarse->width ? x0 + 1 : x0, y1 = y0 + 1 < coarse->height ? y0 + 1 : y0;
+            float fx = u - (float)x0, fy = v - (float)y0;
+            for (int c = 0; c < channels; c++) {
+                const float *p = coarse->value + c;
+                size_t n = (size_t)channels, row0 = (size_t)y0 * (size_t)coarse->width, row1 = (size_t)y1 * (size_t)coarse->width;
+                float top = p[(row0 + (size_t)x0) * n] * (1 - fx) + p[(row0 + (size_t)x1) * n] * fx;
+                float bottom = p[(row1 + (size_t)x0) * n] * (1 - fx) + p[(row1 + (size_t)x1) * n] * fx;
+                float *out = &fine->value[at * n + (size_t)c];
+                *out = w * *out + (1 - w) * (top * (1 - fy) + bottom * fy);
+            }
+        }
+}
+
+int fs_fill_holes(float *value, const float *weight, int width, int height, int channels, bool *any, FsError *err)
+{
+    Level level[LEVELS_MAX] = {{width, height, value, NULL}};
+    size_t n = (size_t)width * (size_t)height;
+    int levels = 1, rc = 0;
+    level[0].weight = malloc(sizeof(float) * n);
+    if (!level[0].weight) return fs_error_memory(err);
+    *any = false;
+    for (size_t i = 0; i < n; i++) {
+        level[0].weight[i] = fminf(weight[i], 1);
+        *any |= weight[i] > 0;
+        for (int c = 0; c < channels && weight[i] > 0; c++) value[i * (size_t)channels + (size_t)c] /= weight[i];
+    }
+    while (levels < LEVELS_MAX && (level[levels - 1].width > 1 || level[levels - 1].height > 1)) {
+        Level *fine = &level[levels - 1], *coarse = &level[levels++];
+        coarse->width = (fine->width + 1) / 2;
+        coarse->height = (fine->height + 1) / 2;
+        n = (size_t)coarse->width * (size_t)coarse->height;
+        coarse->value = calloc(n * (size_t)channels, sizeof(float));
+        coarse->weight = calloc(n, sizeof(float));
+        if (!coarse->value || !coarse->weight) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
+        push(fine, coarse, channels);
+    }
+    for (int l = levels - 2; l >= 0; l--) pull(&level[l + 1], &level[l], channels);
+fail:
+    for (int l = 0; l < levels; l++) {
+        if (l > 0) free(level[l].value);
+        free(level[l].weight);
+    }
+    return rc;
+}

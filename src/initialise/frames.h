@@ -1,0 +1,39 @@
+// The capture's photos at the small size the start works at, and the view from the middle of all cameras.
+#ifndef FS_INITIALISE_FRAMES_H
+#define FS_INITIALISE_FRAMES_H
+
+#include "image/image.h"
+#include "model/camera.h"
+#include "model/dataset.h"
+
+#define FS_FRAMES_LONG_EDGE 300
+
+typedef struct Frame {
+    Camera camera; // of `photo`
+    double centre[3];
+    bool flash;
+    Image photo; // linear RGB; NAN where the pixel is not to be trusted
+} Frame;
+
+typedef struct Frames {
+    Frame *frame; // (n); held-out views left out
+    int n, n_flash;
+    double centre[3];                      // mean of the cameras' centres
+    double right[3], down[3], forward[3]; // mean orientation, orthonormal
+    double extent;                         // radius of the cameras' centres around their mean
+    double focal_px;                       // mean
+} Frames;
+
+int fs_frames_load(Frames *frames, const char *out, const Dataset *dataset, int long_edge, FsError *err);
+// Fills in what follows from the cameras (centres, mean orientation, extent) once `frame` is filled.
+void fs_frames_finish(Frames *frames);
+void fs_frames_free(Frames *frames);
+
+// A point in the middle view: (x / z, y / z, log z); false when it is not in front.
+bool fs_frames_direction(const Frames *frames, const float xyz[3], float uvl[3]);
+// Photo at a position in pixels (pixel centres at +0.5), bilinear; false outside and on pixels not to be trusted.
+bool fs_frames_sample(const Frame *frame, double x, double y, float rgb[3]);
+// World position of the point of depth z seen at a pixel.
+void fs_frames_unproject(const Camera *camera, double x, double y, double z, float xyz[3]);
+
+#endif

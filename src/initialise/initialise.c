@@ -1,0 +1,174 @@
+#include "initialise/initialise.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "base/threads.h"
+#include "initialise/advise.h"
+#include "initialise/classify.h"
+#include "initialise/first_scene.h"
+#include "initialise/light.h"
+#include "model/colmap_model.h"
+
+#define FEWEST_POINTS 20
+
+typedef struct Points {
+    int n;
+    float *xyz;          // (n, 3)
+    Cue *cue;            // (n)
+    unsigned char *kind; // (n) PointKind
+    float *evidence;     // (n)
+} Points;
+
+static void points_free(Points *points)
+{
+    free(points->xyz);
+    free(points->cue);
+    free(points->kind);
+    free(points->evidence);
+    *points = (Points){0};
+}
+
+static int points_new(Points *points, int n, FsError *err)
+{
+    *points = (Points){.n = n};
+    size_t size = (size_t)n + 1;
+    points->xyz = calloc(3 * size, sizeof *points->xyz);
+    points->cue = calloc(size, sizeof *points->cue);
+    points->kind = calloc(size, sizeof *points->kind);
+    points->evidence = calloc(size, sizeof *points->evidence);
+    if (points->xyz && points->cue && points->kind && points->evidence) return 0;
+    points_free(points);
+    return fs_error_memory(err);
+}
+
+static int read_points(const char *dir, Points *points, FsError *err)
+{
+    ColmapModel model = {0};
+    int rc = fs_colmap_model_read(dir, &model, err);
+    if (rc < 0) return rc;
+    if (model.n_points < FEWEST_POINTS) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d points, at least %d are needed; run the poses stage again (--force), "
+                          "or photograph a scene with more texture", dir, model.n_points, FEWEST_POINTS);
+        goto fail;
+    }
+    TRY(points_new(points, model.n_points, err));
+    points->n = 0;
+    for (int i = 0; i < model.n_points; i++) {
+        const double *p = model.point[i].xyz;
+        if (!(fabs(p[0]) < 1e15 && fabs(p[1]) < 1e15 && fabs(p[2]) < 1e15)) continue;
+        for (int k = 0; k < 3; k++) points->xyz[3 * (size_t)points->n + (size_t)k] = (float)p[k];
+        points->n++;
+    }
+fail:
+    fs_colmap_model_free(&model);
+    return rc;
+}
+
+// One kind's points, coloured from the dullest (blue) to the most brightened (red) contrast.
+static int write_kind(const char *path, const Points *points, PointKind kind, FsError *err)
+{
+    int rc = 0, m = 0;
+    size_t size = (size_t)points->n + 1;
+    float *xyz = malloc(sizeof(float) * 3 * size), *value = malloc(sizeof(float) * size);
+    unsigned char *rgb = malloc(3 * size);
+    if (!xyz || !value || !rgb) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    for (int i = 0; i < points->n; i++) {
+        if (points->kind[i] != kind) continue;
+        memcpy(xyz + 3 * (size_t)m, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
+        value[m] = expf(points->cue[i].log_slope);
+        float t = fminf(fmaxf((value[m] - 0.8f) / 1.4f, 0), 1);
+        rgb[3 * m] = (unsigned char)(255 * t);
+        rgb[3 * m + 1] = (unsigned char)(255 * (1 - fabsf(2 * t - 1)));
+        rgb[3 * m + 2] = (unsigned char)(255 * (1 - t));
+        m++;
+    }
+    TRY(fs_cloud_points_write(path, m, xyz, rgb, value, err));
+fail:
+    free(xyz);
+    free(value);
+    free(rgb);
+    return rc;
+}
+
+static int write_start(const FsProject *project, const Points *points, const Scene *scene, FsError *err)
+{
+    int rc = 0;
+    char *dir = fs_file_path("%s/start", project->out), *transmitted = fs_file_path("%s/start/transmitted.ply", project->out);
+    char *reflected = fs_file_path("%s/start/reflected.ply", project->out);
+    if (!dir || !transmitted || !reflected) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(fs_file_mkdirs(dir, err));
+    TRY(write_kind(transmitted, points, POINT_TRANSMITTED, err));
+    TRY(write_kind(reflected, points, POINT_REFLECTED, err));
+    TRY(fs_scene_write(scene, dir, err));
+fail:
+    free(dir);
+    free(transmitted);
+    free(reflected);
+    return rc;
+}
+
+static int load(const FsProject *project, Frames *frames, Points *points, FsError *err)
+{
+    int rc = 0;
+    Dataset dataset = {0};
+    char *views = fs_file_path("%s/views.json", project->out), *sparse = fs_file_path("%s/sparse", project->out);
+    if (!views || !sparse) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(fs_dataset_read(&dataset, views, err));
+    TRY(fs_frames_load(frames, project->out, &dataset, FS_FRAMES_LONG_EDGE, err));
+    if (frames->n_flash == 0 || frames->n_flash == frames->n) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed", views,
+                          frames->n_flash, frames->n - frames->n_flash);
+        goto fail;
+    }
+    TRY(read_points(sparse, points, err));
+fail:
+    fs_dataset_free(&dataset);
+    free(views);
+    free(sparse);
+    return rc;
+}
+
+int fs_initialise_run(FsProject *project, FsError *err)
+{
+    if (fs_project_done(project, "initialise", FS_STAGE_INITIALISE)) return 0;
+    fs_project_unmark(project, "initialise");
+    int rc = 0;
+    const Log *log = &project->log;
+    Frames frames = {0};
+    Points points = {0};
+    Scene scene = {0};
+    FlashLight light;
+    Threads *threads = fs_threads_new(project->set.threads);
+    if (!threads) return fs_error_memory(err);
+    fs_log_progress(log, "initialise", 0, 3, "reading the photos");
+    TRY(load(project, &frames, &points, err));
+    fs_log_progress(log, "initialise", 1, 3, "telling the two scenes apart");
+    fs_cue_measure(&frames, points.xyz, points.n, points.cue, threads);
+    TRY(fs_classify_points(&frames, points.xyz, points.cue, points.n, points.kind, points.evidence, threads, err));
+    TRY(fs_light_fit(&frames, points.xyz, points.cue, points.kind, points.n, &light, err));
+    fs_advise(&frames, points.xyz, points.cue, points.kind, points.n, &light, log);
+    fs_log_progress(log, "initialise", 2, 3, "making the first clouds");
+    Material material = {points.n, points.xyz, points.cue, points.kind};
+    TRY(fs_first_scene_make(&frames, &material, &light, &project->set, threads, &scene, err));
+    TRY(write_start(project, &points, &scene, err));
+    TRY(fs_project_mark_done(project, "initialise", FS_STAGE_INITIALISE, err));
+    fs_log_progress(log, "initialise", 3, 3, "done");
+fail:
+    fs_scene_free(&scene);
+    points_free(&points);
+    fs_frames_free(&frames);
+    fs_threads_free(threads);
+    return rc;
+}

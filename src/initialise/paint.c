@@ -1,0 +1,243 @@
+// The flash's difference gives the transmitted scene, T_N = (I_F - I_N) / alpha, where I_F and I_N are averages over
+// the photos of each lighting at a seed's place: what lies at another depth moves under it and averages out. Then the
+// two scenes are freed from each other in turns: each scene's seeds, drawn into every photo, are taken off that photo,
+// and what is left is averaged at the other scene's seeds.
+#include "initialise/paint.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "initialise/fill.h"
+
+enum { TURNS = 3, CHUNK = 256, PIXEL = 2 }; // drawn at 1 / PIXEL of the photos' size
+#define DARKEST 0.01f    // share of the light at its place that a seed has at least
+#define HIDDEN 0.93f     // a seed this much farther (inverse depth) than the drawn surface is not seen there
+#define SAME_SURFACE 0.05f
+#define ALPHA_NOISE 0.15f // gains near or below this tell little
+
+// One scene drawn into one photo: colour and inverse depth, (height, width, 4).
+typedef struct Drawn {
+    int width, height;
+    float *px;
+} Drawn;
+
+typedef struct Paint {
+    const Frames *frames;
+    const Seeds *seeds;
+    const float *color[2]; // (n, 3) without, with flash
+    Drawn *drawn;          // (frames->n) being drawn
+    const Drawn *own, *other; // of the scene being painted (for what hides what) and the one to take off; may be NULL
+    float *sum[2];         // (n, 3) results: means over the photos without, with flash; NAN where not seen
+    int *failed;           // (frames->n)
+} Paint;
+
+static void drawn_free(Drawn *drawn, int n)
+{
+    for (int i = 0; drawn && i < n; i++) free(drawn[i].px);
+    free(drawn);
+}
+
+static bool place(const Camera *camera, const float xyz[3], double pixel[2], float *inverse)
+{
+    double p[3] = {xyz[0], xyz[1], xyz[2]}, z = fs_camera_project(camera, p, pixel);
+    *inverse = (float)(1 / z);
+    return z > 0 && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < camera->width && pixel[1] < camera->height;
+}
+
+static void draw_job(void *context, int job, int worker)
+{
+    (void)worker;
+    Paint *p = context;
+    const Frame *frame = &p->frames->frame[job];
+    Drawn *out = &p->drawn[job];
+    const float *color = p->color[frame->flash];
+    size_t n = (size_t)out->width * (size_t)out->height;
+    float *weight = calloc(n, sizeof(float)), *nearest = calloc(n, sizeof(float)), inverse;
+    double pixel[2];
+    bool any = false;
+    p->failed[job] = 1;
+    if (!weight || !nearest) goto done;
+    memset(out->px, 0, sizeof(float) * 4 * n);
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < p->seeds->n; i++) {
+            if (!place(&frame->camera, p->seeds->xyz + 3 * (size_t)i, pixel, &inverse)) continue;
+            size_t x = (size_t)(pixel[0] / PIXEL), y = (size_t)(pixel[1] / PIXEL), at = y * (size_t)out->width + x;
+            if (pass == 0) {
+                nearest[at] = fmaxf(nearest[at], inverse);
+                continue;
+            }
+            if (inverse < (1 - SAME_SURFACE) * nearest[at]) continue;
+            for (int c = 0; c < 3; c++) out->px[4 * at + (size_t)c] += color[3 * (size_t)i + (size_t)c];
+            out->px[4 * at + 3] += inverse;
+            weight[at] += 1;
+        }
+    p->failed[job] = fs_fill_holes(out->px, weight, out->width, out->height, 4, &any, NULL) < 0;
+done:
+    free(weight);
+    free(nearest);
+}
+
+// Bilinear; pixel in the photo's pixels.
+static void look_up(const Drawn *drawn, const double pixel[2], float out[4])
+{
+    double x = fmin(fmax(pixel[0] / PIXEL - 0.5, 0), drawn->width - 1);
+    double y = fmin(fmax(pixel[1] / PIXEL - 0.5, 0), drawn->height - 1);
+    int x0 = (int)x, y0 = (int)y, x1 = x0 + 1 < drawn->width ? x0 + 1 : x0, y1 = y0 + 1 < drawn->height ? y0 + 1 : y0;
+    float fx = (float)(x - x0), fy = (float)(y - y0);
+    for (int c = 0; c < 4; c++) {
+        const float *p = drawn->px + c;
+        float top = p[4 * (y0 * drawn->width + x0)] * (1 - fx) + p[4 * (y0 * drawn->width + x1)] * fx;
+        float bottom = p[4 * (y1 * drawn->width + x0)] * (1 - fx) + p[4 * (y1 * drawn->width + x1)] * fx;
+        out[c] = top * (1 - fy) + bottom * fy;
+    }
+}
+
+static void average_seed(const Paint *p, int i)
+{
+    const float *xyz = p->seeds->xyz + 3 * (size_t)i;
+    float sum[2][3] = {{0}}, n[2] = {0};
+    for (int f = 0; f < p->frames->n; f++) {
+        const Frame *frame = &p->frames->frame[f];
+        float rgb[3], other[4] = {0}, own[4], inverse;
+        double pixel[2];
+        if (!place(&frame->camera, xyz, pixel, &inverse) || !fs_frames_sample(frame, pixel[0], pixel[1], rgb)) continue;
+        float w = 1;
+        if (p->own) {
+            look_up(&p->own[f], pixel, own);
+            if (inverse < HIDDEN * own[3]) w = 0.01f;
+        }
+        if (p->other) look_up(&p->other[f], pixel, other);
+        for (int c = 0; c < 3; c++) sum[frame->flash][c] += w * (rgb[c] - other[c]);
+        n[frame->flash] += w;
+    }
+    for (int g = 0; g < 2; g++)
+        for (int c = 0; c < 3; c++) p->sum[g][3 * (size_t)i + (size_t)c] = n[g] > 0 ? sum[g][c] / n[g] : NAN;
+}
+
+static void average_job(void *context, int job, int worker)
+{
+    (void)worker;
+    const Paint *p = context;
+    int end = (job + 1) * CHUNK < p->seeds->n ? (job + 1) * CHUNK : p->seeds->n;
+    for (int i = job * CHUNK; i < end; i++) average_seed(p, i);
+}
+
+static int draw(Paint *p, const Seeds *seeds, const float *without, const float *with, Drawn *drawn, Threads *threads,
+                FsError *err)
+{
+    p->seeds = seeds;
+    p->color[0] = without;
+    p->color[1] = with;
+    p->drawn = drawn;
+    fs_threads_for(threads, p->frames->n, draw_job, p);
+    for (int f = 0; f < p->frames->n; f++)
+        if (p->failed[f]) return fs_error_memory(err);
+    return 0;
+}
+
+static void average(Paint *p, const Seeds *seeds, const Drawn *own, const Drawn *other, float *without, float *with,
+                    Threads *threads)
+{
+    p->seeds = seeds;
+    p->own = own;
+    p->other = other;
+    p->sum[0] = without;
+    p->sum[1] = with;
+    fs_threads_for(threads, (seeds->n + CHUNK - 1) / CHUNK, average_job, p);
+}
+
+static float either(float a, float b, float otherwise)
+{
+    return isfinite(a) ? a : isfinite(b) ? b : otherwise;
+}
+
+static float clamp_share(float x, float whole)
+{
+    whole = fmaxf(whole, 1e-4f);
+    return fminf(fmaxf(x, DARKEST * whole), whole);
+}
+
+static void first_split(int n, const float *alpha, const float *I_N, const float *I_F, float *T_N, float *T_F)
+{
+    for (size_t i = 0; i < 3 * (size_t)n; i++) {
+        float a = alpha[i], w = a * a / (a * a + ALPHA_NOISE * ALPHA_NOISE);
+        float t = w * fmaxf(I_F[i] - I_N[i], 0) / fmaxf(a, 1e-3f) + (1 - w) * 0.6f * I_N[i];
+        T_N[i] = clamp_share(t, I_N[i]);
+        T_F[i] = clamp_share(T_N[i] * (1 + a), I_F[i]);
+    }
+}
+
+typedef struct Buffers {
+    Drawn *T, *R;
+    float *I_N, *I_F, *J_N, *J_F, *left_N, *left_F; // photos at T's seeds, at R's seeds, what is left
+} Buffers;
+
+static int buffers_new(Buffers *b, const Frames *frames, int n_T, int n_R, FsError *err)
+{
+    int rc = 0, n = n_T > n_R ? n_T : n_R;
+    float **const field[] = {&b->I_N, &b->I_F, &b->J_N, &b->J_F, &b->left_N, &b->left_F};
+    *b = (Buffers){calloc((size_t)frames->n, sizeof(Drawn)), calloc((size_t)frames->n, sizeof(Drawn))};
+    if (!b->T || !b->R) return fs_error_memory(err);
+    for (size_t i = 0; i < sizeof field / sizeof *field; i++)
+        if (!(*field[i] = malloc(sizeof(float) * 3 * ((size_t)n + 1)))) rc = fs_error_memory(err);
+    for (int i = 0; i < 2 * frames->n && rc == 0; i++) {
+        Drawn *d = i < frames->n ? &b->T[i] : &b->R[i - frames->n];
+        const Camera *camera = &frames->frame[i % frames->n].camera;
+        d->width = (camera->width + PIXEL - 1) / PIXEL;
+        d->height = (camera->height + PIXEL - 1) / PIXEL;
+        d->px = malloc(sizeof(float) * 4 * (size_t)d->width * (size_t)d->height);
+        if (!d->px) rc = fs_error_memory(err);
+    }
+    return rc;
+}
+
+static void buffers_free(Buffers *b, int n_frames)
+{
+    drawn_free(b->T, n_frames);
+    drawn_free(b->R, n_frames);
+    free(b->I_N);
+    free(b->I_F);
+    free(b->J_N);
+    free(b->J_F);
+    free(b->left_N);
+    free(b->left_F);
+}
+
+int fs_paint_layers(const Frames *frames, const Seeds *T, const Seeds *R, const float *alpha, float *T_N, float *T_F,
+                    float *R_color, Threads *threads, FsError *err)
+{
+    int rc = 0;
+    Buffers b = {0};
+    Paint p = {.frames = frames};
+    p.failed = calloc((size_t)frames->n + 1, sizeof *p.failed);
+    if (!p.failed) return fs_error_memory(err);
+    TRY(buffers_new(&b, frames, T->n, R->n, err));
+    average(&p, T, NULL, NULL, b.I_N, b.I_F, threads);
+    average(&p, R, NULL, NULL, b.J_N, b.J_F, threads);
+    for (size_t i = 0; i < 3 * (size_t)T->n; i++) {
+        b.I_N[i] = fmaxf(either(b.I_N[i], b.I_F[i] / (1 + alpha[i]), 0.1f), 0);
+        b.I_F[i] = fmaxf(either(b.I_F[i], b.I_N[i], 0.1f), 0);
+    }
+    first_split(T->n, alpha, b.I_N, b.I_F, T_N, T_F);
+    for (int turn = 0; turn < TURNS; turn++) {
+        TRY(draw(&p, T, T_N, T_F, b.T, threads, err));
+        average(&p, R, turn ? b.R : NULL, b.T, b.left_N, b.left_F, threads);
+        for (size_t i = 0; i < 3 * (size_t)R->n; i++) {
+            float whole = either(b.J_N[i], b.J_F[i], 0.1f), left = either(b.left_N[i], b.left_F[i], 0.5f * whole);
+            if (isfinite(b.left_N[i]) && isfinite(b.left_F[i])) left = 0.5f * (b.left_N[i] + b.left_F[i]);
+            R_color[i] = clamp_share(left, whole);
+        }
+        if (turn == TURNS - 1) break;
+        TRY(draw(&p, R, R_color, R_color, b.R, threads, err));
+        average(&p, T, b.T, b.R, b.left_N, b.left_F, threads);
+        for (size_t i = 0; i < 3 * (size_t)T->n; i++) {
+            if (isfinite(b.left_N[i])) T_N[i] = clamp_share(b.left_N[i], b.I_N[i]);
+            if (isfinite(b.left_F[i])) T_F[i] = clamp_share(b.left_F[i], b.I_F[i]);
+        }
+    }
+fail:
+    buffers_free(&b, frames->n);
+    free(p.failed);
+    return rc;
+}

@@ -1,0 +1,228 @@
+#include "initialise/seeds.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/knn.h"
+#include "base/rng.h"
+#include "initialise/fill.h"
+
+#define SAME_SURFACE 0.05f // relative depth
+#define COVERED 0.15f      // a cell is covered by a seed this near to its surface, relative depth
+#define SURFACE_SHARE 0.7f // of what is left after the points; the rest are copies
+#define POINT_SHARE 0.6f   // of the count at most
+#define CELL_MIN_PX 1.0f
+
+void fs_seeds_free(Seeds *seeds)
+{
+    free(seeds->xyz);
+    free(seeds->scale);
+    *seeds = (Seeds){0};
+}
+
+static bool project_cell(const Camera *camera, const float xyz[3], int width, int height, size_t *cell, float *inverse)
+{
+    double p[3] = {xyz[0], xyz[1], xyz[2]}, pixel[2];
+    double z = fs_camera_project(camera, p, pixel);
+    if (!(z > 0)) return false;
+    double x = pixel[0] / camera->width * width, y = pixel[1] / camera->height * height;
+    if (!(x >= 0 && y >= 0 && x < width && y < height)) return false;
+    *cell = (size_t)y * (size_t)width + (size_t)x;
+    *inverse = (float)(1 / z);
+    return true;
+}
+
+int fs_seeds_depth(const Frame *frame, const float *points, int n_points, int width, int height, float *inverse_depth,
+                   bool *any, FsError *err)
+{
+    size_t n = (size_t)width * (size_t)height, cell;
+    float *weight = calloc(n, sizeof(float)), *nearest = calloc(n, sizeof(float)), inverse;
+    int rc = 0;
+    if (!weight || !nearest) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    memset(inverse_depth, 0, sizeof(float) * n);
+    for (int i = 0; i < n_points; i++)
+        if (project_cell(&frame->camera, points + 3 * (size_t)i, width, height, &cell, &inverse))
+            nearest[cell] = fmaxf(nearest[cell], inverse);
+    for (int i = 0; i < n_points; i++) {
+        if (!project_cell(&frame->camera, points + 3 * (size_t)i, width, height, &cell, &inverse)) continue;
+        if (inverse < (1 - SAME_SURFACE) * nearest[cell]) continue;
+        inverse_depth[cell] += inverse;
+        weight[cell] += 1;
+    }
+    TRY(fs_fill_holes(inverse_depth, weight, width, height, 1, any, err));
+fail:
+    free(weight);
+    free(nearest);
+    return rc;
+}
+
+static bool in_use(const Seeds *seeds, int count)
+{
+    return seeds->n >= count;
+}
+
+static void append(Seeds *seeds, const float xyz[3])
+{
+    memcpy(seeds->xyz + 3 * (size_t)seeds->n++, xyz, sizeof(float) * 3);
+}
+
+// Frames in the order of how much they add: the one in the middle, then always the one farthest from those before.
+static void order_frames(const Frames *frames, int *order)
+{
+    for (int k = 0; k < frames->n; k++) {
+        int best = -1;
+        double best_d = 0;
+        for (int i = 0; i < frames->n; i++) {
+            double nearest = INFINITY;
+            for (int j = 0; j < (k ? k : 1); j++) {
+                const double *to = k ? frames->frame[order[j]].centre : frames->centre;
+                double d = 0;
+                for (int c = 0; c < 3; c++) d += pow(frames->frame[i].centre[c] - to[c], 2);
+                nearest = fmin(nearest, d);
+            }
+            bool taken = false;
+            for (int j = 0; j < k; j++) taken |= order[j] == i;
+            if (!taken && (best < 0 || (k ? nearest > best_d : nearest < best_d))) {
+                best = i;
+                best_d = nearest;
+            }
+        }
+        order[k] = best;
+    }
+}
+
+// One frame's surface: a seed in each cell that no seed covers yet. Stops at the count.
+static int cover_frame(const Frame *frame, const float *points, int n_points, float cell_px, int count, Rng *rng,
+                       Seeds *seeds, FsError *err)
+{
+    int rc = 0;
+    bool any = false;
+    int width = (int)ceilf((float)frame->camera.width / cell_px), height = (int)ceilf((float)frame->camera.height / cell_px);
+    size_t n = (size_t)width * (size_t)height, cell;
+    float *surface = malloc(sizeof(float) * n), inverse;
+    unsigned char *covered = calloc(n, 1);
+    if (!surface || !covered) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(fs_seeds_depth(frame, points, n_points, width, height, surface, &any, err));
+    for (int i = 0; i < seeds->n; i++)
+        if (project_cell(&frame->camera, seeds->xyz + 3 * (size_t)i, width, height, &cell, &inverse) &&
+            fabsf(inverse - surface[cell]) < COVERED * surface[cell])
+            covered[cell] = 1;
+    for (size_t i = 0; i < n && any; i++) {
+        float u = fs_rng_uniform(rng), v = fs_rng_uniform(rng), xyz[3];
+        if (covered[i] || !(surface[i] > 0) || in_use(seeds, count)) continue;
+        double x = ((double)(i % (size_t)width) + (double)u) * frame->camera.width / width;
+        double y = ((double)(i / (size_t)width) + (double)v) * frame->camera.height / height;
+        fs_frames_unproject(&frame->camera, x, y, 1 / (double)surface[i], xyz);
+        append(seeds, xyz);
+    }
+fail:
+    free(surface);
+    free(covered);
+    return rc;
+}
+
+// The smallest cells with which all frames are covered within the count.
+static int cover_all(const Frames *frames, const float *points, int n_points, int count, uint64_t seed, Seeds *seeds,
+                     FsError *err)
+{
+    int rc = 0, before = seeds->n;
+    if (count <= before) return 0;
+    int *order = malloc(sizeof(int) * (size_t)frames->n);
+    if (!order) return fs_error_memory(err);
+    order_frames(frames, order);
+    const Camera *middle = &frames->frame[order[0]].camera;
+    float cell_px = fmaxf(sqrtf((float)middle->width * (float)middle->height / (float)(count - before)), CELL_MIN_PX);
+    for (int attempt = 0; attempt < 40; attempt++) {
+        Rng rng = fs_rng_new(seed);
+        seeds->n = before;
+        for (int k = 0; k < frames->n && !in_use(seeds, count); k++)
+            TRY(cover_frame(&frames->frame[order[k]], points, n_points, cell_px, count, &rng, seeds, err));
+        if (!in_use(seeds, count)) break;
+        cell_px *= 1.08f;
+    }
+fail:
+    free(order);
+    return rc;
+}
+
+// Copies of the points, moved by half the distance to their neighbours.
+static int add_copies(const float *points, int n_points, int count, Rng *rng, Threads *threads, Seeds *seeds, FsError *err)
+{
+    enum { K = 3 };
+    int *index = malloc(sizeof(int) * K * (size_t)n_points);
+    float *dist2 = malloc(sizeof(float) * K * (size_t)n_points);
+    int rc = 0;
+    if (!index || !dist2 || fs_knn(points, n_points, K, index, dist2, threads) < 0) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    while (seeds->n < count) {
+        int i = fs_rng_below(rng, n_points);
+        float sum = 0, step, xyz[3];
+        for (int k = 0; k < K; k++) sum += isfinite(dist2[K * i + k]) ? sqrtf(dist2[K * i + k]) / K : 0;
+        step = 0.5f * sum;
+        for (int k = 0; k < 3; k++) xyz[k] = points[3 * (size_t)i + (size_t)k] + step * fs_rng_normal(rng) * 0.57735f;
+        append(seeds, xyz);
+    }
+fail:
+    free(index);
+    free(dist2);
+    return rc;
+}
+
+static int measure_scales(const Frames *frames, Threads *threads, Seeds *seeds, FsError *err)
+{
+    enum { K = 3 };
+    int *index = malloc(sizeof(int) * K * (size_t)seeds->n);
+    float *dist2 = malloc(sizeof(float) * K * (size_t)seeds->n);
+    int rc = 0;
+    if (!index || !dist2 || fs_knn(seeds->xyz, seeds->n, K, index, dist2, threads) < 0) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    // No seed shows larger than a twentieth of a photo, or smaller than a third of a pixel.
+    double side = frames->n ? fmax(frames->frame[0].camera.width, frames->frame[0].camera.height) : 300;
+    for (int i = 0; i < seeds->n; i++) {
+        double d2 = 0, mean = 0;
+        for (int k = 0; k < 3; k++) d2 += pow((double)seeds->xyz[3 * (size_t)i + (size_t)k] - frames->centre[k], 2);
+        for (int k = 0; k < K; k++) mean += isfinite(dist2[K * i + k]) ? sqrt((double)dist2[K * i + k]) / K : 0;
+        double pixel = fmax(sqrt(d2), 1e-6) / frames->focal_px;
+        seeds->scale[i] = (float)fmin(fmax(mean, pixel / 3), pixel * side / 20);
+    }
+fail:
+    free(index);
+    free(dist2);
+    return rc;
+}
+
+int fs_seeds_make(const Frames *frames, const float *points, int n_points, int count, uint64_t seed, Threads *threads,
+                  Seeds *seeds, FsError *err)
+{
+    int rc = 0;
+    *seeds = (Seeds){0};
+    seeds->xyz = malloc(sizeof(float) * 3 * (size_t)count);
+    seeds->scale = malloc(sizeof(float) * (size_t)count);
+    if (!seeds->xyz || !seeds->scale) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    Rng rng = fs_rng_new(seed);
+    int most = (int)(POINT_SHARE * (float)count), wanted = n_points < most ? n_points : most;
+    for (int i = 0; i < n_points; i++) // as many as wanted, each as likely (Knuth's algorithm S)
+        if (fs_rng_below(&rng, n_points - i) < wanted - seeds->n) append(seeds, points + 3 * (size_t)i);
+    int surface = (int)(SURFACE_SHARE * (float)(count - seeds->n));
+    TRY(cover_all(frames, points, n_points, seeds->n + surface, seed + 1, seeds, err));
+    TRY(add_copies(points, n_points, count, &rng, threads, seeds, err));
+    TRY(measure_scales(frames, threads, seeds, err));
+    return 0;
+fail:
+    fs_seeds_free(seeds);
+    return rc;
+}
