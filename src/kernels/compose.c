@@ -33,8 +33,9 @@ static void backward(const ComposeArgs *a, int y0, int y1)
             float *d_beta = a->d_beta ? fs_planes_row(a->d_beta, 0, y) : NULL;
             for (int x = 0; x < a->T->width; x++) {
                 float d_linear = d_I[x] * tone_encode_slope(I_linear[x], I[x]);
-                if (d_T) d_T[x] += d_linear * tone_decode_slope(T[x], T_linear[x]);
-                if (d_R) d_R[x] += d_linear * (beta ? beta[x] : 1) * tone_decode_slope(R[x], R_linear[x]);
+                if (d_T) d_T[x] += d_linear * fmaxf(tone_decode_slope(T[x], T_linear[x]), a->slope_floor);
+                if (d_R) d_R[x] += d_linear * (beta ? beta[x] : 1) *
+                                   fmaxf(tone_decode_slope(R[x], R_linear[x]), a->slope_floor);
                 if (d_beta) d_beta[x] += d_linear * R_linear[x];
             }
         }

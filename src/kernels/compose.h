@@ -25,6 +25,8 @@ typedef struct ComposeArgs {
     // Backward.
     const Planes *d_I;                // (3, h, w) dL/dI
     const Planes *d_T, *d_R, *d_beta; // added to; NULL where not wanted
+    float slope_floor; // decode's slope is taken as at least this: 0 is the true gradient; more lets a layer that went
+                       // black in front of the other come back (its sign is right, its size is a preconditioner)
 } ComposeArgs;
 
 typedef struct ComposeKernels {

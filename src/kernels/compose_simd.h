@@ -53,6 +53,7 @@ INLINE void add_v(float *to, vm lanes, vf x)
 
 static void backward(const ComposeArgs *a, int y0, int y1)
 {
+    const vf floor = v_set(a->slope_floor);
     for (int c = 0; c < a->T->channels; c++)
         for (int y = y0; y < y1; y++) {
             const float *T = fs_planes_row(a->T, c, y), *R = fs_planes_row(a->R, c, y);
@@ -67,9 +68,9 @@ static void backward(const ComposeArgs *a, int y0, int y1)
                 vm lanes = vm_first(a->T->width - x);
                 vf d = v_load(d_I + x) * encode_slope_v(v_load(I_linear + x), v_load(I + x));
                 vf r = v_load(R_linear + x);
-                if (d_T) add_v(d_T + x, lanes, d * decode_slope_v(v_load(T + x), v_load(T_linear + x)));
+                if (d_T) add_v(d_T + x, lanes, d * v_max(decode_slope_v(v_load(T + x), v_load(T_linear + x)), floor));
                 if (d_beta) add_v(d_beta + x, lanes, d * r);
-                if (d_R) add_v(d_R + x, lanes, (beta ? d * v_load(beta + x) : d) * decode_slope_v(v_load(R + x), r));
+                if (d_R) add_v(d_R + x, lanes, (beta ? d * v_load(beta + x) : d) * v_max(decode_slope_v(v_load(R + x), r), floor));
             }
         }
 }

@@ -76,6 +76,8 @@ static const FsOption table[] = {
     FLOAT("gain-smooth", gain_smooth, TRAIN, "0.1", 0, 1000, "X", "weight of the smoothness of the flash gain over neighbours"),
     FLOAT("opacity-reg", opacity_reg, TRAIN, "0.01", 0, 1000, "X", "weight of the mean opacity"),
     FLOAT("scale-reg", scale_reg, TRAIN, "0.01", 0, 1000, "X", "weight of the mean scale"),
+    FLOAT("slope-floor", slope_floor, TRAIN, "0.06", 0, 10, "X", "least slope of the tone curve in gradients, so that a black layer can brighten"),
+    FLOAT("darkest", darkest, TRAIN, "0.1", 0, 1, "X", "darkest tone-mapped colour of a Gaussian"),
     FLOAT("means-rate", means_rate, TRAIN, "1.6e-4", 0, 1, "X", "first learning rate of positions, in scene extents"),
 
     STRING("cameras", cameras, RENDER, "", "MODEL", "views to render: COLMAP model folder, transforms.json or cameras.json"),
@@ -118,6 +120,7 @@ static const struct {
     {"paper", "beta", "cloud"},         {"paper", "init-count", "350000"}, {"paper", "max-splats", "500000"},
     {"paper", "densify", "fsgs"},       {"paper", "rgb-weight", "2"},      {"paper", "linearity", "0.001"},
     {"paper", "beta-smooth", "0.1"},    {"paper", "depth-smooth", "0.01"}, {"paper", "opacity-reg", "0"},
+    {"paper", "slope-floor", "0"},      {"paper", "darkest", "0"},
     {"paper", "scale-reg", "0"},        {"paper", "gain-smooth", "0"},
 };
 

@@ -120,7 +120,8 @@ static void update_job(void *context, int job, int worker)
                                              state->v.field[f] + at, (size_t)(end - begin), (int)w, task->seen + begin,
                                              fs_adam_rate(rate, t->step));
     }
-    if (l != LAYER_BETA) clamp_field(cloud->field[CLOUD_COLORS] + 3 * begin, 3 * (size_t)(end - begin), 0, 4);
+    if (l != LAYER_BETA) clamp_field(cloud->field[CLOUD_COLORS] + 3 * begin, 3 * (size_t)(end - begin),
+                                     (float)t->set->darkest, 4);
     if (cloud->width[CLOUD_GAINS]) clamp_field(cloud->field[CLOUD_GAINS] + begin, (size_t)(end - begin), -2.0f, 2.0f);
     if (strcmp(t->set->densify, "relocate") == 0) explore(t, cloud, l, begin, end, u->means_rate);
 }

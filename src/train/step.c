@@ -88,7 +88,8 @@ static ComposeArgs compose_args(Step *s, Planes rgb_planes[4])
     rgb_planes[3] = rgb(&R->d_feature);
     return (ComposeArgs){.T = &rgb_planes[0], .R = &rgb_planes[1], .beta = &s->beta, .I = &s->I, .T_linear = &s->T_linear,
                          .R_linear = &s->R_linear, .I_linear = &s->I_linear, .d_I = &s->d_I, .d_T = &rgb_planes[2],
-                         .d_R = &rgb_planes[3], .d_beta = &s->d_beta};
+                         .d_R = &rgb_planes[3], .d_beta = &s->d_beta,
+                         .slope_floor = (float)s->trainer->set->slope_floor};
 }
 
 // ---- jobs over strips of rows ----
