@@ -1,0 +1,306 @@
+#include "report/page.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "report/html.h"
+
+#define MAX_WARNINGS (1 << 20) // bytes
+#define MAX_FIGURES (64 << 20)
+
+// ---- head ----
+
+static void write_head(FILE *f, const Page *page)
+{
+    char *whole = realpath(page->project->out, NULL);
+    const char *name = fs_file_name(whole ? whole : page->project->out);
+    fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+          "content=\"width=device-width\">\n<title>", f);
+    fs_html_text(f, name);
+    fprintf(f, " - flashsplat</title>\n<style>\n%s</style></head>\n<body><main>\n<h1>", fs_html_style);
+    fs_html_text(f, name);
+    fputs("</h1>\n<p>What is behind the glass, apart from what is mirrored in it.</p>\n", f);
+    free(whole);
+}
+
+static int count_splats(const Page *page)
+{
+    char *path = fs_file_path("%s/clouds/model.json", page->project->out);
+    json_t *root = path ? json_load_file(path, 0, NULL) : NULL, *value;
+    const char *key;
+    json_int_t n = 0;
+    json_object_foreach(json_object_get(root, "clouds"), key, value) n += json_integer_value(value);
+    json_decref(root);
+    free(path);
+    return (int)n;
+}
+
+static void write_chips(FILE *f, const Page *page)
+{
+    const Dataset *data = page->dataset;
+    int flash = 0, held_out = 0, splats = count_splats(page);
+    for (int i = 0; i < data->n; i++) {
+        flash += data->view[i].flash;
+        held_out += data->view[i].held_out;
+    }
+    fprintf(f, "<ul class=\"chips\"><li><b>%d</b> photos posed</li><li><b>%d</b> with flash, <b>%d</b> without</li>",
+            data->n, flash, data->n - flash);
+    if (held_out) fprintf(f, "<li><b>%d</b> held out</li>", held_out);
+    fprintf(f, "<li><b>%d &#215; %d</b> pixels</li>", data->view[0].camera.width, data->view[0].camera.height);
+    if (splats) fprintf(f, "<li><b>%d</b> Gaussians</li>", splats);
+    if (page->curve.n) {
+        double s = page->curve.seconds;
+        fprintf(f, "<li><b>%.0f</b> training steps in <b>%.0f</b> %s</li>", page->curve.step[page->curve.n - 1],
+                s < 120 ? s : s / 60, s < 120 ? "seconds" : "minutes");
+    }
+    fputs("</ul>\n", f);
+}
+
+// OUT/warnings.txt, one line each, each line once.
+static void write_warnings(FILE *f, const Page *page)
+{
+    char *path = fs_file_path("%s/warnings.txt", page->project->out), *text = NULL;
+    size_t size;
+    if (path && fs_file_read(path, MAX_WARNINGS, &text, &size, NULL) == 0 && *text) {
+        fputs("<section class=\"warn\"><h2>Worth knowing</h2><ul>", f);
+        for (char *line = text, *next; line && *line; line = next) {
+            next = strchr(line, '\n');
+            if (next) *next++ = 0;
+            fputs("<li>", f);
+            fs_html_text(f, line);
+            fputs("</li>", f);
+        }
+        fputs("</ul></section>\n", f);
+    }
+    free(text);
+    free(path);
+}
+
+// ---- pictures ----
+
+static bool any(const PreviewSet *set, Preview preview)
+{
+    for (int i = 0; i < set->n; i++)
+        if (set->has[i][preview]) return true;
+    return false;
+}
+
+static void write_layer_button(FILE *f, const char *layer, const char *title)
+{
+    fprintf(f, "<button class=\"layer\" data-layer=\"%s\">%s</button>", layer, title);
+}
+
+static void write_view_buttons(FILE *f, const Page *page)
+{
+    fputs("<div class=\"buttons\">", f);
+    for (int i = 0; i < page->previews.n; i++) {
+        const View *view = &page->dataset->view[page->previews.view[i]];
+        if (!page->previews.has[i][PREVIEW_PHOTO]) continue;
+        fprintf(f, "<button class=\"view\" data-flash=\"%d\" data-base=\"report/%d_\"><img src=\"report/%d_photo.jpg\" "
+                "alt=\"\"><span>", view->flash, i + 1, i + 1);
+        fs_html_text(f, view->name);
+        fputs(view->flash ? " &#9889;</span></button>" : "</span></button>", f);
+    }
+    fputs("</div>\n", f);
+}
+
+static void write_comparison(FILE *f, const Page *page)
+{
+    const PreviewSet *set = &page->previews;
+    if (!any(set, PREVIEW_PHOTO) || !any(set, PREVIEW_T_N)) return;
+    fprintf(f, "<div class=\"compare\"><img class=\"under\" alt=\"separated layer\" width=\"%d\" height=\"%d\"><img "
+            "class=\"over\" alt=\"photo\"><div class=\"bar\"></div><span class=\"l\">Photo</span><span class=\"r\"></span>"
+            "<input type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" value=\"50\" aria-label=\"photo or layer\"></div>\n",
+            set->width, set->height);
+    fputs("<div class=\"buttons\">", f);
+    write_layer_button(f, "T", "Behind the glass");
+    if (any(set, PREVIEW_R)) write_layer_button(f, "R", "Mirrored");
+    if (any(set, PREVIEW_COMPOSITE)) write_layer_button(f, "I", "Both, as modelled");
+    if (any(set, PREVIEW_DEPTH)) write_layer_button(f, "depth", "Depth");
+    fputs("</div>\n", f);
+    write_view_buttons(f, page);
+}
+
+static void write_layers(FILE *f, const Page *page)
+{
+    const PreviewSet *set = &page->previews;
+    fputs("<h2>The layers</h2>\n<p>All pictures here share one exposure and one pleasant tone curve. The files in "
+          "<code>renders</code> hold the figures: linear<sup>0.22</sup> &#215; 255.</p>\n", f);
+    for (int i = 0; i < set->n; i++) {
+        fprintf(f, "<div class=\"grid of-view\" data-base=\"report/%d_\">\n", i + 1);
+        for (int p = 0; p < PREVIEWS; p++) {
+            if (!set->has[i][p]) continue;
+            fprintf(f, "<figure><a href=\"report/%d_%s.jpg\"><img src=\"report/%d_%s.jpg\" alt=\"%s\" loading=\"lazy\"></a>"
+                    "<figcaption><b>%s</b><br>%s</figcaption></figure>\n", i + 1, fs_previews[p].key, i + 1,
+                    fs_previews[p].key, fs_previews[p].title, fs_previews[p].title, fs_previews[p].help);
+        }
+        fputs("</div>\n", f);
+    }
+}
+
+static bool is_there(const Page *page, const char *name)
+{
+    char *path = fs_file_path("%s/%s", page->project->out, name);
+    bool there = path && fs_file_exists(path);
+    free(path);
+    return there;
+}
+
+static void write_films(FILE *f, const Page *page)
+{
+    static const struct {
+        const char *file, *title;
+    } films[] = {{"video/side_by_side.mp4", "Photo, transmitted, mirrored"},
+                 {"video/composite.mp4", "As photographed, without flash"},
+                 {"video/T.mp4", "Behind the glass"},
+                 {"video/R.mp4", "Mirrored in the glass"}};
+    bool started = false;
+    for (size_t i = 0; i < sizeof films / sizeof *films; i++) {
+        if (!is_there(page, films[i].file)) continue;
+        if (!started) fputs("<h2>Films</h2>\n<div class=\"grid wide\">\n", f);
+        started = true;
+        fprintf(f, "<figure%s><video src=\"%s\" controls loop muted playsinline preload=\"metadata\"></video><figcaption>"
+                "<b>%s</b></figcaption></figure>\n", i == 0 ? " class=\"span\"" : "", films[i].file, films[i].title);
+    }
+    if (started) fputs("</div>\n", f);
+}
+
+// ---- numbers ----
+
+static void write_figure_cells(FILE *f, const json_t *layer)
+{
+    static const char *const columns[] = {"psnr_gain", "ssim_gain", "psnr", "ssim"};
+    for (size_t i = 0; i < sizeof columns / sizeof *columns; i++) {
+        const json_t *v = json_object_get(layer, columns[i]);
+        if (json_is_number(v))
+            fprintf(f, "<td>%.*f</td>", columns[i][0] == 'p' ? 2 : 4, json_number_value(v));
+        else
+            fputs("<td>-</td>", f);
+    }
+}
+
+// OUT/evaluate.json where a truth was measured against.
+static void write_figures(FILE *f, const Page *page)
+{
+    char *path = fs_file_path("%s/evaluate.json", page->project->out), *text = NULL;
+    size_t size;
+    json_t *root = path && fs_file_exists(path) && fs_file_read(path, MAX_FIGURES, &text, &size, NULL) == 0
+                       ? json_loadb(text, size, 0, NULL) : NULL;
+    json_t *methods = json_object_get(root, "methods"), *method, *layer;
+    const char *name, *key;
+    if (json_object_size(methods)) {
+        fputs("<h2>Against the truth</h2>\n<table><tr><th></th><th>Layer</th><th>PSNR, gain-fitted</th><th>SSIM, "
+              "gain-fitted</th><th>PSNR</th><th>SSIM</th></tr>\n", f);
+        json_object_foreach(methods, name, method)
+            json_object_foreach(json_object_get(method, "layers"), key, layer) {
+                fputs("<tr><td>", f);
+                fs_html_text(f, name);
+                fputs("</td><td>", f);
+                fs_html_text(f, key);
+                fputs("</td>", f);
+                write_figure_cells(f, layer);
+                fputs("</tr>\n", f);
+            }
+        fputs("</table>\n", f);
+    }
+    json_decref(root);
+    free(text);
+    free(path);
+}
+
+static void write_capture(FILE *f, const Page *page)
+{
+    fputs("<h2>Capture and training</h2>\n<div class=\"grid wide\"><figure>", f);
+    fs_charts_cameras(f, page->dataset);
+    fputs("<figcaption><b>Where the photos were taken</b>, from above. Flash and no-flash photos should mingle.</figcaption>"
+          "</figure>\n", f);
+    if (page->curve.n > 1) {
+        fputs("<figure>", f);
+        fs_charts_curve(f, &page->curve);
+        fputs("<figcaption><b>Difference to the photos</b> (L1, tone-mapped) over the training</figcaption></figure>\n", f);
+    }
+    fputs("</div>\n", f);
+}
+
+// ---- files and settings ----
+
+static void write_link(FILE *f, const char *path, const char *what)
+{
+    fputs("<tr><td><a href=\"", f);
+    fs_html_url(f, path);
+    fputs("\"><code>", f);
+    fs_html_text(f, path);
+    fprintf(f, "</code></a></td><td>%s</td></tr>\n", what);
+}
+
+static void write_folder_links(FILE *f, const Page *page, const char *folder, const char *ext, const char *what)
+{
+    char *dir = fs_file_path("%s/%s", page->project->out, folder);
+    FileList list;
+    if (dir && fs_file_list(dir, &list, NULL) == 0) {
+        for (int i = 0; i < list.n; i++) {
+            char *path = fs_file_has_ext(list.name[i], ext) ? fs_file_path("%s/%s", folder, list.name[i]) : NULL;
+            if (path) write_link(f, path, what);
+            free(path);
+        }
+        fs_file_list_free(&list);
+    }
+    free(dir);
+}
+
+static void write_files(FILE *f, const Page *page)
+{
+    static const char *const names[][2] = {{"sheet.png", "photos and layers side by side"},
+                                           {"views.json", "the posed photos"},
+                                           {"evaluate.json", "figures of every view"},
+                                           {"log.jsonl", "the training, step by step"}};
+    fputs("<h2>Files</h2>\n<table>\n", f);
+    write_folder_links(f, page, "export", "ply", "Gaussians for the usual viewers");
+    write_folder_links(f, page, "export", "splat", "the same for viewers in a browser");
+    write_folder_links(f, page, "video", "mp4", "film");
+    write_folder_links(f, page, "clouds", "ply", "Gaussians as trained");
+    write_folder_links(f, page, "start", "ply", "where the training began");
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (is_there(page, names[i][0])) write_link(f, names[i][0], names[i][1]);
+    fputs("</table>\n", f);
+}
+
+static void write_settings(FILE *f, const Page *page)
+{
+    size_t n;
+    const FsOption *options = fs_settings_options(&n);
+    fputs("<h2>Settings</h2>\n<details><summary>All settings; those given by hand stand out</summary><table>\n", f);
+    for (size_t i = 0; i < n; i++) {
+        char value[400];
+        if (!(options[i].stages & FS_STAGE_ALL) ||
+            fs_settings_get(&page->project->set, options[i].name, value, sizeof value) < 0)
+            continue;
+        bool set = fs_settings_was_set(&page->project->set, options[i].name);
+        fprintf(f, "<tr%s><td><code>--", set ? " class=\"set\"" : "");
+        fs_html_text(f, options[i].name);
+        fputs("</code></td><td>", f);
+        fs_html_text(f, *value ? value : "-");
+        fputs("</td><td>", f);
+        fs_html_text(f, options[i].help);
+        fputs("</td></tr>\n", f);
+    }
+    fputs("</table></details>\n", f);
+}
+
+void fs_page_write(FILE *f, const Page *page)
+{
+    write_head(f, page);
+    write_chips(f, page);
+    write_warnings(f, page);
+    write_comparison(f, page);
+    if (page->previews.n) write_layers(f, page);
+    write_films(f, page);
+    write_figures(f, page);
+    write_capture(f, page);
+    write_files(f, page);
+    write_settings(f, page);
+    fprintf(f, "<footer>flashsplat %s</footer>\n</main>\n<script>\n%s</script></body></html>\n", fs_version(),
+            fs_html_script);
+}

@@ -1,0 +1,152 @@
+#include "report/previews.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/file.h"
+#include "image/colormap.h"
+#include "image/tone.h"
+#include "model/preview.h"
+
+#define EDGE 1000
+#define QUALITY 88
+
+const PreviewInfo fs_previews[PREVIEWS] = {
+    [PREVIEW_PHOTO] = {"photo", "Photo", "as taken, both scenes mixed"},
+    [PREVIEW_COMPOSITE] = {"I", "Model of the photo", "transmitted and reflected put together again"},
+    [PREVIEW_T_N] = {"T_N", "Behind the glass", "the transmitted scene in ambient light"},
+    [PREVIEW_T_F] = {"T_F", "Behind the glass, with flash", "the transmitted scene lit by the flash too"},
+    [PREVIEW_R] = {"R", "Mirrored in the glass", "the reflected scene"},
+    [PREVIEW_DEPTH] = {"depth", "Depth behind the glass", "near is bright, far is dark, grey is empty"},
+};
+
+// What the pictures share.
+typedef struct Show {
+    const FsProject *project;
+    const Dataset *dataset;
+    PreviewSet *set;
+    float exposure, nearest, farthest;
+} Show;
+
+// Reads the first of <out>/renders/<layer>/<view>.{png,tif} that exists; image stays empty when there is none.
+static int read_render(const Show *show, const char *layer, const char *view, Image *image, FsError *err)
+{
+    int rc = 0;
+    char *png = fs_file_path("%s/renders/%s/%s.png", show->project->out, layer, view);
+    char *tiff = fs_file_path("%s/renders/%s/%s.tif", show->project->out, layer, view);
+    if (!png || !tiff)
+        rc = fs_error_memory(err);
+    else if (fs_file_exists(png))
+        rc = fs_png_read(png, image, err);
+    else if (fs_file_exists(tiff))
+        rc = fs_tiff_read(tiff, image, err);
+    free(png);
+    free(tiff);
+    return rc;
+}
+
+static const char *layer_of(Preview preview, const View *view)
+{
+    switch (preview) {
+    case PREVIEW_COMPOSITE: return view->flash ? "I_F" : "I_N";
+    case PREVIEW_T_N: return "T_N";
+    case PREVIEW_T_F: return "T_F";
+    case PREVIEW_R: return "R";
+    default: return "depth_T";
+    }
+}
+
+// The display picture of one view; empty when its source is not there.
+static int make_picture(const Show *show, Preview preview, const View *view, Image *picture, FsError *err)
+{
+    Image source = {0}, mask = {0}, full = {0};
+    int rc;
+    if (preview == PREVIEW_PHOTO)
+        TRY(fs_dataset_load_view(show->project->out, view, &source, &mask, err));
+    else
+        TRY(read_render(show, layer_of(preview, view), view->name, &source, err));
+    if (!source.px) goto fail;
+    if (preview == PREVIEW_DEPTH) {
+        TRY(fs_colormap_depth(&source, show->nearest, show->farthest, &full, err));
+        TRY(fs_preview_shrink(&full, EDGE, picture, err));
+    } else {
+        if (preview != PREVIEW_PHOTO) fs_tone_decode_image(&source);
+        TRY(fs_preview_picture(&source, EDGE, show->exposure, picture, err));
+    }
+fail:
+    fs_image_free(&source);
+    fs_image_free(&mask);
+    fs_image_free(&full);
+    return rc;
+}
+
+static int write_picture(const Show *show, int i, Preview preview, FsError *err)
+{
+    PreviewSet *set = show->set;
+    const View *view = &show->dataset->view[set->view[i]];
+    Image picture = {0};
+    FsError why = {0};
+    if (make_picture(show, preview, view, &picture, &why) < 0) {
+        fs_image_free(&picture);
+        if (why.code == FS_ERR_MEMORY) return fs_error_memory(err);
+        fs_log_warn(&show->project->log, "report: left out: %s", why.message);
+        return 0;
+    }
+    if (!picture.px) return 0;
+    char *path = fs_file_path("%s/report/%d_%s.jpg", show->project->out, i + 1, fs_previews[preview].key);
+    int rc = path ? fs_jpeg_write(path, &picture, QUALITY, NULL, 0, err) : fs_error_memory(err);
+    if (rc == 0) {
+        set->has[i][preview] = true;
+        if (!set->width) {
+            set->width = picture.width;
+            set->height = picture.height;
+        }
+    }
+    free(path);
+    fs_image_free(&picture);
+    return rc;
+}
+
+// The range of depth colours over all the views shown.
+static void find_range(Show *show)
+{
+    show->nearest = INFINITY;
+    for (int i = 0; i < show->set->n; i++) {
+        Image depth = {0};
+        float low, high;
+        const View *view = &show->dataset->view[show->set->view[i]];
+        if (read_render(show, "depth_T", view->name, &depth, NULL) == 0 && depth.px &&
+            fs_colormap_range(&depth, 0.01, 0.99, &low, &high)) {
+            show->nearest = fminf(show->nearest, low);
+            show->farthest = fmaxf(show->farthest, high);
+        }
+        fs_image_free(&depth);
+    }
+}
+
+int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewSet *set, FsError *err)
+{
+    *set = (PreviewSet){0};
+    set->n = fs_preview_choose(dataset, FS_PREVIEWS_VIEWS, set->view);
+    Show show = {.project = project, .dataset = dataset, .set = set, .exposure = 1};
+    FsError why = {0};
+    char *dir = fs_file_path("%s/report", project->out);
+    int rc = 0;
+    if (!dir) return fs_error_memory(err);
+    fs_file_remove_tree(dir);
+    TRY(fs_file_mkdirs(dir, err));
+    if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) < 0)
+        fs_log_warn(&project->log, "report: no exposure for the pictures: %s", why.message);
+    find_range(&show);
+    for (int i = 0; i < set->n; i++)
+        for (int p = 0; p < PREVIEWS; p++) {
+            if (fs_log_cancelled(&project->log)) {
+                rc = fs_error_set(err, FS_ERR_CANCELLED, "report: stopped");
+                goto fail;
+            }
+            TRY(write_picture(&show, i, (Preview)p, err));
+        }
+fail:
+    free(dir);
+    return rc;
+}
