@@ -14,6 +14,7 @@
 #include "pair/pair.h"
 #include "synth/synth.h"
 #include "render/render.h"
+#include "report/report.h"
 #include "train/train.h"
 
 int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
@@ -98,6 +99,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     TRY(fs_train(project, err));
     TRY(fs_render(project, err));
     TRY(fs_export(project, err));
+    TRY(fs_report_run(project, err));
     fs_info_results(project->out, &project->log);
 fail:
     return rc;
