@@ -43,7 +43,7 @@ static uint32_t get32(const Ifd *ifd, const unsigned char *p)
 
 static size_t type_size(uint16_t type)
 {
-    static const unsigned char size[] = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8};
+    static const unsigned char size[] = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4}; // 13: IFD, a LONG
     return type < sizeof size ? size[type] : 0;
 }
 
@@ -62,7 +62,7 @@ static bool number(const Ifd *ifd, const Entry *e, uint32_t i, double *to)
     switch (e->type) {
     case 1: case 7: *to = p[0]; break;
     case 3: *to = get16(ifd, p); break;
-    case 4: *to = a; break;
+    case 4: case 13: *to = a; break;
     case 5: *to = b ? (double)a / b : 0.0; break;
     case 6: *to = (int8_t)p[0]; break;
     case 8: *to = (int16_t)get16(ifd, p); break;
