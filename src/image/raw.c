@@ -183,13 +183,28 @@ fail:
     return rc;
 }
 
-// LibRaw's multipliers are scaled so that the largest becomes 1 (highlight 1): nothing but sensor white clips.
+// Black level of a channel, over all positions.
+static double mean_black(const libraw_colordata_t *color, int channel)
+{
+    double sum = 0;
+    unsigned n = color->cblack[4] * color->cblack[5];
+    if (n > 64) n = 0;
+    for (unsigned i = 0; i < n; i++) sum += color->cblack[6 + i];
+    return (double)color->black + color->cblack[channel] + (n ? sum / n : 0);
+}
+
+// LibRaw's multipliers are scaled so that the largest becomes 1 (highlight 1): nothing but sensor white clips. It
+// forgets to take the black level off the white one where a file tells it for each channel.
 static int read_plain(const char *path, libraw_data_t *raw, const double white_balance[3], Image *rgb, Image *clipped,
                       FsError *err)
 {
     int code, rc = 0;
     double largest = fmax(white_balance[0], fmax(white_balance[1], white_balance[2]));
     libraw_output_params_t *p = &raw->params;
+    double range[3]; // from black to white
+    for (int c = 0; c < 3; c++) range[c] = raw->color.maximum - mean_black(&raw->color, c);
+    if (!(range[0] > 15 && range[1] > 15 && range[2] > 15))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: white level %u is not above the black level", path, raw->color.maximum);
     for (int c = 0; c < 4; c++) p->user_mul[c] = (float)white_balance[c == 3 ? 1 : c];
     p->use_camera_wb = p->use_auto_wb = 0;
     p->output_color = 0;
@@ -215,7 +230,7 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
         for (size_t c = 0; c < 3; c++) {
             ushort v;
             memcpy(&v, made->data + 2 * (made->colors == 3 ? 3 * i + c : i), sizeof v);
-            double linear = v / 65535.0 * largest;
+            double linear = v / 65535.0 * largest * raw->color.maximum / range[c];
             rgb->px[3 * i + c] = (float)linear;
             if (linear >= CLIP_LEVEL * white_balance[c]) clipped->px[i] = 1;
         }

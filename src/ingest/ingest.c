@@ -92,7 +92,7 @@ static json_t *photo_json(const Shot *shot)
                      shot->encoded ? "reduced" : "raw", "clipped_fraction", shot->clipped);
 }
 
-static int write_json(const FsProject *project, const Shots *shots, FsError *err)
+static int write_json(const FsProject *project, const Shots *shots, const char *fingerprint, FsError *err)
 {
     const double *wb = shots->white_balance;
     json_t *photos = json_array();
@@ -102,7 +102,7 @@ static int write_json(const FsProject *project, const Shots *shots, FsError *err
             photos = NULL;
         }
     json_t *root = photos ? json_pack("{s:i, s:[f,f,f], s:s, s:o}", "long_edge", project->set.long_edge, "white_balance",
-                                      wb[0], wb[1], wb[2], "fingerprint", shots->fingerprint, "photos", photos)
+                                      wb[0], wb[1], wb[2], "fingerprint", fingerprint, "photos", photos)
                           : NULL;
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
     char *path = fs_file_path("%s/ingest.json", project->out);
@@ -133,12 +133,14 @@ static bool photos_changed(const FsProject *project, const char *folder)
     Shots shots;
     bool changed = false;
     char *path = fs_file_path("%s/ingest.json", project->out), *text = NULL;
+    char now[17];
     size_t size;
     if (path && fs_shots_scan(&shots, folder, &(Log){0}, NULL) == 0) {
         json_t *last = fs_file_read(path, MAX_JSON_BYTES, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
         const char *fingerprint = json_string_value(json_object_get(last, "fingerprint"));
-        changed = !fingerprint || strcmp(fingerprint, shots.fingerprint) != 0;
-        if (fingerprint && changed) fs_log_info(&project->log, "ingest: done again, other photos than the last time");
+        fs_shots_fingerprint(&shots, project->set.flash_list, now);
+        changed = !fingerprint || strcmp(fingerprint, now) != 0;
+        if (fingerprint && changed) fs_log_info(&project->log, "ingest: done again, the photos have changed");
         json_decref(last);
         fs_shots_free(&shots);
     }
@@ -149,13 +151,10 @@ static bool photos_changed(const FsProject *project, const char *folder)
 
 int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
 {
-    if (!project->set.force && photos_changed(project, photos)) {
-        fs_project_unmark(project, "ingest");
-    } else if (fs_project_done(project, "ingest", FS_STAGE_INGEST)) {
-        return 0;
-    }
+    if (!photos_changed(project, photos) && fs_project_done(project, "ingest", FS_STAGE_INGEST)) return 0;
     int rc = 0;
     const Log *log = &project->log;
+    char fingerprint[17];
     Shots shots = {0};
     char *dir = fs_file_path("%s/linear", project->out);
     Threads *threads = fs_threads_new(project->set.threads);
@@ -164,6 +163,7 @@ int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
         goto fail;
     }
     TRY(fs_shots_scan(&shots, photos, log, err));
+    fs_shots_fingerprint(&shots, project->set.flash_list, fingerprint);
     fs_shots_read_headers(&shots, threads);
     TRY(fs_shots_drop_failed(&shots, log, err));
     TRY(fs_shots_find_flash(&shots, &project->set, log, err));
@@ -173,7 +173,7 @@ int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
     TRY(fs_shots_drop_failed(&shots, log, err));
     TRY(fs_shots_check_groups(&shots, err));
     check_pictures(&shots, log);
-    TRY(write_json(project, &shots, err));
+    TRY(write_json(project, &shots, fingerprint, err));
     TRY(fs_project_mark_done(project, "ingest", FS_STAGE_INGEST, err));
 fail:
     fs_threads_free(threads);

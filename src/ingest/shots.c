@@ -78,22 +78,6 @@ static int drop_doubles(Shots *shots, const Log *log, FsError *err)
     return 0;
 }
 
-// Tells another set of photos, or a changed one, from the one that was ingested before (FNV-1a).
-static void take_fingerprint(Shots *shots)
-{
-    uint64_t hash = 0xcbf29ce484222325u;
-    for (int i = 0; i < shots->n; i++) {
-        struct stat st = {0};
-        char *path = fs_file_path("%s/%s", shots->folder, shots->shot[i].file);
-        if (path) stat(path, &st);
-        free(path);
-        char text[400];
-        snprintf(text, sizeof text, "%s|%lld|%lld", shots->shot[i].file, (long long)st.st_size, (long long)st.st_mtime);
-        for (const char *p = text; *p; p++) hash = (hash ^ (unsigned char)*p) * 0x100000001b3u;
-    }
-    snprintf(shots->fingerprint, sizeof shots->fingerprint, "%016llx", (unsigned long long)hash);
-}
-
 int fs_shots_scan(Shots *shots, const char *folder, const Log *log, FsError *err)
 {
     *shots = (Shots){.folder = strdup(folder), .white_balance = {1, 1, 1}};
@@ -133,11 +117,33 @@ int fs_shots_scan(Shots *shots, const char *folder, const Log *log, FsError *err
     if (others) fs_log_info(log, "%s: %d files that are not photos left out, e.g. %s", folder, others, other);
     qsort(shots->shot, (size_t)shots->n, sizeof *shots->shot, compare_shots);
     TRY(drop_doubles(shots, log, err));
-    take_fingerprint(shots);
 fail:
     fs_file_list_free(&list);
     if (rc < 0) fs_shots_free(shots);
     return rc;
+}
+
+static uint64_t add_file(uint64_t hash, const char *path, const char *name)
+{
+    struct stat st = {0};
+    char text[400];
+    if (path) stat(path, &st);
+    snprintf(text, sizeof text, "%s|%lld|%lld|%ld", name, (long long)st.st_size, (long long)st.st_mtim.tv_sec,
+             (long)st.st_mtim.tv_nsec);
+    for (const char *p = text; *p; p++) hash = (hash ^ (unsigned char)*p) * 0x100000001b3u; // FNV-1a
+    return hash;
+}
+
+void fs_shots_fingerprint(const Shots *shots, const char *flash_list, char text[17])
+{
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (int i = 0; i < shots->n; i++) {
+        char *path = fs_file_path("%s/%s", shots->folder, shots->shot[i].file);
+        hash = add_file(hash, path, shots->shot[i].file);
+        free(path);
+    }
+    if (flash_list && *flash_list) hash = add_file(hash, flash_list, "flash list");
+    snprintf(text, 17, "%016llx", (unsigned long long)hash);
 }
 
 static void read_header(void *context, int i, int worker)

@@ -1,0 +1,56 @@
+// Photos for the tests: the folder that OpenCV and exiftool filled (tests/data/photos/make.py), a scratch folder,
+// and small files made on the spot.
+#ifndef TESTS_PHOTOS_H
+#define TESTS_PHOTOS_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/file.h"
+
+static char scratch[64];
+
+static inline char *given(const char *name) // one at a time
+{
+    static char path[500];
+    snprintf(path, sizeof path, "%s/%s", PHOTOS, name);
+    return path;
+}
+
+static inline char *temp(const char *name) // one at a time
+{
+    static char path[500];
+    snprintf(path, sizeof path, "%s/%s", scratch, name);
+    return path;
+}
+
+static inline int make_scratch(void **state)
+{
+    (void)state;
+    strcpy(scratch, "/tmp/flashsplat-test-XXXXXX");
+    return mkdtemp(scratch) ? 0 : -1;
+}
+
+static inline int drop_scratch(void **state)
+{
+    (void)state;
+    fs_file_remove_tree(scratch);
+    return 0;
+}
+
+static inline void copy_photo(const char *from, const char *to) // from PHOTOS to the scratch folder
+{
+    char *data;
+    size_t size;
+    assert_int_equal(fs_file_read(given(from), 1 << 20, &data, &size, NULL), 0);
+    assert_int_equal(fs_file_write(temp(to), data, size, NULL), 0);
+    free(data);
+}
+
+#endif

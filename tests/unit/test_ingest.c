@@ -1,0 +1,323 @@
+// The ingest stage: what it makes of a folder of photos, and what it says about folders it cannot use.
+#include "photos.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <unistd.h>
+
+#include "image/image.h"
+
+static char said[20000];
+static int polls_left = 1000000;
+
+static void on_log(void *user, FsLogLevel level, const char *message)
+{
+    (void)user;
+    size_t used = strlen(said);
+    if (level != FS_LOG_DEBUG) snprintf(said + used, sizeof said - used, "%s%s\n", level == FS_LOG_WARN ? "W " : "", message);
+}
+
+static bool on_poll(void *user)
+{
+    (void)user;
+    return --polls_left < 0;
+}
+
+// Runs ingest on <scratch>/<photos> with "name=value" settings.
+static int ingest(const char *photos, const char *const settings[], FsError *err)
+{
+    FsSettings *set = fs_settings_new();
+    FsProject *project;
+    FsCallbacks callbacks = {.log = on_log, .cancelled = on_poll};
+    for (; settings && *settings; settings++) {
+        char name[40];
+        const char *equals = strchr(*settings, '=');
+        snprintf(name, sizeof name, "%.*s", (int)(equals - *settings), *settings);
+        assert_int_equal(fs_settings_set(set, name, equals + 1, NULL), 0);
+    }
+    said[0] = 0;
+    assert_int_equal(fs_project_open(&project, temp("out"), set, &callbacks, NULL), 0);
+    *err = (FsError){0};
+    int rc = fs_ingest(project, temp(photos), err);
+    assert_null(strchr(err->message, '\n'));
+    fs_project_close(project);
+    fs_settings_free(set);
+    return rc;
+}
+
+static void expect_error(const char *photos, const char *const settings[], const char *words)
+{
+    FsError err;
+    if (ingest(photos, settings, &err) != FS_ERR_INPUT || !strstr(err.message, words))
+        fail_msg("expected an error with '%s', got '%s'", words, err.message);
+}
+
+static void expect_good(const char *photos, const char *const settings[], const char *words)
+{
+    FsError err;
+    if (ingest(photos, settings, &err) != 0) fail_msg("%s", err.message);
+    if (words && !strstr(said, words)) fail_msg("expected '%s', it said: %s", words, said);
+    assert_true(fs_file_exists(temp("out/done/ingest.json")));
+}
+
+static void fill(const char *const pairs[][2])
+{
+    fs_file_remove_tree(temp("photos"));
+    fs_file_remove_tree(temp("out"));
+    assert_int_equal(fs_file_mkdirs(temp("photos"), NULL), 0);
+    for (; pairs && (*pairs)[0]; pairs++) {
+        char to[100];
+        snprintf(to, sizeof to, "photos/%s", (*pairs)[1]);
+        copy_photo((*pairs)[0], to);
+    }
+}
+
+#define FILL(...) fill((const char *const[][2]){__VA_ARGS__, {NULL, NULL}})
+#define SET(...) ((const char *const[]){__VA_ARGS__, NULL})
+#define FOUR {"flash.dng", "A_1.DNG"}, {"ambient.dng", "A_2.DNG"}, {"flash.dng", "A_3.DNG"}, {"ambient.dng", "A_4.DNG"}
+
+static json_t *photo_entry(json_t *root, const char *name)
+{
+    size_t i;
+    json_t *entry;
+    json_array_foreach(json_object_get(root, "photos"), i, entry)
+        if (strcmp(json_string_value(json_object_get(entry, "name")), name) == 0) return entry;
+    fail_msg("no photo %s", name);
+    return NULL;
+}
+
+static double figure(json_t *entry, const char *key)
+{
+    return json_number_value(json_object_get(entry, key));
+}
+
+static void test_good(void **state)
+{
+    (void)state;
+    FILL(FOUR);
+    expect_good("photos", SET("long-edge=32"), "2 with flash, 2 without");
+    assert_null(strstr(said, "W "));
+    json_t *root = json_load_file(temp("out/ingest.json"), 0, NULL), *entry = photo_entry(root, "A_3");
+    assert_int_equal(json_array_size(json_object_get(root, "photos")), 4);
+    assert_int_equal(figure(root, "long_edge"), 32);
+    assert_true(fabs(json_number_value(json_array_get(json_object_get(root, "white_balance"), 2)) - 1.6) < 1e-5);
+    assert_true(json_is_true(json_object_get(entry, "flash")));
+    assert_true(json_is_false(json_object_get(photo_entry(root, "A_2"), "flash")));
+    assert_string_equal(json_string_value(json_object_get(entry, "file")), "A_3.DNG");
+    assert_string_equal(json_string_value(json_object_get(entry, "quality")), "raw");
+    assert_true(figure(entry, "width") == 32 && figure(entry, "height") == 24);
+    assert_true(figure(entry, "orig_width") == 64 && figure(entry, "orig_height") == 48);
+    assert_true(figure(entry, "exposure_s") == 0.25 && figure(entry, "iso") == 200 && figure(entry, "f_number") == 5.6);
+    assert_true(figure(entry, "focal_px") == 30); // 24 mm * 2.5 / mm, halved
+    json_decref(root);
+
+    Image photo, mask;
+    assert_int_equal(fs_tiff_read(temp("out/linear/A_2.tif"), &photo, NULL), 0);
+    assert_int_equal(fs_png_read(temp("out/linear/A_2_mask.png"), &mask, NULL), 0);
+    assert_true(photo.width == 32 && photo.height == 24 && photo.channels == 3 && mask.channels == 1);
+    for (int y = 2; y < 22; y++)
+        for (int x = 2; x < 13; x++) // the mean over a 2 x 2 cell of what make.py put there
+            for (int c = 0; c < 3; c++) {
+                double at_x = 2 * x + 0.5, at_y = 2 * y + 0.5;
+                double want = 0.2 + (c == 0 ? 0.004 * at_x : c == 1 ? 0.003 * at_y : 0.002 * (at_x + at_y));
+                assert_true(fabs(photo.px[(y * 32 + x) * 3 + c] - want) < 0.003);
+            }
+    for (int y = 0; y < 24; y++)
+        for (int x = 0; x < 32; x++) { // saturated: 40..43 x 20..23, and 2 pixels around by the demosaic
+            bool far = x < 19 || x > 22 || y < 9 || y > 12, inside = x >= 20 && x < 22 && y >= 10 && y < 12;
+            if (far) assert_true(mask.px[y * 32 + x] == 1);
+            if (inside) assert_true(mask.px[y * 32 + x] == 0);
+        }
+    fs_image_free(&photo);
+    fs_image_free(&mask);
+}
+
+static void test_again(void **state)
+{
+    (void)state;
+    FILL(FOUR);
+    expect_good("photos", NULL, "2 with flash");
+    expect_good("photos", NULL, "skipped");
+    expect_good("photos", SET("force=true"), "2 with flash");
+    expect_good("photos", SET("long-edge=16"), "2 with flash");
+    copy_photo("ambient.dng", "photos/A_5.DNG");
+    expect_good("photos", SET("long-edge=16"), "3 without");
+    unlink(temp("photos/A_1.DNG"));
+    expect_good("photos", SET("long-edge=16"), "1 with flash");
+    assert_false(fs_file_exists(temp("out/linear/A_1.tif")));
+    fs_file_remove_tree(temp("photos"));
+    expect_good("photos", SET("long-edge=16"), "skipped");
+}
+
+static void test_threads(void **state)
+{
+    (void)state;
+    FILL(FOUR, {"gbrg.dng", "A_5.dng"});
+    char *one, *four;
+    size_t n, m;
+    expect_good("photos", SET("threads=1"), NULL);
+    assert_int_equal(fs_file_read(temp("out/linear/A_3.tif"), 1 << 20, &one, &n, NULL), 0);
+    expect_good("photos", SET("threads=4", "force=true"), NULL);
+    assert_int_equal(fs_file_read(temp("out/linear/A_3.tif"), 1 << 20, &four, &m, NULL), 0);
+    assert_int_equal(n, m);
+    assert_memory_equal(one, four, n);
+    free(one);
+    free(four);
+}
+
+static void test_missing(void **state)
+{
+    (void)state;
+    fs_file_remove_tree(temp("photos"));
+    fs_file_remove_tree(temp("out"));
+    expect_error("photos", NULL, "No such file");
+    assert_false(fs_file_exists(temp("out/done/ingest.json")));
+    FILL({"make.py", "notes.txt"});
+    expect_error("photos", NULL, "no photos (1 other files, e.g. notes.txt)");
+    expect_error("photos/notes.txt", NULL, "is a file, expected the folder");
+    FILL({"flash.dng", "A.dng"});
+    expect_error("photos", NULL, "one photo");
+    FILL({"flash.dng", "A.dng"}, {"flash.dng", "B.dng"});
+    expect_error("photos", NULL, "only flash photos");
+    FILL({"ambient.dng", "A.dng"}, {"gbrg.dng", "B.dng"});
+    expect_error("photos", NULL, "no flash photos");
+    FILL({"rgb16.tif", "A.tif"}, {"rgb16.tif", "B.tif"});
+    expect_error("photos", NULL, "--flash-glob");
+    FILL({"flash.dng", "A.dng"}, {"rgb16.png", "A.png"});
+    expect_error("photos", NULL, "rename or remove");
+    FILL({"flash.dng", "A.dng"}, {"flash.dng", "A.DNG"});
+    expect_error("photos", NULL, "rename or remove");
+}
+
+static void test_flash_state(void **state)
+{
+    (void)state;
+    FILL({"rgb16.tif", "on_1.tif"}, {"rgb16.tif", "off_1.tif"}, {"rgb16.png", "on_2.png"});
+    expect_good("photos", SET("flash-glob=on_*"), "2 with flash, 1 without (--flash-glob)");
+    expect_error("photos", SET("flash-glob=none*"), "no photo's name matches");
+    expect_error("photos", SET("flash-glob=o*"), "only flash photos");
+    char setting[200], *list = strdup(temp("list.txt"));
+    snprintf(setting, sizeof setting, "flash-list=%s", list);
+    assert_int_equal(fs_file_write(list, "# with flash\r\n on_1 \r\non_2.png# and so on\n\nlost.tif\n", 52, NULL), 0);
+    expect_good("photos", SET(setting), "2 with flash, 1 without (--flash-list)");
+    assert_non_null(strstr(said, "1 of its names are no photos"));
+    assert_int_equal(fs_file_write(list, "nobody\n", 7, NULL), 0);
+    expect_error("photos", SET(setting), "names no photo");
+    unlink(list);
+    expect_error("photos", SET(setting), "list.txt");
+    free(list);
+    // EXIF beside photos without: those are left out
+    FILL(FOUR, {"grey.jpg", "B.jpg"});
+    expect_good("photos", NULL, "W left out");
+    assert_non_null(strstr(said, "B.jpg: its EXIF does not tell"));
+}
+
+static void test_unreadable(void **state)
+{
+    (void)state;
+    char *data;
+    size_t size;
+    FILL(FOUR);
+    assert_int_equal(fs_file_read(given("flash.dng"), 1 << 20, &data, &size, NULL), 0);
+    assert_int_equal(fs_file_write(temp("photos/A_3.DNG"), data, size / 2 + 2000, NULL), 0);
+    expect_good("photos", NULL, "W left out");
+    assert_non_null(strstr(said, "A_3.DNG"));
+    assert_false(fs_file_exists(temp("out/linear/A_3.tif")));
+    assert_int_equal(fs_file_write(temp("photos/A_2.DNG"), "nothing", 7, NULL), 0);
+    expect_good("photos", NULL, "A_2.DNG"); // the header and the picture: one of each lost
+    assert_int_equal(fs_file_write(temp("photos/A_1.DNG"), data, size / 2 + 2000, NULL), 0);
+    expect_error("photos", NULL, "A_1.DNG, A_3.DNG");
+    free(data);
+}
+
+static void test_raw_before_jpeg(void **state)
+{
+    (void)state;
+    FILL(FOUR, {"rgb.jpg", "A_1.JPG"}, {"rgb.jpg", "A_2.jpeg"});
+    expect_good("photos", NULL, "2 photos are there as RAW and as JPEG: the RAW files are used");
+    assert_non_null(strstr(said, "4 photos: 2 with flash"));
+}
+
+static void test_jpeg(void **state)
+{
+    (void)state;
+    FILL({"rgb.jpg", "A.jpg"}, {"progressive.jpg", "B.jpg"}); // flash, turned by 90 degrees, 1/125 s; none, 2 s
+    expect_good("photos", NULL, "reduced quality");
+    assert_non_null(strstr(said, "another shutter time"));
+    assert_non_null(strstr(said, "another size"));
+    json_t *root = json_load_file(temp("out/ingest.json"), 0, NULL), *entry = photo_entry(root, "A");
+    assert_string_equal(json_string_value(json_object_get(entry, "quality")), "reduced");
+    assert_true(figure(entry, "width") == 16 && figure(entry, "height") == 24);
+    json_decref(root);
+    Image photo;
+    assert_int_equal(fs_tiff_read(temp("out/linear/A.tif"), &photo, NULL), 0);
+    assert_true(photo.width == 16 && photo.height == 24);
+    double encoded = (40 + 5 * 12 + 3 * 8) / 255.0, linear = pow((encoded + 0.055) / 1.055, 2.4); // stored (12, 8)
+    assert_true(fabs(photo.px[(12 * 16 + (15 - 8)) * 3] / linear - 1) < 0.05);
+    fs_image_free(&photo);
+}
+
+static void test_orientation(void **state)
+{
+    (void)state;
+    FILL({"turned.dng", "A.dng"}, {"turned.dng", "B.dng"});
+    expect_good("photos", SET("flash-glob=A*"), "no brighter");
+    Image photo;
+    assert_int_equal(fs_tiff_read(temp("out/linear/A.tif"), &photo, NULL), 0);
+    assert_true(photo.width == 48 && photo.height == 64);
+    for (int y = 2; y < 62; y++)
+        for (int x = 2; x < 46; x++) // stored (y, 47 - x): the red channel rises along stored x, green along stored y
+            if (y < 28 || y > 56) {
+                assert_true(fabs(photo.px[(y * 48 + x) * 3] - (0.2 + 0.004 * y)) < 0.004);
+                assert_true(fabs(photo.px[(y * 48 + x) * 3 + 1] - (0.2 + 0.003 * (47 - x))) < 0.004);
+            }
+    fs_image_free(&photo);
+}
+
+// A photo of half the exposure time comes out twice as bright as its file, and is told of.
+static void test_exposure(void **state)
+{
+    (void)state;
+    FILL(FOUR, {"gbrg.dng", "A_5.dng"}, {"gbrg.dng", "A_6.dng"});
+    char *data;
+    size_t size;
+    static const unsigned char entry[8] = {0x9a, 0x82, 5, 0, 1, 0, 0, 0}; // ExposureTime: one fraction, 1/4
+    assert_int_equal(fs_file_read(given("ambient.dng"), 1 << 20, &data, &size, NULL), 0);
+    char *at = memmem(data, size, entry, 8);
+    assert_non_null(at);
+    at = data + ((unsigned char)at[8] | (unsigned char)at[9] << 8);
+    assert_memory_equal(at, "\1\0\0\0\4\0\0\0", 8);
+    at[4] = 8;
+    assert_int_equal(fs_file_write(temp("photos/A_4.DNG"), data, size, NULL), 0);
+    free(data);
+    expect_good("photos", NULL, "W 1 of 6 photos have another shutter time, ISO or aperture (e.g. A_4.DNG: 0.125 s");
+    Image a, b;
+    assert_int_equal(fs_tiff_read(temp("out/linear/A_2.tif"), &a, NULL), 0);
+    assert_int_equal(fs_tiff_read(temp("out/linear/A_4.tif"), &b, NULL), 0);
+    for (int i = 0; i < a.width * a.height * 3; i++) assert_true(fabsf(2 * a.px[i] - b.px[i]) < 1e-6f);
+    fs_image_free(&a);
+    fs_image_free(&b);
+}
+
+static void test_cancel(void **state)
+{
+    (void)state;
+    FILL(FOUR);
+    FsError err;
+    polls_left = 1;
+    assert_int_equal(ingest("photos", SET("threads=1"), &err), FS_ERR_CANCELLED);
+    polls_left = 1000000;
+    assert_true(fs_file_exists(temp("out/linear/A_1.tif")));
+    assert_false(fs_file_exists(temp("out/done/ingest.json")));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_good),        cmocka_unit_test(test_again),       cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_missing),     cmocka_unit_test(test_flash_state), cmocka_unit_test(test_unreadable),
+        cmocka_unit_test(test_raw_before_jpeg), cmocka_unit_test(test_jpeg),    cmocka_unit_test(test_orientation),
+        cmocka_unit_test(test_exposure),    cmocka_unit_test(test_cancel),
+    };
+    return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
+}
