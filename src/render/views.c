@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "model/cameras_file.h"
+#include "render/frame.h"
 
 static int longer_side(const Camera *camera)
 {
@@ -97,6 +98,7 @@ int fs_views_of_model(const FsProject *project, const Dataset *photos, Dataset *
         goto fail;
     }
     TRY(check_names(path, &file.views, err));
+    TRY(fs_frame_align(&file.views, photos, path, &project->log, err));
     working_size(photos, &width, &height);
     for (int i = 0; i < file.views.n; i++) {
         const Camera *camera = &file.views.view[i].camera;

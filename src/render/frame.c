@@ -1,0 +1,122 @@
+#include "render/frame.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "model/similarity.h"
+
+#define MIN_COMMON 3
+#define SAME_FRAME 0.02 // distance of a camera from its other pose, in extents of the capture: no need to move
+#define GOOD_FIT 0.05   // the same after a similarity: believe it
+#define SAME_TURN 0.02  // radians
+
+// The views that both have.
+typedef struct Common {
+    Camera *view, *photo;
+    int n;
+} Common;
+
+static int find_common(const Dataset *views, const Dataset *photos, Common *common, FsError *err)
+{
+    size_t room = (size_t)(views->n ? views->n : 1);
+    common->view = malloc(room * sizeof(Camera));
+    common->photo = malloc(room * sizeof(Camera));
+    if (!common->view || !common->photo) return fs_error_memory(err);
+    for (int i = 0; i < views->n; i++) {
+        int p = fs_dataset_find(photos, views->view[i].name);
+        if (p < 0) continue;
+        common->view[common->n] = views->view[i].camera;
+        common->photo[common->n++] = photos->view[p].camera;
+    }
+    return 0;
+}
+
+static double distance(const double a[3], const double b[3])
+{
+    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+// Largest distance of a photo's camera from their mean.
+static double capture_extent(const Dataset *photos)
+{
+    double mean[3] = {0}, c[3], extent = 0;
+    for (int i = 0; i < photos->n; i++) {
+        fs_camera_centre(&photos->view[i].camera, c);
+        for (int k = 0; k < 3; k++) mean[k] += c[k] / photos->n;
+    }
+    for (int i = 0; i < photos->n; i++) {
+        fs_camera_centre(&photos->view[i].camera, c);
+        extent = fmax(extent, distance(c, mean));
+    }
+    return extent;
+}
+
+// Angle between two cameras' orientations.
+static double turn(const Camera *a, const Camera *b)
+{
+    double trace = 0;
+    for (int r = 0; r < 3; r++)
+        for (int k = 0; k < 3; k++) trace += a->w2c[4 * r + k] * b->w2c[4 * r + k];
+    return acos(fmax(-1, fmin(1, (trace - 1) / 2)));
+}
+
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// Medians over the common views, the model's moved first where there is a similarity.
+static int disagreement(const Common *common, const Similarity *move, double *shift, double *angle, FsError *err)
+{
+    double *shifts = malloc(sizeof *shifts * (size_t)common->n), *angles = malloc(sizeof *angles * (size_t)common->n);
+    if (!shifts || !angles) {
+        free(shifts);
+        free(angles);
+        return fs_error_memory(err);
+    }
+    for (int i = 0; i < common->n; i++) {
+        Camera camera = move ? fs_similarity_camera(move, &common->view[i]) : common->view[i];
+        double a[3], b[3];
+        fs_camera_centre(&camera, a);
+        fs_camera_centre(&common->photo[i], b);
+        shifts[i] = distance(a, b);
+        angles[i] = turn(&camera, &common->photo[i]);
+    }
+    qsort(shifts, (size_t)common->n, sizeof *shifts, compare);
+    qsort(angles, (size_t)common->n, sizeof *angles, compare);
+    *shift = shifts[common->n / 2];
+    *angle = angles[common->n / 2];
+    free(shifts);
+    free(angles);
+    return 0;
+}
+
+int fs_frame_align(Dataset *views, const Dataset *photos, const char *file, const Log *log, FsError *err)
+{
+    Common common = {0};
+    Similarity move;
+    double shift, angle, extent = capture_extent(photos);
+    int rc;
+    TRY(find_common(views, photos, &common, err));
+    if (common.n < MIN_COMMON) {
+        fs_log_debug(log, "%s: %d views in common with the photos, taken to be in their frame", file, common.n);
+        goto fail;
+    }
+    TRY(disagreement(&common, NULL, &shift, &angle, err));
+    if (shift <= SAME_FRAME * extent && angle <= SAME_TURN) goto fail;
+    bool fits = fs_similarity_fit_cameras(common.view, common.photo, common.n, &move, NULL) == 0;
+    if (fits) TRY(disagreement(&common, &move, &shift, &angle, err));
+    if (!fits || shift > GOOD_FIT * extent || angle > 2 * SAME_TURN) {
+        fs_log_warn(log, "%s: its poses of %d photos disagree with those in views.json, and no change of frame brings them "
+                         "together; rendered as they are", file, common.n);
+        goto fail;
+    }
+    for (int i = 0; i < views->n; i++) views->view[i].camera = fs_similarity_camera(&move, &views->view[i].camera);
+    fs_log_info(log, "%s: moved into the frame of the photos by %d views in common (scale %.4g, left over %.2g)", file,
+                common.n, move.scale, shift);
+fail:
+    free(common.view);
+    free(common.photo);
+    return rc;
+}
