@@ -68,7 +68,8 @@ static void low_pass(const Band *b, int step, const float *d, float *l)
             const float *p = d + (size_t)y * (size_t)b->stride + x;
             l[(size_t)y * (size_t)b->stride + x] =
                 (26 * p[0] + 23 * (p[-step] + p[step]) + 15 * (p[-2 * step] + p[2 * step]) +
-                 9 * (p[-3 * step] + p[3 * step]) + 4 * (p[-4 * step] + p[4 * step])) / 128.0f;
+                 9 * (p[-3 * step] + p[3 * step]) + 4 * (p[-4 * step] + p[4 * step])) /
+                128.0f;
         }
 }
 
@@ -134,8 +135,8 @@ int fs_demosaic(const float *mosaic, int width, int height, const unsigned char 
     bool bayer = (cfa[0] == 1 && cfa[3] == 1 && cfa[1] + cfa[2] == 2 && cfa[1] != 1) ||
                  (cfa[1] == 1 && cfa[2] == 1 && cfa[0] + cfa[3] == 2 && cfa[0] != 1);
     if (!bayer || width < FS_DEMOSAIC_MIN_SIDE || height < FS_DEMOSAIC_MIN_SIDE)
-        return fs_error_set(err, FS_ERR_INPUT, "a Bayer mosaic of %d x %d: expected sides of at least %d", width, height,
-                            FS_DEMOSAIC_MIN_SIDE);
+        return fs_error_set(err, FS_ERR_INPUT, "a Bayer mosaic of %d x %d: expected sides of at least %d", width,
+                            height, FS_DEMOSAIC_MIN_SIDE);
     Band b;
     int rc = new_band(&b, width, cfa, err);
     if (rc < 0) return rc;

@@ -5,20 +5,21 @@
 #include "base/error.h"
 
 typedef struct ExifInfo {
-    int flash;                      // the EXIF field, -1: not there
-    int orientation;                // 1..8
+    int flash;                        // the EXIF field, -1: not there
+    int orientation;                  // 1..8
     double exposure_s, iso, f_number; // 0: unknown
-    double focal_mm, focal_35mm;    // focal length, and its 35 mm equivalent; 0: unknown
-    double pixels_per_mm;           // of the sensor, at exif_width; 0: unknown
-    int exif_width, exif_height;    // size the camera made the photo, before any editing; 0: unknown
-    double neutral[3];              // camera RGB of a grey thing, green 1 (DNG's AsShotNeutral); 0: unknown
+    double focal_mm, focal_35mm;      // focal length, and its 35 mm equivalent; 0: unknown
+    double pixels_per_mm;             // of the sensor, at exif_width; 0: unknown
+    int exif_width, exif_height;      // size the camera made the photo, before any editing; 0: unknown
+    double neutral[3];                // camera RGB of a grey thing, green 1 (DNG's AsShotNeutral); 0: unknown
     char make[64], model[64];
 } ExifInfo;
 
 // JPEG, PNG, TIFF, and RAW files that are TIFF (DNG, NEF, CR2, ARW...), CR3 or RAF. Fields stay unknown where the file
 // does not tell them, or is of another kind; only a file that cannot be opened is an error.
 int fs_exif_read(const char *path, ExifInfo *info, FsError *err);
-// The flash went off: 1, it did not: 0, the photo does not tell: -1. Bit 0 alone says so: 16 and 24 mean "did not fire".
+// The flash went off: 1, it did not: 0, the photo does not tell: -1. Bit 0 alone says so: 16 and 24 mean "did not
+// fire".
 int fs_exif_flash_fired(const ExifInfo *info);
 // Focal length in pixels of the photo at width x height (whole frame); 0 when unknown.
 double fs_exif_focal_px(const ExifInfo *info, int width, int height);

@@ -38,7 +38,8 @@ static uint16_t get16(const Ifd *ifd, const unsigned char *p)
 
 static uint32_t get32(const Ifd *ifd, const unsigned char *p)
 {
-    return ifd->big ? (uint32_t)get16(ifd, p) << 16 | get16(ifd, p + 2) : (uint32_t)get16(ifd, p + 2) << 16 | get16(ifd, p);
+    return ifd->big ? (uint32_t)get16(ifd, p) << 16 | get16(ifd, p + 2)
+                    : (uint32_t)get16(ifd, p + 2) << 16 | get16(ifd, p);
 }
 
 static size_t type_size(uint16_t type)
@@ -60,9 +61,11 @@ static bool number(const Ifd *ifd, const Entry *e, uint32_t i, double *to)
     float f;
     uint32_t a = size >= 4 ? get32(ifd, p) : 0, b = size == 8 ? get32(ifd, p + 4) : 0;
     switch (e->type) {
-    case 1: case 7: *to = p[0]; break;
+    case 1:
+    case 7: *to = p[0]; break;
     case 3: *to = get16(ifd, p); break;
-    case 4: case 13: *to = a; break;
+    case 4:
+    case 13: *to = a; break;
     case 5: *to = b ? (double)a / b : 0.0; break;
     case 6: *to = (int8_t)p[0]; break;
     case 8: *to = (int16_t)get16(ifd, p); break;
@@ -125,7 +128,8 @@ static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *pa
     case 0x8827: // 65535: too large for its field, see the next two
         if (number(ifd, e, 0, &v) && v > 0 && v < 65535) info->iso = v;
         break;
-    case 0x8832: case 0x8833:
+    case 0x8832:
+    case 0x8833:
         if (info->iso == 0) set_number(ifd, e, 1e8, &info->iso);
         break;
     case 0x9201:

@@ -41,8 +41,8 @@ int fs_image_orient(Image *image, int exif_orientation, FsError *err)
     static const struct {
         bool transpose, flip_x, flip_y; // flips act on the stored axes
     } turn[9] = {
-        [2] = {false, true, false}, [3] = {false, true, true},  [4] = {false, false, true}, [5] = {true, false, false},
-        [6] = {true, false, true},  [7] = {true, true, true},   [8] = {true, true, false},
+        [2] = {false, true, false}, [3] = {false, true, true}, [4] = {false, false, true}, [5] = {true, false, false},
+        [6] = {true, false, true},  [7] = {true, true, true},  [8] = {true, true, false},
     };
     bool transpose = turn[exif_orientation].transpose;
     int w = image->width, h = image->height, c = image->channels;

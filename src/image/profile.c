@@ -16,7 +16,8 @@ static bool is_identity(const unsigned char *curve, size_t size)
         uint32_t n = get32(curve + 8);
         return n == 0 || (n == 1 && size >= 14 && curve[12] == 1 && curve[13] == 0);
     }
-    return memcmp(curve, "para", 4) == 0 && size >= 16 && curve[8] == 0 && curve[9] == 0 && get32(curve + 12) == 0x10000;
+    return memcmp(curve, "para", 4) == 0 && size >= 16 && curve[8] == 0 && curve[9] == 0 &&
+           get32(curve + 12) == 0x10000;
 }
 
 bool fs_profile_is_linear(const void *icc, size_t size)

@@ -122,7 +122,8 @@ static int find_levels(const char *path, libraw_data_t *raw, Sensor *s, FsError 
         }
     s->white = color->maximum;
     if (!(s->white > highest + 15))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: white level %g is not above black level %g", path, s->white, highest);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: white level %g is not above black level %g", path, s->white,
+                            highest);
     return 0;
 }
 
@@ -204,7 +205,8 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
     double range[3]; // from black to white
     for (int c = 0; c < 3; c++) range[c] = raw->color.maximum - mean_black(&raw->color, c);
     if (!(range[0] > 15 && range[1] > 15 && range[2] > 15))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: white level %u is not above the black level", path, raw->color.maximum);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: white level %u is not above the black level", path,
+                            raw->color.maximum);
     for (int c = 0; c < 4; c++) p->user_mul[c] = (float)white_balance[c == 3 ? 1 : c];
     p->use_camera_wb = p->use_auto_wb = 0;
     p->output_color = 0;
@@ -221,7 +223,8 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
     libraw_processed_image_t *made = libraw_dcraw_make_mem_image(raw, &code);
     if (!made) return raw_error(path, code, err);
     if (made->type != LIBRAW_IMAGE_BITMAP || made->bits != 16 || (made->colors != 3 && made->colors != 1)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: a sensor of %d colours, expected red, green and blue", path, made->colors);
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: a sensor of %d colours, expected red, green and blue", path,
+                          made->colors);
         goto fail;
     }
     TRY(fs_image_new(rgb, made->width, made->height, 3, err));

@@ -44,7 +44,9 @@ static int open_tiff(Tiff *t, const char *path, const char *mode, FsError *err)
     if (mode[0] == 'w')
         return fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", t->path, errno ? strerror(errno) : t->why);
     return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open as TIFF: %s", t->path,
-                        errno ? strerror(errno) : t->why[0] ? t->why : "not a TIFF file");
+                        errno       ? strerror(errno)
+                        : t->why[0] ? t->why
+                                    : "not a TIFF file");
 }
 
 // How the samples lie in the file.
@@ -62,7 +64,8 @@ static int bad(const Tiff *t, FsError *err)
 static int read_layout(Tiff *t, Layout *l, FsError *err)
 {
     uint16_t compression = 0;
-    if (!TIFFGetField(t->tiff, TIFFTAG_IMAGEWIDTH, &l->width) || !TIFFGetField(t->tiff, TIFFTAG_IMAGELENGTH, &l->height))
+    if (!TIFFGetField(t->tiff, TIFFTAG_IMAGEWIDTH, &l->width) ||
+        !TIFFGetField(t->tiff, TIFFTAG_IMAGELENGTH, &l->height))
         return bad(t, err);
     TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLESPERPIXEL, &l->samples);
     TIFFGetFieldDefaulted(t->tiff, TIFFTAG_BITSPERSAMPLE, &l->bits);
@@ -155,8 +158,9 @@ static int read_blocks(Tiff *t, const Layout *l, unsigned char *block, tmsize_t 
             for (uint32_t x = 0; x < l->width; x += block_width) {
                 uint16_t plane = (uint16_t)p;
                 tmsize_t want = tiled ? size : (tmsize_t)(pixel * block_width * rows);
-                tmsize_t got = tiled ? TIFFReadEncodedTile(t->tiff, TIFFComputeTile(t->tiff, x, y, 0, plane), block, size)
-                                     : TIFFReadEncodedStrip(t->tiff, TIFFComputeStrip(t->tiff, y, plane), block, want);
+                tmsize_t got = tiled
+                                   ? TIFFReadEncodedTile(t->tiff, TIFFComputeTile(t->tiff, x, y, 0, plane), block, size)
+                                   : TIFFReadEncodedStrip(t->tiff, TIFFComputeStrip(t->tiff, y, plane), block, want);
                 if (got < want) return bad(t, err);
                 put_block(l, block, image, x, y, block_width, rows, planes ? p : -1);
                 if (!tiled) break;
@@ -222,17 +226,16 @@ int fs_tiff_is_linear(const char *path, bool *linear, FsError *err)
 static bool write_all(TIFF *tiff, const Image *image, float *copy, uint32_t rows)
 {
     size_t n = (size_t)image->width * (size_t)image->channels;
-    bool ok = TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, (uint32_t)image->width) &&
-              TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, (uint32_t)image->height) &&
-              TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, image->channels) &&
-              TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32) &&
-              TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP) &&
-              TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) &&
-              TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC,
-                           image->channels == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB) &&
-              TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE) &&
-              TIFFSetField(tiff, TIFFTAG_PREDICTOR, PREDICTOR_FLOATINGPOINT) &&
-              TIFFSetField(tiff, TIFFTAG_ZIPQUALITY, 1) && TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, rows);
+    bool ok =
+        TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, (uint32_t)image->width) &&
+        TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, (uint32_t)image->height) &&
+        TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, image->channels) && TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32) &&
+        TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP) &&
+        TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) &&
+        TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, image->channels == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB) &&
+        TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE) &&
+        TIFFSetField(tiff, TIFFTAG_PREDICTOR, PREDICTOR_FLOATINGPOINT) && TIFFSetField(tiff, TIFFTAG_ZIPQUALITY, 1) &&
+        TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, rows);
     for (uint32_t y = 0, strip = 0; ok && y < (uint32_t)image->height; y += rows, strip++) {
         uint32_t left = (uint32_t)image->height - y, count = rows < left ? rows : left;
         memcpy(copy, image->px + y * n, count * n * sizeof *copy); // the predictor works in place

@@ -7,7 +7,7 @@
 // gamma(x) = x^0.22 (Flash-Splat, section 3): the encoding of the models' colours, of targets and of layer PNGs.
 #define FS_TONE_GAMMA 0.22f
 
-float fs_tone_encode(float linear); // max(linear, 0)^0.22
+float fs_tone_encode(float linear);  // max(linear, 0)^0.22
 float fs_tone_decode(float encoded); // max(encoded, 0)^(1/0.22)
 void fs_tone_encode_image(Image *image);
 void fs_tone_decode_image(Image *image);

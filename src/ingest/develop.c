@@ -68,7 +68,8 @@ void fs_develop_shot(const Shots *shots, Shot *shot, const char *dir, int long_e
     FsError *err = &shot->failure;
     Image rgb = {0}, clipped = {0}, photo = {0}, mask = {0};
     char *path = fs_file_path("%s/%s", shots->folder, shot->file);
-    char *photo_path = fs_file_path("%s/%s.tif", dir, shot->name), *mask_path = fs_file_path("%s/%s_mask.png", dir, shot->name);
+    char *photo_path = fs_file_path("%s/%s.tif", dir, shot->name),
+         *mask_path = fs_file_path("%s/%s_mask.png", dir, shot->name);
     int rc = path && photo_path && mask_path ? 0 : fs_error_memory(err);
     if (rc == 0) rc = fs_photo_read(path, shots->white_balance, &rgb, &clipped, &shot->encoded, err);
     if (rc == 0) rc = shrink(shot, &rgb, &clipped, long_edge, &photo, &mask, err);

@@ -6,7 +6,8 @@
 
 #define FS_FEATURES_LONG_EDGE 1600 // pixels; of the pictures in which poses looks for features
 
-// Writes <dir>/<name>.tif, <dir>/<name>_mask.png and <dir>/features/<name>.png; fills the shot's sizes and figures, or its failure.
+// Writes <dir>/<name>.tif, <dir>/<name>_mask.png and <dir>/features/<name>.png; fills the shot's sizes and figures, or
+// its failure.
 void fs_develop_shot(const Shots *shots, Shot *shot, const char *dir, int long_edge);
 
 #endif

@@ -27,7 +27,8 @@ static bool is_named(const Shot *shot, const char *line)
 {
     if (strcmp(line, shot->file) == 0 || strcmp(line, shot->name) == 0) return true;
     char *stem = fs_file_stem(line);
-    bool same = stem && strcmp(stem, shot->name) == 0 && strcmp(fs_file_name(line), line) == 0 && fs_file_has_ext(line, "jpg");
+    bool same =
+        stem && strcmp(stem, shot->name) == 0 && strcmp(fs_file_name(line), line) == 0 && fs_file_has_ext(line, "jpg");
     free(stem);
     return same;
 }
@@ -54,7 +55,8 @@ static int mark_by_list(Shots *shots, const char *path, const Log *log, FsError 
     if (!named)
         return fs_error_set(err, FS_ERR_INPUT, "%s: names no photo of %s (the first photo there is %s)", path,
                             shots->folder, shots->shot[0].file);
-    if (lost) fs_log_warn(log, "%s: %d of its names are no photos of %s, e.g. %s", path, lost, shots->folder, first_lost);
+    if (lost)
+        fs_log_warn(log, "%s: %d of its names are no photos of %s, e.g. %s", path, lost, shots->folder, first_lost);
     return 0;
 }
 
@@ -79,15 +81,17 @@ int fs_shots_check_groups(const Shots *shots, FsError *err)
     int flash = 0;
     for (int i = 0; i < shots->n; i++) flash += shots->shot[i].flash == 1;
     if (shots->n < 2)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: one photo (%s): at least one with and one without flash are needed, and 15 of each for "
-                            "a good separation",
-                            shots->folder, shots->n ? shots->shot[0].file : "none");
+        return fs_error_set(
+            err, FS_ERR_INPUT,
+            "%s: one photo (%s): at least one with and one without flash are needed, and 15 of each for "
+            "a good separation",
+            shots->folder, shots->n ? shots->shot[0].file : "none");
     if (flash == 0)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: no flash photos: the flash fired in none of the %d photos; take some with the flash, or "
-                            "%s",
-                            shots->folder, shots->n, what_to_do);
+        return fs_error_set(
+            err, FS_ERR_INPUT,
+            "%s: no flash photos: the flash fired in none of the %d photos; take some with the flash, or "
+            "%s",
+            shots->folder, shots->n, what_to_do);
     if (flash == shots->n)
         return fs_error_set(err, FS_ERR_INPUT,
                             "%s: only flash photos: the flash fired in all of the %d photos; take some without, or %s",
@@ -111,7 +115,9 @@ int fs_shots_find_flash(Shots *shots, const Settings *set, const Log *log, FsErr
     int flash = 0;
     for (int i = 0; i < shots->n; i++) flash += shots->shot[i].flash;
     fs_log_info(log, "%d photos: %d with flash, %d without (%s)", shots->n, flash, shots->n - flash,
-                by_glob ? "--flash-glob" : by_list ? "--flash-list" : "EXIF");
+                by_glob   ? "--flash-glob"
+                : by_list ? "--flash-list"
+                          : "EXIF");
 fail:
     return rc;
 }

@@ -68,15 +68,17 @@ static void check_pictures(const Shots *shots, const Log *log)
     }
     double off = mean[0] / count[0], on = mean[1] / count[1];
     if (encoded)
-        fs_log_warn(log, "%d photos are not linear (JPEG or 8 bits): linearised by the sRGB curve, reduced quality; RAW "
-                         "files separate better",
+        fs_log_warn(log,
+                    "%d photos are not linear (JPEG or 8 bits): linearised by the sRGB curve, reduced quality; RAW "
+                    "files separate better",
                     encoded);
     if (sizes)
         fs_log_warn(log, "%d photos have another size than %s (%d x %d): use one camera, one zoom and one orientation",
                     sizes, shots->shot[0].file, shots->shot[0].width, shots->shot[0].height);
     if (on < 1.02 * off)
-        fs_log_warn(log, "the flash photos are no brighter (mean %.4f) than the others (%.4f): is the flash state right, "
-                         "and does the flash reach the scene?",
+        fs_log_warn(log,
+                    "the flash photos are no brighter (mean %.4f) than the others (%.4f): is the flash state right, "
+                    "and does the flash reach the scene?",
                     on, off);
     if (clipped > 0.05)
         fs_log_warn(log, "%.0f %% of the pixels are clipped and will not be used: expose less", 100 * clipped);
@@ -101,9 +103,10 @@ static int write_json(const FsProject *project, const Shots *shots, const char *
             json_decref(photos);
             photos = NULL;
         }
-    json_t *root = photos ? json_pack("{s:i, s:[f,f,f], s:s, s:o}", "long_edge", project->set.long_edge, "white_balance",
-                                      wb[0], wb[1], wb[2], "fingerprint", fingerprint, "photos", photos)
-                          : NULL;
+    json_t *root = photos
+                       ? json_pack("{s:i, s:[f,f,f], s:s, s:o}", "long_edge", project->set.long_edge, "white_balance",
+                                   wb[0], wb[1], wb[2], "fingerprint", fingerprint, "photos", photos)
+                       : NULL;
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
     char *path = fs_file_path("%s/ingest.json", project->out);
     int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
@@ -136,7 +139,8 @@ static bool photos_changed(const FsProject *project, const char *folder)
     char now[17];
     size_t size;
     if (path && fs_shots_scan(&shots, folder, &(Log){0}, NULL) == 0) {
-        json_t *last = fs_file_read(path, MAX_JSON_BYTES, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
+        json_t *last =
+            fs_file_read(path, MAX_JSON_BYTES, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
         const char *fingerprint = json_string_value(json_object_get(last, "fingerprint"));
         fs_shots_fingerprint(&shots, project->set.flash_list, now);
         changed = !fingerprint || strcmp(fingerprint, now) != 0;

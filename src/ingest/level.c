@@ -33,8 +33,9 @@ static void level_white_balance(Shots *shots, double *value, const Log *log)
     for (int i = 0; i < shots->n; i++) raws += shots->shot[i].kind == SHOT_RAW;
     if (raws == 0) return;
     if (raws < shots->n)
-        fs_log_warn(log, "%d photos are RAW and %d are not: their colours and brightness cannot be matched well; use one "
-                         "kind only",
+        fs_log_warn(log,
+                    "%d photos are RAW and %d are not: their colours and brightness cannot be matched well; use one "
+                    "kind only",
                     raws, shots->n - raws);
     for (int c = 0; c < 3; c++) {
         for (int i = 0; i < shots->n; i++) value[i] = shots->shot[i].white_balance[c];
@@ -45,8 +46,9 @@ static void level_white_balance(Shots *shots, double *value, const Log *log)
     }
     const double *wb = shots->white_balance;
     if (odd)
-        fs_log_warn(log, "white balance as shot differs between photos (%s: %.3f 1 %.3f); all are developed with the "
-                         "median, %.3f 1 %.3f",
+        fs_log_warn(log,
+                    "white balance as shot differs between photos (%s: %.3f 1 %.3f); all are developed with the "
+                    "median, %.3f 1 %.3f",
                     odd->file, odd->white_balance[0], odd->white_balance[2], wb[0], wb[2]);
     else
         fs_log_info(log, "white balance %.3f 1 %.3f", wb[0], wb[2]);
@@ -78,10 +80,12 @@ static void level_exposure(Shots *shots, double *value, const Log *log)
         odd = shot;
     }
     if (differ)
-        fs_log_warn(log, "%d of %d photos have another shutter time, ISO or aperture (e.g. %s: %g s, ISO %g, f/%g); they "
-                         "are brought to the median exposure%s",
+        fs_log_warn(log,
+                    "%d of %d photos have another shutter time, ISO or aperture (e.g. %s: %g s, ISO %g, f/%g); they "
+                    "are brought to the median exposure%s",
                     differ, shots->n, odd->file, odd->exif.exposure_s, odd->exif.iso, odd->exif.f_number,
-                    flash_differs ? ", but the flash's light does not follow the shutter: use one manual exposure" : "");
+                    flash_differs ? ", but the flash's light does not follow the shutter: use one manual exposure"
+                                  : "");
     if (unknown == shots->n)
         fs_log_warn(log, "the photos do not tell their exposure: taken to be the same for all");
     else if (unknown)

@@ -12,12 +12,13 @@ static const struct {
     const char *ext;
     ShotKind kind;
 } extensions[] = {
-    {"dng", SHOT_RAW}, {"cr2", SHOT_RAW}, {"cr3", SHOT_RAW}, {"crw", SHOT_RAW}, {"nef", SHOT_RAW}, {"nrw", SHOT_RAW},
-    {"arw", SHOT_RAW}, {"sr2", SHOT_RAW}, {"srf", SHOT_RAW}, {"raf", SHOT_RAW}, {"orf", SHOT_RAW}, {"rw2", SHOT_RAW},
-    {"pef", SHOT_RAW}, {"srw", SHOT_RAW}, {"x3f", SHOT_RAW}, {"3fr", SHOT_RAW}, {"fff", SHOT_RAW}, {"iiq", SHOT_RAW},
-    {"erf", SHOT_RAW}, {"mrw", SHOT_RAW}, {"kdc", SHOT_RAW}, {"dcr", SHOT_RAW}, {"mef", SHOT_RAW}, {"mos", SHOT_RAW},
-    {"rwl", SHOT_RAW}, {"gpr", SHOT_RAW}, {"jpg", SHOT_JPEG}, {"jpeg", SHOT_JPEG}, {"jpe", SHOT_JPEG},
-    {"png", SHOT_PNG}, {"tif", SHOT_TIFF}, {"tiff", SHOT_TIFF},
+    {"dng", SHOT_RAW},  {"cr2", SHOT_RAW},   {"cr3", SHOT_RAW},   {"crw", SHOT_RAW},  {"nef", SHOT_RAW},
+    {"nrw", SHOT_RAW},  {"arw", SHOT_RAW},   {"sr2", SHOT_RAW},   {"srf", SHOT_RAW},  {"raf", SHOT_RAW},
+    {"orf", SHOT_RAW},  {"rw2", SHOT_RAW},   {"pef", SHOT_RAW},   {"srw", SHOT_RAW},  {"x3f", SHOT_RAW},
+    {"3fr", SHOT_RAW},  {"fff", SHOT_RAW},   {"iiq", SHOT_RAW},   {"erf", SHOT_RAW},  {"mrw", SHOT_RAW},
+    {"kdc", SHOT_RAW},  {"dcr", SHOT_RAW},   {"mef", SHOT_RAW},   {"mos", SHOT_RAW},  {"rwl", SHOT_RAW},
+    {"gpr", SHOT_RAW},  {"jpg", SHOT_JPEG},  {"jpeg", SHOT_JPEG}, {"jpe", SHOT_JPEG}, {"png", SHOT_PNG},
+    {"tif", SHOT_TIFF}, {"tiff", SHOT_TIFF},
 };
 
 static const char formats[] = "RAW (DNG, CR2, CR3, NEF, ARW, RAF, ORF, RW2...), JPEG, PNG or TIFF";
@@ -103,7 +104,8 @@ int fs_shots_scan(Shots *shots, const char *folder, const Log *log, FsError *err
             continue;
         }
         Shot *shot = &shots->shot[shots->n++];
-        *shot = (Shot){.file = strdup(list.name[i]), .name = fs_file_stem(list.name[i]), .kind = (ShotKind)kind, .gain = 1};
+        *shot =
+            (Shot){.file = strdup(list.name[i]), .name = fs_file_stem(list.name[i]), .kind = (ShotKind)kind, .gain = 1};
         if (!shot->file || !shot->name) {
             rc = fs_error_memory(err);
             goto fail;
@@ -185,8 +187,8 @@ int fs_shots_drop_failed(Shots *shots, const Log *log, FsError *err)
             strcat(names, "...");
     }
     if (failed * 3 > all)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: %d of %d photos cannot be used: %s (first: %s)", shots->folder, failed,
-                            all, names, first.message);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: %d of %d photos cannot be used: %s (first: %s)", shots->folder,
+                            failed, all, names, first.message);
     for (int i = 0; i < all; i++) {
         Shot *shot = &shots->shot[i];
         if (shot->failure.code) {

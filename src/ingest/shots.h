@@ -18,11 +18,11 @@ typedef struct Shot {
     double gain;             // brings the photo to the capture's exposure
 
     // known after development
-    FsError failure;  // code 0: the photo is good
-    bool encoded;     // came as display values: reduced quality
+    FsError failure;                            // code 0: the photo is good
+    bool encoded;                               // came as display values: reduced quality
     int width, height, orig_width, orig_height; // upright
-    double clipped;   // fraction of the working image
-    double mean;      // of the working image's linear values
+    double clipped;                             // fraction of the working image
+    double mean;                                // of the working image's linear values
 } Shot;
 
 typedef struct Shots {

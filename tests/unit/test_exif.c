@@ -107,8 +107,8 @@ static void test_flash_values(void **state)
     static const struct {
         uint32_t value;
         int fired;
-    } cases[] = {{0, 0},    {1, 1},    {5, 1},    {7, 1},    {8, 0},    {9, 1},   {0xd, 1},  {0xf, 1},  {16, 0},
-                 {20, 0},   {24, 0},   {0x19, 1}, {0x1d, 1}, {0x1f, 1}, {32, 0},  {0x41, 1}, {0x45, 1}, {0x47, 1},
+    } cases[] = {{0, 0},    {1, 1},    {5, 1},    {7, 1},    {8, 0},    {9, 1},    {0xd, 1},  {0xf, 1},  {16, 0},
+                 {20, 0},   {24, 0},   {0x19, 1}, {0x1d, 1}, {0x1f, 1}, {32, 0},   {0x41, 1}, {0x45, 1}, {0x47, 1},
                  {0x49, 1}, {0x4d, 1}, {0x50, 0}, {0x58, 0}, {0x59, 1}, {0x5d, 1}, {0x5f, 1}};
     static const uint32_t magics[] = {42, 0x55, 0x4f52, 0x5352};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
@@ -169,11 +169,11 @@ static void test_lies(void **state)
     Builder b = {0};
     put_head(&b, 42);
     put(&b, 5, 2);
-    put_entry(&b, 0x0112, 3, 1, 77);                // no such orientation
-    put_entry(&b, 0x8769, 4, 1, 8);                 // EXIF is the directory itself
+    put_entry(&b, 0x0112, 3, 1, 77);                  // no such orientation
+    put_entry(&b, 0x8769, 4, 1, 8);                   // EXIF is the directory itself
     put_entry(&b, 0x829a, 5, 0xffffffff, 0xfffffff0); // outside
-    put_entry(&b, 0x9209, 99, 1, 1);                // no such type
-    put_entry(&b, 0x010f, 2, 0xffffffff, 8);        // endless text
+    put_entry(&b, 0x9209, 99, 1, 1);                  // no such type
+    put_entry(&b, 0x010f, 2, 0xffffffff, 8);          // endless text
     assert_int_equal(fs_file_write(temp("a.tif"), b.data, b.n, NULL), 0);
     ExifInfo info = read_exif(temp("a.tif"));
     assert_int_equal(info.orientation, 1);
@@ -187,9 +187,12 @@ static void test_lies(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_written_by_exiftool), cmocka_unit_test(test_without_exif),
-        cmocka_unit_test(test_flash_values),        cmocka_unit_test(test_cr3),
-        cmocka_unit_test(test_raf),                 cmocka_unit_test(test_lies),
+        cmocka_unit_test(test_written_by_exiftool),
+        cmocka_unit_test(test_without_exif),
+        cmocka_unit_test(test_flash_values),
+        cmocka_unit_test(test_cr3),
+        cmocka_unit_test(test_raf),
+        cmocka_unit_test(test_lies),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }

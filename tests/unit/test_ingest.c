@@ -14,7 +14,8 @@ static void on_log(void *user, FsLogLevel level, const char *message)
 {
     (void)user;
     size_t used = strlen(said);
-    if (level != FS_LOG_DEBUG) snprintf(said + used, sizeof said - used, "%s%s\n", level == FS_LOG_WARN ? "W " : "", message);
+    if (level != FS_LOG_DEBUG)
+        snprintf(said + used, sizeof said - used, "%s%s\n", level == FS_LOG_WARN ? "W " : "", message);
 }
 
 static bool on_poll(void *user)
@@ -74,14 +75,18 @@ static void fill(const char *const pairs[][2])
 
 #define FILL(...) fill((const char *const[][2]){__VA_ARGS__, {NULL, NULL}})
 #define SET(...) ((const char *const[]){__VA_ARGS__, NULL})
-#define FOUR {"flash.dng", "A_1.DNG"}, {"ambient.dng", "A_2.DNG"}, {"flash.dng", "A_3.DNG"}, {"ambient.dng", "A_4.DNG"}
+#define FOUR                                                                                                           \
+    {"flash.dng", "A_1.DNG"}, {"ambient.dng", "A_2.DNG"}, {"flash.dng", "A_3.DNG"},                                    \
+    {                                                                                                                  \
+        "ambient.dng", "A_4.DNG"                                                                                       \
+    }
 
 static json_t *photo_entry(json_t *root, const char *name)
 {
     size_t i;
     json_t *entry;
-    json_array_foreach(json_object_get(root, "photos"), i, entry)
-        if (strcmp(json_string_value(json_object_get(entry, "name")), name) == 0) return entry;
+    json_array_foreach(json_object_get(root, "photos"), i,
+                       entry) if (strcmp(json_string_value(json_object_get(entry, "name")), name) == 0) return entry;
     fail_msg("no photo %s", name);
     return NULL;
 }
@@ -314,10 +319,17 @@ static void test_cancel(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_good),        cmocka_unit_test(test_again),       cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_missing),     cmocka_unit_test(test_flash_state), cmocka_unit_test(test_unreadable),
-        cmocka_unit_test(test_raw_before_jpeg), cmocka_unit_test(test_jpeg),    cmocka_unit_test(test_orientation),
-        cmocka_unit_test(test_exposure),    cmocka_unit_test(test_cancel),
+        cmocka_unit_test(test_good),
+        cmocka_unit_test(test_again),
+        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_missing),
+        cmocka_unit_test(test_flash_state),
+        cmocka_unit_test(test_unreadable),
+        cmocka_unit_test(test_raw_before_jpeg),
+        cmocka_unit_test(test_jpeg),
+        cmocka_unit_test(test_orientation),
+        cmocka_unit_test(test_exposure),
+        cmocka_unit_test(test_cancel),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }

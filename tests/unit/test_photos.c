@@ -57,7 +57,8 @@ static void test_is_linear(void **state)
     static const struct {
         const char *file;
         bool linear;
-    } cases[] = {{"rgb8.png", false}, {"rgb16.png", true}, {"rgb8.tif", false}, {"rgb16.tif", true}, {"rgb32f.tif", true}};
+    } cases[] = {
+        {"rgb8.png", false}, {"rgb16.png", true}, {"rgb8.tif", false}, {"rgb16.tif", true}, {"rgb32f.tif", true}};
     for (int i = 0; i < 5; i++) {
         bool linear;
         assert_int_equal((i < 2 ? fs_png_is_linear : fs_tiff_is_linear)(given(cases[i].file), &linear, NULL), 0);
@@ -93,7 +94,8 @@ static void test_tiff_layouts(void **state)
                     for (int j = 0; j < rows; j++)
                         for (int i = 0; i < width; i++)
                             for (int c = 0; c < step; c++) // halves: (1 + k/1024) * 2^0, k the pattern
-                                block[(j * width + i) * step + c] = (uint16_t)(0x3c00 + pattern(x + i, y + j, planes ? p : c));
+                                block[(j * width + i) * step + c] =
+                                    (uint16_t)(0x3c00 + pattern(x + i, y + j, planes ? p : c));
                     if (tiled)
                         TIFFWriteTile(tiff, block, (uint32_t)x, (uint32_t)y, 0, (uint16_t)p);
                     else

@@ -35,14 +35,16 @@ static void test_dng(void **state)
         assert_true(fabs(info.white_balance[0] - 2) < 1e-5 && fabs(info.white_balance[2] - 1.6) < 1e-5);
         assert_int_equal(info.orientation, i == 1 ? 6 : 1);
         assert_true(info.exposure_s == 0.25 && info.iso == 200 && info.focal_mm == 24);
-        if (fs_raw_read(given(cases[i].file), white_balance, false, &rgb, &clipped, &err) != 0) fail_msg("%s", err.message);
+        if (fs_raw_read(given(cases[i].file), white_balance, false, &rgb, &clipped, &err) != 0)
+            fail_msg("%s", err.message);
         assert_int_equal(rgb.width, 64);
         assert_int_equal(rgb.height, 48);
         for (int y = 2; y < 46; y++) // mirroring bends a ramp at the border
             for (int x = 2; x < 62; x++)
                 for (int c = 0; c < 3 && (i == 3 || !near_square(x, y)); c++) {
                     double want = fmin(cases[i].gain * light(x, y, c), 0.95), got = rgb.px[(y * 64 + x) * 3 + c];
-                    if (fabs(got - want) > 0.004) fail_msg("%s: (%d, %d, %d) is %g, not %g", cases[i].file, x, y, c, got, want);
+                    if (fabs(got - want) > 0.004)
+                        fail_msg("%s: (%d, %d, %d) is %g, not %g", cases[i].file, x, y, c, got, want);
                 }
         for (int y = 0; y < 48; y++)
             for (int x = 0; x < 64; x++) {
@@ -94,7 +96,8 @@ static void test_demosaic(void **state)
                 if (is_green) assert_true(green == *m);
                 error += (green - truth) * (green - truth);
                 plain_error += (plain - truth) * (plain - truth);
-                for (int c = 0; c < 3; c++) sum += rgb.px[(y * W + x) * 3 + c] - truth, negative += rgb.px[(y * W + x) * 3 + c] < 0;
+                for (int c = 0; c < 3; c++)
+                    sum += rgb.px[(y * W + x) * 3 + c] - truth, negative += rgb.px[(y * W + x) * 3 + c] < 0;
             }
         if (error > 0.3 * plain_error) fail_msg("%g %g", error, plain_error);
         assert_true(fabs(sum / (3 * W * H)) < 5e-4);

@@ -15,9 +15,12 @@ static int failures;
 static bool read_layer(const char *truth, const char *layer, const char *name, Image *image)
 {
     bool good = false;
-    char *png = fs_file_path("%s/%s/%s.png", truth, layer, name), *jpg = fs_file_path("%s/%s/%s.jpg", truth, layer, name);
-    if (png && fs_file_exists(png)) good = fs_png_read(png, image, NULL) == 0;
-    else if (jpg && fs_file_exists(jpg)) good = fs_jpeg_read(jpg, image, NULL) == 0;
+    char *png = fs_file_path("%s/%s/%s.png", truth, layer, name),
+         *jpg = fs_file_path("%s/%s/%s.jpg", truth, layer, name);
+    if (png && fs_file_exists(png))
+        good = fs_png_read(png, image, NULL) == 0;
+    else if (jpg && fs_file_exists(jpg))
+        good = fs_jpeg_read(jpg, image, NULL) == 0;
     if (good) fs_tone_decode_image(image);
     free(png);
     free(jpg);
@@ -25,7 +28,8 @@ static bool read_layer(const char *truth, const char *layer, const char *name, I
 }
 
 // Channel means of photo and T + R over the pixels that are nowhere near white; the error's size, in linear light.
-static void compare(const char *what, bool flash, const Image *photo, const Image *clipped, const Image *t, const Image *r)
+static void compare(const char *what, bool flash, const Image *photo, const Image *clipped, const Image *t,
+                    const Image *r)
 {
     double sum[3] = {0}, want[3] = {0}, error = 0, n = 0;
     for (int i = 0; i < photo->width * photo->height; i++) {
