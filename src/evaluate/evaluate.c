@@ -16,7 +16,8 @@ typedef struct Evaluation {
     FsProject *project;
     const char *truth;
     Dataset cameras;
-    Threads *threads;
+    Lpips *lpips;
+    MetricContext context;
     MethodScore *method;
     int n;
 } Evaluation;
@@ -70,7 +71,7 @@ static int evaluate_layer(Evaluation *e, int l, FsError *err)
         TRY(fs_log_cancelled(&e->project->log) ? fs_error_set(err, FS_ERR_CANCELLED, "evaluate: stopped") : 0);
         fs_log_progress(&e->project->log, "evaluate", l * e->n + i, FS_EVALUATE_LAYERS * e->n, layers[l].name);
         TRY(fs_score_layer(&e->method[i].layer[l], layers[l].name, e->truth, &views, e->method[i].dir,
-                           layers[l].transmitted, e->threads, &e->project->log, err));
+                           layers[l].transmitted, &e->context, &e->project->log, err));
     }
 fail:
     fs_truth_free(&views);
@@ -122,7 +123,21 @@ static void free_all(Evaluation *e)
     }
     free(e->method);
     fs_dataset_free(&e->cameras);
-    fs_threads_free(e->threads);
+    fs_lpips_free(e->lpips);
+    fs_threads_free(e->context.threads);
+}
+
+static int open_lpips(Evaluation *e, FsError *err)
+{
+    const char *path = e->project->set.lpips_weights;
+    if (!*path) {
+        fs_log_info(&e->project->log, "evaluate: LPIPS is not measured: it needs --lpips-weights FILE, which "
+                                      "tools/lpips_convert.py makes out of PyTorch's files (docs/lpips.md)");
+        return 0;
+    }
+    int rc = fs_lpips_read(&e->lpips, path, err);
+    e->context.lpips = e->lpips;
+    return rc;
 }
 
 int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
@@ -132,8 +147,9 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     char *cameras = fs_file_path("%s/cameras.json", truth);
     TRY(cameras ? fs_dataset_read(&e.cameras, cameras, err) : fs_error_memory(err));
     fs_project_unmark(project, "evaluate");
-    e.threads = fs_threads_new(project->set.threads);
-    TRY(e.threads ? 0 : fs_error_memory(err));
+    e.context.threads = fs_threads_new(project->set.threads);
+    TRY(e.context.threads ? 0 : fs_error_memory(err));
+    TRY(open_lpips(&e, err));
     TRY(list_methods(&e, err));
     for (int l = 0; l < FS_EVALUATE_LAYERS; l++) TRY(evaluate_layer(&e, l, err));
     TRY(evaluate_depth(&e, err));

@@ -1,4 +1,4 @@
-// The metrics, in double: PSNR, SSIM and multi-scale SSIM.
+// The table of metrics; PSNR, SSIM and multi-scale SSIM in double.
 #include "evaluate/metrics.h"
 
 #include <math.h>
@@ -10,15 +10,30 @@
 
 static const double exponent[SCALES] = {0.0448, 0.2856, 0.3001, 0.2363, 0.1333};
 
+static int lpips_alex(const Image *a, const Image *b, const MetricContext *context, double *value, FsError *err)
+{
+    if (!fs_lpips_has(context->lpips, LPIPS_ALEX)) return 0;
+    return fs_lpips_distance(context->lpips, LPIPS_ALEX, a, b, context->threads, value, err);
+}
+
+static int lpips_vgg(const Image *a, const Image *b, const MetricContext *context, double *value, FsError *err)
+{
+    if (!fs_lpips_has(context->lpips, LPIPS_VGG)) return 0;
+    return fs_lpips_distance(context->lpips, LPIPS_VGG, a, b, context->threads, value, err);
+}
+
 const MetricInfo fs_metrics[METRICS] = {
-    [METRIC_PSNR] = {"psnr", "PSNR", "%6.2f", fs_metrics_psnr},
-    [METRIC_SSIM] = {"ssim", "SSIM", "%6.4f", fs_metrics_ssim},
-    [METRIC_MS_SSIM] = {"ms_ssim", "MS-SSIM", "%7.4f", fs_metrics_ms_ssim},
+    [METRIC_PSNR] = {"psnr", "PSNR", "%6.2f", false, fs_metrics_psnr},
+    [METRIC_SSIM] = {"ssim", "SSIM", "%6.4f", false, fs_metrics_ssim},
+    [METRIC_MS_SSIM] = {"ms_ssim", "MS-SSIM", "%7.4f", false, fs_metrics_ms_ssim},
+    [METRIC_LPIPS_ALEX] = {"lpips_alex", "LPIPS-A", "%7.4f", true, lpips_alex},
+    [METRIC_LPIPS_VGG] = {"lpips_vgg", "LPIPS-V", "%7.4f", true, lpips_vgg},
 };
 
-int fs_metrics_psnr(const Image *a, const Image *b, double *value, FsError *err)
+int fs_metrics_psnr(const Image *a, const Image *b, const MetricContext *context, double *value,
+                   FsError *err)
 {
-    (void)err;
+    (void)context, (void)err;
     size_t n = (size_t)a->width * (size_t)a->height * (size_t)a->channels;
     double sum = 0;
     for (size_t i = 0; i < n; i++) sum += ((double)a->px[i] - (double)b->px[i]) * ((double)a->px[i] - (double)b->px[i]);
@@ -41,8 +56,10 @@ static double *workspace(const Image *a, FsError *err)
     return memory;
 }
 
-int fs_metrics_ssim(const Image *a, const Image *b, double *value, FsError *err)
+int fs_metrics_ssim(const Image *a, const Image *b, const MetricContext *context, double *value,
+                   FsError *err)
 {
+    (void)context;
     size_t n = (size_t)a->width * (size_t)a->height;
     double *pa = workspace(a, err), sum = 0;
     if (!pa) return FS_ERR_MEMORY;
@@ -91,8 +108,10 @@ static double ms_ssim_plane(double *a, double *b, int width, int height, double 
     return product;
 }
 
-int fs_metrics_ms_ssim(const Image *a, const Image *b, double *value, FsError *err)
+int fs_metrics_ms_ssim(const Image *a, const Image *b, const MetricContext *context, double *value,
+                   FsError *err)
 {
+    (void)context;
     *value = NAN;
     if (fs_metrics_ms_ssim_scales(a->width, a->height) == 0) return 0;
     size_t n = (size_t)a->width * (size_t)a->height;

@@ -27,44 +27,56 @@ static const Figures *figures_at(const void *base, size_t offset)
 
 // ---- table ----
 
-static void print_value(FILE *f, int metric, double value)
+typedef struct Columns {
+    int width[METRICS]; // 0: a metric without any value has no column
+    size_t n_kinds;     // the paper's convention last, where measured
+} Columns;
+
+static Columns columns_of(const MethodScore *method)
 {
-    char text[64];
-    snprintf(text, sizeof text, fs_metrics[metric].format, value);
-    if (isnan(value)) snprintf(text, sizeof text, "-");
-    fprintf(f, " %*s", (int)strlen(fs_metrics[metric].title) > 6 ? (int)strlen(fs_metrics[metric].title) : 6, text);
+    Columns columns = {.n_kinds = N_KINDS - 1};
+    for (int l = 0; l < FS_EVALUATE_LAYERS; l++) {
+        const LayerScore *layer = &method->layer[l];
+        for (int m = 0; m < METRICS && layer->n; m++)
+            if (!isnan(layer->raw.value[m])) columns.width[m] = (int)fmax(6, (double)strlen(fs_metrics[m].title));
+        if (layer->n_paper) columns.n_kinds = N_KINDS;
+    }
+    return columns;
 }
 
-static void print_layer(FILE *f, const LayerScore *layer)
+static void print_layer(FILE *f, const Columns *columns, const LayerScore *layer)
 {
     fprintf(f, "%-5s %5d", layer->layer, layer->n);
-    for (size_t k = 0; k < N_KINDS; k++) {
+    for (size_t k = 0; k < columns->n_kinds; k++) {
         if (k == 2 && !layer->n_paper) break;
         fprintf(f, " |");
-        for (int m = 0; m < METRICS; m++) print_value(f, m, figures_at(layer, kinds[k].in_layer)->value[m]);
+        for (int m = 0; m < METRICS; m++) {
+            char text[64] = "-";
+            double value = figures_at(layer, kinds[k].in_layer)->value[m];
+            if (!isnan(value)) snprintf(text, sizeof text, fs_metrics[m].format, value);
+            if (columns->width[m]) fprintf(f, " %*s", columns->width[m], text);
+        }
         if (k == 1) fprintf(f, "  %5.3f %5.3f %5.3f", layer->gain[0], layer->gain[1], layer->gain[2]);
     }
 }
 
-static void print_titles(FILE *f, bool paper)
+static void print_titles(FILE *f, const Columns *columns)
 {
-    char blank[64] = "";
     fprintf(f, "%-5s %5s", "layer", "views");
-    for (size_t k = 0; k < (paper ? N_KINDS : 2); k++) {
+    for (size_t k = 0; k < columns->n_kinds; k++) {
         fprintf(f, " |");
-        for (int m = 0; m < METRICS; m++) fprintf(f, " %6s", fs_metrics[m].title);
+        for (int m = 0; m < METRICS; m++)
+            if (columns->width[m]) fprintf(f, " %*s", columns->width[m], fs_metrics[m].title);
         if (k == 1) fprintf(f, "  %-17s", "gain");
     }
-    (void)blank;
 }
 
-static void print_groups(FILE *f, bool paper)
+static void print_groups(FILE *f, const Columns *columns)
 {
-    int width = 0;
-    for (int m = 0; m < METRICS; m++) width += 1 + (int)fmax(strlen(fs_metrics[m].title), 6);
+    int width = -1;
+    for (int m = 0; m < METRICS; m++) width += columns->width[m] ? 1 + columns->width[m] : 0;
     fprintf(f, "%-11s", "");
-    for (size_t k = 0; k < (paper ? N_KINDS : 2); k++)
-        fprintf(f, " | %-*s", width - 1 + (k == 1 ? 19 : 0), kinds[k].title);
+    for (size_t k = 0; k < columns->n_kinds; k++) fprintf(f, " | %-*s", width + (k == 1 ? 19 : 0), kinds[k].title);
 }
 
 // One line made by a memory stream, handed to the log.
@@ -99,19 +111,17 @@ static void log_depth(const DepthScore *d, const Log *log)
 
 static void log_method(const MethodScore *method, const Log *log)
 {
-    bool paper = false, any = false;
-    for (int l = 0; l < FS_EVALUATE_LAYERS; l++) {
-        paper |= method->layer[l].n_paper > 0;
-        any |= method->layer[l].n > 0;
-    }
+    Columns columns = columns_of(method);
+    bool any = false;
+    for (int l = 0; l < FS_EVALUATE_LAYERS; l++) any |= method->layer[l].n > 0;
     fs_log_info(log, "%s (%s)%s", method->name, method->dir, any ? "" : ": no layer to measure");
     Line line;
     for (int l = -2; l < FS_EVALUATE_LAYERS && any; l++) {
         if (l >= 0 && !method->layer[l].n) continue;
         if (!line_begin(&line)) return;
-        if (l == -2) print_groups(line.f, paper);
-        if (l == -1) print_titles(line.f, paper);
-        if (l >= 0) print_layer(line.f, &method->layer[l]);
+        if (l == -2) print_groups(line.f, &columns);
+        if (l == -1) print_titles(line.f, &columns);
+        if (l >= 0) print_layer(line.f, &columns, &method->layer[l]);
         line_end(&line, log);
     }
     log_depth(&method->depth, log);

@@ -1,4 +1,5 @@
-// Two passes over the views: the gain that fits the layer best, then the metrics without and with it.
+// Passes over the views: the gain that fits the layer best; the metrics without and with it, views side by side; last
+// the metrics that need all threads for one picture, view by view.
 #include "evaluate/score.h"
 
 #include <math.h>
@@ -15,6 +16,8 @@ typedef struct Task {
     char *estimate; // path
     bool paired;
     const double *gain;         // NULL in the first pass
+    const MetricContext *context;
+    bool threaded; // the last pass: the metrics that are threaded in themselves
     double cross[3], square[3]; // sums of truth * estimate and estimate^2, linear
     ViewScore *score;
     FsError err;
@@ -31,10 +34,12 @@ static void fit_one(Task *task, const Image *a, const Image *b)
     }
 }
 
-static int measure(const Image *a, const Image *b, Figures *figures, FsError *err)
+static int measure(const Task *task, const Image *a, const Image *b, Figures *figures, FsError *err)
 {
     int rc = 0;
-    for (int m = 0; m < METRICS && rc == 0; m++) rc = fs_metrics[m].measure(a, b, &figures->value[m], err);
+    for (int m = 0; m < METRICS && rc == 0; m++)
+        if (fs_metrics[m].threaded == task->threaded)
+            rc = fs_metrics[m].measure(a, b, task->context, &figures->value[m], err);
     return rc;
 }
 
@@ -79,7 +84,7 @@ static int measure_paired(const Task *task, Image *estimate, Figures *figures, F
     TRY(fs_truth_same_size(&difference, estimate, task->estimate, err));
     stretch(&difference);
     stretch(estimate);
-    TRY(measure(&difference, estimate, figures, err));
+    TRY(measure(task, &difference, estimate, figures, err));
 fail:
     fs_image_free(&difference);
     return rc;
@@ -97,12 +102,12 @@ static void score_view(void *context, int job, int worker)
         fit_one(task, &a, &b);
         goto fail;
     }
-    TRY(measure(&a, &b, &task->score->raw, &task->err));
+    TRY(measure(task, &a, &b, &task->score->raw, &task->err));
     TRY(fs_image_copy(&fitted, &b, &task->err));
     size_t n = (size_t)b.width * (size_t)b.height * 3;
     for (size_t i = 0; i < n; i++)
         fitted.px[i] = fs_tone_encode((float)fmin(fs_tone_decode(b.px[i]) * task->gain[i % 3], 1));
-    TRY(measure(&a, &fitted, &task->score->fitted, &task->err));
+    TRY(measure(task, &a, &fitted, &task->score->fitted, &task->err));
     if (task->paired) TRY(measure_paired(task, &b, &task->score->paper, &task->err));
 fail:
     task->rc = rc;
@@ -111,13 +116,28 @@ fail:
     fs_image_free(&fitted);
 }
 
-static int run_pass(Task *tasks, int n, const double *gain, Threads *threads, FsError *err)
+static int first_error(const Task *tasks, int n, FsError *err)
 {
-    for (int i = 0; i < n; i++) tasks[i].gain = gain;
-    fs_threads_for(threads, n, score_view, tasks);
     for (int i = 0; i < n; i++)
         if (tasks[i].rc < 0) return fs_error_set(err, tasks[i].rc, "%s", tasks[i].err.message);
     return 0;
+}
+
+static int run_pass(Task *tasks, int n, const double *gain, const MetricContext *context, FsError *err)
+{
+    for (int i = 0; i < n; i++) tasks[i].gain = gain, tasks[i].context = context;
+    fs_threads_for(context->threads, n, score_view, tasks);
+    return first_error(tasks, n, err);
+}
+
+static int run_threaded(Task *tasks, int n, const Log *log, FsError *err)
+{
+    for (int i = 0; i < n; i++) {
+        if (fs_log_cancelled(log)) return fs_error_set(err, FS_ERR_CANCELLED, "evaluate: stopped");
+        tasks[i].threaded = true;
+        score_view(tasks, i, 0);
+    }
+    return first_error(tasks, n, err);
 }
 
 static void mean_of(const LayerScore *score, size_t which, Figures *mean, int *n_views)
@@ -164,7 +184,7 @@ static void warn_missing(const LayerScore *score, const char *dir, const Log *lo
 }
 
 int fs_score_layer(LayerScore *score, const char *layer, const char *truth, const TruthViews *views, const char *dir,
-                   bool paired, Threads *threads, const Log *log, FsError *err)
+                   bool paired, const MetricContext *context, const Log *log, FsError *err)
 {
     *score = (LayerScore){.layer = layer, .gain = {NAN, NAN, NAN}};
     int rc = 0, ignored;
@@ -176,13 +196,14 @@ int fs_score_layer(LayerScore *score, const char *layer, const char *truth, cons
     }
     TRY(make_tasks(score, tasks, truth, views, dir, paired, err));
     warn_missing(score, dir, log);
-    TRY(run_pass(tasks, views->n, NULL, threads, err));
+    TRY(run_pass(tasks, views->n, NULL, context, err));
     for (int c = 0; c < 3 && score->n; c++) {
         double cross = 0, square = 0;
         for (int i = 0; i < views->n; i++) cross += tasks[i].cross[c], square += tasks[i].square[c];
         score->gain[c] = cross / fmax(square, 1e-12);
     }
-    TRY(run_pass(tasks, views->n, score->gain, threads, err));
+    TRY(run_pass(tasks, views->n, score->gain, context, err));
+    if (context->lpips) TRY(run_threaded(tasks, views->n, log, err));
     mean_of(score, offsetof(ViewScore, raw), &score->raw, &ignored);
     mean_of(score, offsetof(ViewScore, fitted), &score->fitted, &ignored);
     mean_of(score, offsetof(ViewScore, paper), &score->paper, &score->n_paper);

@@ -3,7 +3,6 @@
 #define FS_EVALUATE_SCORE_H
 
 #include "base/log.h"
-#include "base/threads.h"
 #include "evaluate/metrics.h"
 #include "evaluate/truth.h"
 
@@ -32,7 +31,7 @@ typedef struct LayerScore {
 // the reference is the paired difference gamma(I_F - I_N) of the true composites, and both it and the estimate are
 // stretched so that their smallest value is 0 and their largest 1.
 int fs_score_layer(LayerScore *score, const char *layer, const char *truth, const TruthViews *views, const char *dir,
-                   bool paired, Threads *threads, const Log *log, FsError *err);
+                   bool paired, const MetricContext *context, const Log *log, FsError *err);
 void fs_score_free(LayerScore *score);
 
 #endif

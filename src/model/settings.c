@@ -92,6 +92,7 @@ static const FsOption table[] = {
     STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]", "other programs' output folders to compare"),
     STRING("json", json, EVALUATE | BENCH, "", "FILE", "write the figures as JSON too"),
     ENUM("views", views, EVALUATE, "held_out", "held_out|capture|all", "views to measure at"),
+    STRING("lpips-weights", lpips_weights, EVALUATE, "", "FILE", "weights that make evaluate measure LPIPS too; see docs/lpips.md"),
 
     INT("photos", synth_photos, SYNTH, "30", 2, 1000, "N", "photos, half of them with flash"),
     INT("held-out", synth_held_out, SYNTH, "6", 0, 1000, "N", "extra poses with ground truth and no photo"),

@@ -26,7 +26,7 @@ typedef struct FsSettings {
     bool linear, video;
     int path_views;
     // evaluate
-    char *methods, *json, *views;
+    char *methods, *json, *views, *lpips_weights;
     // synth
     int synth_photos, synth_held_out, synth_width, synth_height;
     double synth_alpha, synth_reflection;

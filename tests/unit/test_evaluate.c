@@ -251,13 +251,14 @@ static void test_scales(void **state)
     assert_int_equal(fs_metrics_ms_ssim_scales(10, 500), 0);
     Image a, b;
     double value;
+    const MetricContext none = {0};
     assert_int_equal(fs_image_new(&a, 10, 3, 3, NULL) | fs_image_new(&b, 10, 3, 3, NULL), 0);
     a.px[0] = 1;
-    assert_int_equal(fs_metrics_ms_ssim(&a, &b, &value, NULL), 0);
+    assert_int_equal(fs_metrics_ms_ssim(&a, &b, &none, &value, NULL), 0);
     assert_true(isnan(value));
-    assert_int_equal(fs_metrics_ssim(&a, &b, &value, NULL), 0);
+    assert_int_equal(fs_metrics_ssim(&a, &b, &none, &value, NULL), 0);
     assert_true(value > 0 && value < 1);
-    assert_int_equal(fs_metrics_psnr(&a, &b, &value, NULL), 0);
+    assert_int_equal(fs_metrics_psnr(&a, &b, &none, &value, NULL), 0);
     assert_near("psnr", 10 * log10(90), value, 1e-12);
     fs_image_free(&a);
     fs_image_free(&b);
