@@ -1,6 +1,6 @@
 // Convolution as a matrix product: output (M channels, P pixels) = weight (M, K) * patches (K, P), K = in * kernel^2.
-// Pixels are cut into jobs of BLOCK, K into slices that fit the caches; within a slice, tiles of ROWS x COLS outputs are
-// summed in registers. The order of the sums depends on the shapes alone.
+// Pixels are cut into jobs of BLOCK, K into slices that fit the caches; within a slice, tiles of ROWS x COLS outputs
+// are summed in registers. The order of the sums depends on the shapes alone.
 #include "evaluate/conv.h"
 
 #include <stdlib.h>
@@ -100,7 +100,7 @@ typedef struct Product {
     Maps *out;
     size_t k, panels;
     TileFunction *tile;
-    float *scratch;      // per worker
+    float *scratch; // per worker
     size_t scratch_size;
 } Product;
 
@@ -124,7 +124,8 @@ static void gather(const Product *p, size_t pixel0, size_t pixels, size_t k0, si
         float *to = patches + column * n * COLS;
         for (size_t k = 0; k < n; k++, to += COLS) {
             const float *from = p->padded + p->tap[k0 + k];
-            if (run) memcpy(to, from + at[0], sizeof(float) * COLS);
+            if (run)
+                memcpy(to, from + at[0], sizeof(float) * COLS);
             else
                 for (size_t c = 0; c < COLS; c++) to[c] = from[at[c]];
         }
@@ -186,7 +187,8 @@ int fs_conv_relu(const ConvShape *shape, const float *weight, const float *bias,
                  Threads *threads, FsError *err)
 {
     size_t kernel = (size_t)shape->kernel, width = (size_t)(in->width + 2 * shape->pad);
-    size_t plane = width * (size_t)(in->height + 2 * shape->pad), workers = threads ? (size_t)fs_threads_count(threads) : 1;
+    size_t plane = width * (size_t)(in->height + 2 * shape->pad),
+           workers = threads ? (size_t)fs_threads_count(threads) : 1;
     int rc = fs_conv_maps_new(out, shape->out, fs_conv_side(shape, in->height), fs_conv_side(shape, in->width), err);
     if (rc < 0) return rc;
     Product p = {.shape = shape, .bias = bias, .out = out, .width = width, .plane = plane, .tile = tile_choose()};
@@ -225,7 +227,8 @@ int fs_conv_max_pool(const Maps *in, int size, Maps *out, FsError *err)
     for (int c = 0; c < in->channels; c++)
         for (int y = 0; y < height; y++)
             for (int x = 0; x < width; x++) {
-                const float *from = in->px + ((size_t)c * (size_t)in->height + (size_t)(2 * y)) * (size_t)in->width + 2 * x;
+                const float *from =
+                    in->px + ((size_t)c * (size_t)in->height + (size_t)(2 * y)) * (size_t)in->width + 2 * x;
                 float most = *from;
                 for (int v = 0; v < size; v++)
                     for (int u = 0; u < size; u++) {

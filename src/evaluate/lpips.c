@@ -138,7 +138,8 @@ int fs_lpips_read(Lpips **lpips, const char *path, FsError *err)
     TRY(fs_file_read(path, (size_t)256 << 20, &l->data, &c.size, err));
     c.data = l->data;
     if (c.size < 12 || memcmp(l->data, "FSLPIPS1", 8) != 0) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a file of LPIPS weights: make one with tools/lpips_convert.py", path);
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a file of LPIPS weights: make one with tools/lpips_convert.py",
+                          path);
         goto fail;
     }
     memcpy(&count, l->data + 8, 4);
@@ -227,8 +228,8 @@ fail:
     return rc;
 }
 
-int fs_lpips_distance(const Lpips *lpips, LpipsNet which, const Image *a, const Image *b, Threads *threads, double *value,
-                      FsError *err)
+int fs_lpips_distance(const Lpips *lpips, LpipsNet which, const Image *a, const Image *b, Threads *threads,
+                      double *value, FsError *err)
 {
     const NetWeights *net = &lpips->net[which];
     Maps ma = {0}, mb = {0};

@@ -30,8 +30,7 @@ const MetricInfo fs_metrics[METRICS] = {
     [METRIC_LPIPS_VGG] = {"lpips_vgg", "LPIPS-V", "%7.4f", true, lpips_vgg},
 };
 
-int fs_metrics_psnr(const Image *a, const Image *b, const MetricContext *context, double *value,
-                   FsError *err)
+int fs_metrics_psnr(const Image *a, const Image *b, const MetricContext *context, double *value, FsError *err)
 {
     (void)context, (void)err;
     size_t n = (size_t)a->width * (size_t)a->height * (size_t)a->channels;
@@ -56,8 +55,7 @@ static double *workspace(const Image *a, FsError *err)
     return memory;
 }
 
-int fs_metrics_ssim(const Image *a, const Image *b, const MetricContext *context, double *value,
-                   FsError *err)
+int fs_metrics_ssim(const Image *a, const Image *b, const MetricContext *context, double *value, FsError *err)
 {
     (void)context;
     size_t n = (size_t)a->width * (size_t)a->height;
@@ -108,8 +106,7 @@ static double ms_ssim_plane(double *a, double *b, int width, int height, double 
     return product;
 }
 
-int fs_metrics_ms_ssim(const Image *a, const Image *b, const MetricContext *context, double *value,
-                   FsError *err)
+int fs_metrics_ms_ssim(const Image *a, const Image *b, const MetricContext *context, double *value, FsError *err)
 {
     (void)context;
     *value = NAN;

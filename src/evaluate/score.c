@@ -15,9 +15,9 @@ typedef struct Task {
     const char *truth_dir;
     char *estimate; // path
     bool paired;
-    const double *gain;         // NULL in the first pass
+    const double *gain; // NULL in the first pass
     const MetricContext *context;
-    bool threaded; // the last pass: the metrics that are threaded in themselves
+    bool threaded;              // the last pass: the metrics that are threaded in themselves
     double cross[3], square[3]; // sums of truth * estimate and estimate^2, linear
     ViewScore *score;
     FsError err;
