@@ -26,7 +26,6 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
     FsProject *p = calloc(1, sizeof *p);
     if (!p) return fs_error_memory(err);
     p->out = strdup(out);
-    if (callbacks) p->log = *callbacks;
     fs_settings_copy(&p->set, settings);
     if (!p->out) {
         rc = fs_error_memory(err);
@@ -34,6 +33,7 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
     }
     for (size_t n = strlen(p->out); n > 1 && p->out[n - 1] == '/'; n--) p->out[n - 1] = 0;
     TRY(fs_file_mkdirs(p->out, err));
+    TRY(fs_warnings_new(&p->warnings, p->out, callbacks, &p->log, err));
     *project = p;
     return 0;
 fail:
@@ -44,6 +44,7 @@ fail:
 void fs_project_close(FsProject *project)
 {
     if (!project) return;
+    fs_warnings_free(project->warnings);
     fs_settings_clear(&project->set);
     free(project->out);
     free(project);
@@ -56,37 +57,45 @@ static int not_built(const char *stage, FsError *err)
 
 int fs_ingest(FsProject *project, const char *photos, FsError *err)
 {
+    fs_warnings_stage(project->warnings, "ingest");
     return fs_ingest_run(project, photos, err);
 }
 
 int fs_poses(FsProject *project, FsError *err)
 {
+    fs_warnings_stage(project->warnings, "poses");
     (void)project;
     return not_built("poses", err);
 }
 
 int fs_initialise(FsProject *project, FsError *err)
 {
+    fs_warnings_stage(project->warnings, "initialise");
     return fs_initialise_run(project, err);
 }
 
 int fs_train(FsProject *project, FsError *err)
 {
+    fs_warnings_stage(project->warnings, "train");
     return fs_train_run(project, err);
 }
 
 int fs_render(FsProject *project, FsError *err)
 {
+    fs_warnings_stage(project->warnings, "render");
     return fs_render_run(project, err);
 }
 
 int fs_evaluate(FsProject *project, const char *truth, FsError *err)
 {
+    fs_warnings_stage(project->warnings, "evaluate");
+    fs_warnings_forget(project->out, "evaluate"); // it always measures anew
     return fs_evaluate_run(project, truth, err);
 }
 
 int fs_export(FsProject *project, FsError *err)
 {
+    fs_warnings_stage(project->warnings, "export");
     return fs_export_run(project, err);
 }
 
@@ -99,6 +108,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     TRY(fs_train(project, err));
     TRY(fs_render(project, err));
     TRY(fs_export(project, err));
+    fs_warnings_stage(project->warnings, NULL);
     TRY(fs_report_run(project, err));
     fs_info_results(project->out, &project->log);
 fail:

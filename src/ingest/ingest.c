@@ -156,6 +156,7 @@ static bool photos_changed(const FsProject *project, const char *folder)
 int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
 {
     if (!photos_changed(project, photos) && fs_project_done(project, "ingest", FS_STAGE_INGEST)) return 0;
+    fs_warnings_forget(project->out, "ingest");
     int rc = 0;
     const Log *log = &project->log;
     char fingerprint[17];

@@ -70,7 +70,7 @@ static void log_change(const Log *log, const char *stage, const char *name, cons
     free(now_text);
 }
 
-bool fs_project_done(const FsProject *project, const char *stage, unsigned stage_mask)
+static bool is_done(const FsProject *project, const char *stage, unsigned stage_mask)
 {
     if (project->set.force) return false;
     char *path = fs_file_path("%s/done/%s.json", project->out, stage);
@@ -94,6 +94,13 @@ bool fs_project_done(const FsProject *project, const char *stage, unsigned stage
     json_decref(mark);
     json_decref(now);
     free(path);
+    return done;
+}
+
+bool fs_project_done(const FsProject *project, const char *stage, unsigned stage_mask)
+{
+    bool done = is_done(project, stage, stage_mask);
+    if (!done) fs_warnings_forget(project->out, stage);
     return done;
 }
 

@@ -7,8 +7,10 @@
 //   start/<cloud>.ply, start/{transmitted,reflected}.ply         by initialise
 //   clouds/<cloud>.ply, clouds/model.json                        by train
 //   checkpoint/, progress/, log.jsonl                            by train
-//   renders/<layer>/<view>.png, video/                           by render
+//   renders/<layer>/<view>.png, path/, video/, sheet.png         by render
 //   export/                                                      by export
+//   index.html, report/                                          by report
+//   warnings/<stage>.txt                                         by each stage, as it runs
 //   done/<stage>.json                                            by each stage, last: the settings it ran with
 //
 // linear/ and images/ hold 32-bit float RGB TIFF, white-balanced camera RGB, linear, 1.0 = sensor white, negative
@@ -18,11 +20,13 @@
 
 #include "base/log.h"
 #include "model/settings.h"
+#include "model/warnings.h"
 
 struct FsProject {
     char *out;
     Settings set;
     Log log;
+    Warnings *warnings; // what log keeps for the report; NULL: nothing is kept
 };
 
 // True when <out>/done/<stage>.json exists, setting "force" is off, and the settings of that stage (stage_mask, one

@@ -7,7 +7,6 @@
 #include "base/file.h"
 #include "report/html.h"
 
-#define MAX_WARNINGS (1 << 20) // bytes
 #define MAX_FIGURES (64 << 20)
 
 // ---- head ----
@@ -58,24 +57,20 @@ static void write_chips(FILE *f, const Page *page)
     fputs("</ul>\n", f);
 }
 
-// OUT/warnings.txt, one line each, each line once.
 static void write_warnings(FILE *f, const Page *page)
 {
-    char *path = fs_file_path("%s/warnings.txt", page->project->out), *text = NULL;
-    size_t size;
-    if (path && fs_file_read(path, MAX_WARNINGS, &text, &size, NULL) == 0 && *text) {
-        fputs("<section class=\"warn\"><h2>Worth knowing</h2><ul>", f);
-        for (char *line = text, *next; line && *line; line = next) {
-            next = strchr(line, '\n');
-            if (next) *next++ = 0;
-            fputs("<li>", f);
-            fs_html_text(f, line);
-            fputs("</li>", f);
-        }
-        fputs("</ul></section>\n", f);
+    char *text = fs_warnings_read(page->project->out);
+    if (!text) return;
+    fputs("<section class=\"warn\"><h2>Worth knowing</h2><ul>", f);
+    for (char *line = text, *next; line && *line; line = next) {
+        next = strchr(line, '\n');
+        if (next) *next++ = 0;
+        fputs("<li>", f);
+        fs_html_text(f, line);
+        fputs("</li>", f);
     }
+    fputs("</ul></section>\n", f);
     free(text);
-    free(path);
 }
 
 // ---- pictures ----

@@ -110,7 +110,10 @@ static void the_page_shows_what_is_there(void **state)
     put_image(out, "export", "strange name#1", ".ply.png", 3, 0);
     char *odd = fs_file_path("%s/export/T_N #1%%.ply", out);
     assert_int_equal(fs_file_write(odd, "ply\n", 4, NULL), 0);
-    put_text(out, "warnings.txt", "ingest: <b>IMG</b> & co\n");
+    char *dir = fs_file_path("%s/warnings", out);
+    assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
+    free(dir);
+    put_text(out, "warnings/ingest.txt", "ingest: <b>IMG</b> & co\n");
     put_text(out, "log.jsonl", "{\"step\": 100, \"seconds\": 2, \"l1\": 0.3}\nnonsense\n{\"step\": 200, \"l1\": nan}\n"
                                "{\"step\": 300, \"seconds\": 6.5, \"l1\": 0.1}\n");
     put_text(out, "evaluate.json", "{\"methods\": {\"flashsplat\": {\"layers\": {\"T_N\": {\"psnr_gain\": 31.25}}}}}");

@@ -131,6 +131,36 @@ static void test_broken_marks(void **state)
     free(path);
 }
 
+static void test_warnings_are_kept_until_their_stage_runs_again(void **state)
+{
+    Fixture *f = *state;
+    assert_null(fs_warnings_read(f->out));
+    fs_log_warn(&f->project->log, "nobody's");
+    fs_warnings_stage(f->project->warnings, "train");
+    fs_log_warn(&f->project->log, "dark\nphotos");
+    fs_warnings_stage(f->project->warnings, "ingest");
+    fs_log_warn(&f->project->log, "a photo is bad");
+    fs_log_warn(&f->project->log, "a photo is ba");
+    fs_log_warn(&f->project->log, "a photo is bad");
+    fs_log_info(&f->project->log, "no warning");
+    assert_string_equal(f->last_log, "no warning"); // all go on to the caller
+    reopen(f);
+    char *text = fs_warnings_read(f->out);
+    assert_string_equal(text, "a photo is bad\na photo is ba\ndark photos\n");
+    free(text);
+    assert_false(fs_project_done(f->project, "ingest", FS_STAGE_INGEST));
+    mark(f, "train", FS_STAGE_TRAIN);
+    assert_true(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    text = fs_warnings_read(f->out);
+    assert_string_equal(text, "dark photos\n");
+    free(text);
+    fs_warnings_stage(f->project->warnings, "train");
+    for (int i = 0; i < 5000; i++) fs_log_warn(&f->project->log, "warning number %d, which grows without an end", i);
+    text = fs_warnings_read(f->out);
+    assert_true(strlen(text) > 30000 && strlen(text) <= 65536);
+    free(text);
+}
+
 static void test_open_refuses(void **state)
 {
     Fixture *f = *state;
@@ -153,6 +183,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_settings_that_do_not_change_results, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rerun_takes_later_marks, setup, teardown),
         cmocka_unit_test_setup_teardown(test_broken_marks, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_warnings_are_kept_until_their_stage_runs_again, setup, teardown),
         cmocka_unit_test_setup_teardown(test_open_refuses, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,124 @@
+#include "model/warnings.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+
+#define MAX_BYTES 65536 // of a stage's warnings; later ones are not kept
+
+struct Warnings {
+    FsCallbacks to;
+    char *out;
+    const char *stage;
+};
+
+static char *file_of(const char *out, const char *stage)
+{
+    return fs_file_path("%s/warnings/%s.txt", out, stage);
+}
+
+static bool has_line(const char *text, const char *line)
+{
+    size_t n = strlen(line);
+    for (const char *p = text; p && *p; p = strchr(p, '\n') ? strchr(p, '\n') + 1 : NULL)
+        if (strncmp(p, line, n) == 0 && (p[n] == '\n' || p[n] == 0)) return true;
+    return false;
+}
+
+// Keeping a warning is a courtesy: where the disk will not have it, the log still has it.
+static void keep(const Warnings *warnings, const char *message)
+{
+    char *path = file_of(warnings->out, warnings->stage), *dir = fs_file_path("%s/warnings", warnings->out);
+    char *text = NULL, *line = strdup(message);
+    size_t size = 0;
+    if (!path || !dir || !line) goto out;
+    for (char *p = line; *p; p++)
+        if (*p == '\n' || *p == '\r') *p = ' ';
+    if (fs_file_exists(path) && fs_file_read(path, MAX_BYTES, &text, &size, NULL) < 0) goto out;
+    if (size + strlen(line) + 1 > MAX_BYTES || has_line(text, line)) goto out;
+    if (fs_file_mkdirs(dir, NULL) < 0) goto out;
+    FILE *f = fopen(path, "a");
+    if (f) {
+        fprintf(f, "%s\n", line);
+        fclose(f);
+    }
+out:
+    free(path);
+    free(dir);
+    free(text);
+    free(line);
+}
+
+static void pass_log(void *user, FsLogLevel level, const char *message)
+{
+    const Warnings *warnings = user;
+    if (level == FS_LOG_WARN && warnings->stage) keep(warnings, message);
+    if (warnings->to.log) warnings->to.log(warnings->to.user, level, message);
+}
+
+static void pass_progress(void *user, const FsProgress *progress)
+{
+    const Warnings *warnings = user;
+    warnings->to.progress(warnings->to.user, progress);
+}
+
+static bool pass_cancelled(void *user)
+{
+    const Warnings *warnings = user;
+    return warnings->to.cancelled(warnings->to.user);
+}
+
+int fs_warnings_new(Warnings **result, const char *out, const FsCallbacks *callbacks, Log *log, FsError *err)
+{
+    Warnings *warnings = *result = calloc(1, sizeof *warnings);
+    if (!warnings || !(warnings->out = strdup(out))) {
+        free(warnings);
+        *result = NULL;
+        return fs_error_memory(err);
+    }
+    if (callbacks) warnings->to = *callbacks;
+    *log = (Log){.log = pass_log, .user = warnings};
+    if (warnings->to.progress) log->progress = pass_progress;
+    if (warnings->to.cancelled) log->cancelled = pass_cancelled;
+    return 0;
+}
+
+void fs_warnings_free(Warnings *warnings)
+{
+    if (!warnings) return;
+    free(warnings->out);
+    free(warnings);
+}
+
+void fs_warnings_stage(Warnings *warnings, const char *stage)
+{
+    warnings->stage = stage;
+}
+
+void fs_warnings_forget(const char *out, const char *stage)
+{
+    char *path = file_of(out, stage);
+    if (path) unlink(path);
+    free(path);
+}
+
+char *fs_warnings_read(const char *out)
+{
+    static const char *const stages[] = {"ingest", "poses", "initialise", "train", "render", "evaluate", "export"};
+    char *all = NULL;
+    for (size_t i = 0; i < sizeof stages / sizeof *stages; i++) {
+        char *path = file_of(out, stages[i]), *text = NULL;
+        size_t size;
+        if (path && fs_file_exists(path) && fs_file_read(path, MAX_BYTES, &text, &size, NULL) == 0 && *text) {
+            char *joined = fs_file_path("%s%s", all ? all : "", text);
+            free(all);
+            all = joined;
+        }
+        free(text);
+        free(path);
+    }
+    return all;
+}
