@@ -15,6 +15,7 @@
 #include "base/rng.h"
 #include "image/exif.h"
 #include "image/image.h"
+#include "image/raw.h"
 #include "model/cameras_file.h"
 #include "model/project.h"
 #include "model/scene.h"
@@ -118,6 +119,16 @@ static int make_jpeg(const char *path)
     make_image(&image, 3);
     int rc = fs_jpeg_write(path, &image, 90, exif_block, sizeof exif_block, NULL);
     fs_image_free(&image);
+    return rc;
+}
+
+static int make_raw(const char *path)
+{
+    char *data;
+    size_t size;
+    int rc = fs_file_read(PHOTOS "/flash.dng", MAX_FILE, &data, &size, NULL);
+    if (rc == 0) rc = fs_file_write(path, data, size, NULL);
+    free(data);
     return rc;
 }
 
@@ -243,6 +254,17 @@ static int read_jpeg(const char *path, FsError *err)
     return rc;
 }
 
+static int read_raw(const char *path, FsError *err)
+{
+    Image rgb = {0}, clipped = {0};
+    RawInfo info;
+    int rc = fs_raw_read_info(path, &info, err);
+    if (rc == 0) rc = fs_raw_read(path, (double[3]){1, 1, 1}, false, &rgb, &clipped, err);
+    fs_image_free(&rgb);
+    fs_image_free(&clipped);
+    return rc;
+}
+
 static void check_finite(const Cloud *cloud)
 {
     for (int f = 0; f < CLOUD_FIELDS; f++)
@@ -354,6 +376,7 @@ static void test_format(void **state, const Format *format)
 FORMAT(png, "a.png", {NULL}, make_png, read_png)
 FORMAT(tiff, "a.tif", {NULL}, make_tiff, read_tiff)
 FORMAT(jpeg, "a.jpg", {NULL}, make_jpeg, read_jpeg)
+FORMAT(raw, "a.dng", {NULL}, make_raw, read_raw)
 FORMAT(ply, "a.ply", {NULL}, make_ply, read_ply)
 FORMAT(scene, "clouds", {"model.json", "T_N.ply"}, make_scene, read_scene)
 FORMAT(views, "views.json", {NULL}, make_views, read_cameras)
@@ -371,7 +394,7 @@ int main(void)
         cmocka_unit_test(test_png),        cmocka_unit_test(test_tiff),         cmocka_unit_test(test_jpeg),
         cmocka_unit_test(test_ply),        cmocka_unit_test(test_scene),        cmocka_unit_test(test_views),
         cmocka_unit_test(test_transforms), cmocka_unit_test(test_text_model),   cmocka_unit_test(test_binary_model),
-        cmocka_unit_test(test_mark),
+        cmocka_unit_test(test_mark),       cmocka_unit_test(test_raw),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }
