@@ -38,7 +38,7 @@
 #define BENCH FS_STAGE_BENCH
 
 static const FsOption table[] = {
-    ENUM("preset", preset, INITIALISE | TRAIN, "standard", "preview|standard|paper", "named set of the settings below"),
+    ENUM("preset", preset, INGEST | INITIALISE | TRAIN | RENDER, "standard", "preview|standard|paper", "named set of the settings below"),
     INT("threads", threads, ALL | SYNTH | BENCH, "0", 0, 1024, "N", "threads to use; 0: one per core"),
     INT("seed", seed, INITIALISE | TRAIN | SYNTH, "1", 0, INT_MAX, "N", "seed of all random choices"),
     INT("long-edge", long_edge, INGEST | RENDER | PAIR, "1200", 0, 16384, "N",
