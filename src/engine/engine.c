@@ -66,7 +66,7 @@ typedef struct View {
     Engine *engine;
     const Scene *scene;
     const Camera *camera;
-    Planes T[2], R, beta; // T without and with flash, tone-mapped
+    Planes T[2], R, beta[2], tau; // without and with flash; T, R tone-mapped
     Planes linear[3], I[2], I_linear[2];
     Renders *out;
 } View;
@@ -77,14 +77,22 @@ static void compose_job(void *context, int job, int worker)
     View *v = context;
     int y0 = job * STRIP, y1 = y0 + STRIP < v->camera->height ? y0 + STRIP : v->camera->height;
     if (v->scene->pane_beta)
-        fs_pane_forward(&v->scene->pane, v->camera, &v->beta, y0, y1);
+        fs_pane_forward(&v->scene->pane, v->camera, &v->beta[0], &v->tau, y0, y1);
     else
-        fs_engine_sigmoid(&v->engine->task[LAYER_BETA].feature, &v->beta, y0, y1);
+        fs_engine_sigmoid(&v->engine->task[LAYER_BETA].feature, &v->beta[0], y0, y1);
+    fs_engine_scale(&v->beta[0], (float)(1 + v->scene->flash_return), &v->beta[1], y0, y1);
     for (int f = 0; f < 2; f++) {
-        ComposeArgs args = {.T = &v->T[f], .R = &v->R, .beta = &v->beta, .I = &v->I[f], .T_linear = &v->linear[f],
-                            .R_linear = &v->linear[2], .I_linear = &v->I_linear[f]};
+        ComposeArgs args = {.T = &v->T[f], .R = &v->R, .beta = &v->beta[f], .I = &v->I[f], .T_linear = &v->linear[f],
+                            .R_linear = &v->linear[2], .I_linear = &v->I_linear[f],
+                            .tau = v->scene->pane_beta ? &v->tau : NULL};
         v->engine->kernels.compose->forward(&args, y0, y1);
     }
+}
+
+void fs_engine_scale(const Planes *in, float factor, const Planes *out, int y0, int y1)
+{
+    for (int y = y0; y < y1; y++)
+        for (int x = 0; x < out->stride; x++) fs_planes_row(out, 0, y)[x] = factor * fs_planes_row(in, 0, y)[x];
 }
 
 void fs_engine_sigmoid(const Planes *logit, const Planes *out, int y0, int y1)
@@ -148,7 +156,8 @@ int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, R
     v.T[1] = engine->task[LAYER_T_F].feature;
     v.R = engine->task[LAYER_R].feature;
     v.T[0].channels = v.T[1].channels = v.R.channels = 3;
-    v.beta = fs_engine_planes(engine, camera, 1);
+    for (int i = 0; i < 2; i++) v.beta[i] = fs_engine_planes(engine, camera, 1);
+    v.tau = fs_engine_planes(engine, camera, 1);
     for (int i = 0; i < 3; i++) v.linear[i] = fs_engine_planes(engine, camera, 3);
     for (int i = 0; i < 2; i++) {
         v.I[i] = fs_engine_planes(engine, camera, 3);
@@ -159,8 +168,8 @@ int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, R
         RenderLayer layer;
         const Planes *planes, *times;
     } copies[] = {
-        {RENDER_T_N, &v.linear[0], NULL},     {RENDER_T_F, &v.linear[1], NULL},   {RENDER_R, &v.linear[2], &v.beta},
-        {RENDER_R_SCENE, &v.linear[2], NULL}, {RENDER_BETA, &v.beta, NULL},       {RENDER_I_N, &v.I_linear[0], NULL},
+        {RENDER_T_N, &v.linear[0], NULL},     {RENDER_T_F, &v.linear[1], NULL},   {RENDER_R, &v.linear[2], &v.beta[0]},
+        {RENDER_R_SCENE, &v.linear[2], NULL}, {RENDER_BETA, &v.beta[0], NULL},       {RENDER_I_N, &v.I_linear[0], NULL},
         {RENDER_I_F, &v.I_linear[1], NULL},
     };
     int rc = 0;

@@ -41,36 +41,38 @@ static void unit_normal(const Pane *pane, float n[3])
     for (int k = 0; k < 3; k++) n[k] = (float)(pane->normal[k] / (length > 0 ? length : 1));
 }
 
-void fs_pane_forward(const Pane *pane, const Camera *camera, const Planes *beta, int y0, int y1)
+void fs_pane_forward(const Pane *pane, const Camera *camera, const Planes *beta, const Planes *tau, int y0, int y1)
 {
     Rays rays = rays_of(camera);
-    float n[3], ray[3], f0 = (float)pane->f0;
+    float n[3], ray[3], f0 = (float)pane->f0, b = (float)pane->dimming, most = (float)FS_PANE_MOST;
     unit_normal(pane, n);
     for (int y = y0; y < y1; y++) {
-        float *row = fs_planes_row(beta, 0, y);
+        float *beta_row = fs_planes_row(beta, 0, y), *tau_row = fs_planes_row(tau, 0, y);
         for (int x = 0; x < beta->stride; x++) {
-            float u = 1 - fabsf(cosine(&rays, n, x, y, ray)), u2 = u * u;
-            row[x] = f0 + (1 - f0) * u2 * u2 * u;
+            float rho = (float)fs_pane_rho((double)cosine(&rays, n, x, y, ray));
+            beta_row[x] = fminf(f0 * rho, most);
+            tau_row[x] = (1 - fminf(b * rho, most)) / (1 - b);
         }
     }
 }
 
-void fs_pane_backward(const Pane *pane, const Camera *camera, const Planes *d_beta, int y0, int y1, double d_normal[3],
-                      double *d_f0)
+void fs_pane_backward(const Pane *pane, const Camera *camera, const Planes *d_beta, const Planes *d_tau, int y0, int y1,
+                      PaneGradient *gradient)
 {
     Rays rays = rays_of(camera);
-    float n[3], ray[3], f0 = (float)pane->f0;
+    float n[3], ray[3], f0 = (float)pane->f0, b = (float)pane->dimming, most = (float)FS_PANE_MOST;
     unit_normal(pane, n);
     for (int y = y0; y < y1; y++) {
-        const float *row = fs_planes_row(d_beta, 0, y);
-        double part[4] = {0};
+        const float *d_beta_row = fs_planes_row(d_beta, 0, y), *d_tau_row = fs_planes_row(d_tau, 0, y);
+        float part[4] = {0};
         for (int x = 0; x < d_beta->width; x++) {
-            float c = cosine(&rays, n, x, y, ray), u = 1 - fabsf(c), u2 = u * u, u4 = u2 * u2;
-            float d_u = row[x] * (1 - f0) * 5 * u4, sign = c < 0 ? 1.0f : -1.0f; // du/dc
-            for (int k = 0; k < 3; k++) part[k] += (double)(d_u * sign * (ray[k] - c * n[k]));
-            part[3] += (double)(row[x] * (1 - u4 * u));
+            float c = cosine(&rays, n, x, y, ray), u = 1 - fabsf(c), u4 = u * u * u * u, rho = 1 + 22 * u4 * u;
+            float d_rho = (f0 * rho < most ? d_beta_row[x] * f0 : 0) - (b * rho < most ? d_tau_row[x] * b / (1 - b) : 0);
+            float d_c = d_rho * 110 * u4 * (c < 0 ? 1.0f : -1.0f);
+            for (int k = 0; k < 3; k++) part[k] += d_c * (ray[k] - c * n[k]);
+            if (b * rho < most) part[3] += d_tau_row[x] * (1 - rho) / ((1 - b) * (1 - b));
         }
-        for (int k = 0; k < 3; k++) d_normal[k] += part[k];
-        *d_f0 += part[3];
+        for (int k = 0; k < 3; k++) gradient->normal[k] += (double)part[k];
+        gradient->dimming += (double)part[3];
     }
 }

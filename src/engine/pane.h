@@ -1,4 +1,4 @@
-// The pane's reflectance at every pixel of a view (scene.h: Schlick's form of Fresnel's law), and its gradient.
+// The pane at every pixel of a view (scene.h: Pane): what it reflects, what it lets through, and their gradients.
 #ifndef FS_ENGINE_PANE_H
 #define FS_ENGINE_PANE_H
 
@@ -6,10 +6,15 @@
 #include "model/camera.h"
 #include "model/scene.h"
 
-// beta (1 plane) for rows [y0, y1).
-void fs_pane_forward(const Pane *pane, const Camera *camera, const Planes *beta, int y0, int y1);
-// Adds this strip's part of dL/dnormal (of the normalised normal's free direction) and dL/df0, given dL/dbeta.
-void fs_pane_backward(const Pane *pane, const Camera *camera, const Planes *d_beta, int y0, int y1, double d_normal[3],
-                      double *d_f0);
+// beta and tau (1 plane each) for rows [y0, y1).
+void fs_pane_forward(const Pane *pane, const Camera *camera, const Planes *beta, const Planes *tau, int y0, int y1);
+
+typedef struct PaneGradient {
+    double normal[3]; // of the normal's free directions
+    double dimming;
+} PaneGradient;
+// Adds rows [y0, y1)'s part, given dL/dbeta and dL/dtau.
+void fs_pane_backward(const Pane *pane, const Camera *camera, const Planes *d_beta, const Planes *d_tau, int y0, int y1,
+                      PaneGradient *gradient);
 
 #endif

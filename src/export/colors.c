@@ -33,7 +33,7 @@ static float pane_beta(const Pane *pane, const float mean[3], const Development 
         length += ray * ray;
     }
     double cosine = length > 0 ? fmin(fabs(dot) / sqrt(length), 1) : 1;
-    return (float)(pane->f0 + (1 - pane->f0) * pow(1 - cosine, 5));
+    return (float)fs_pane_beta(pane, cosine);
 }
 
 void fs_colors_linear(const Scene *scene, Layer layer, const Development *development, float *linear)

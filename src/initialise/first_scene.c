@@ -10,6 +10,7 @@
 #define OPACITY 0.1f
 #define FEWEST 8            // points of a kind below which its depth is guessed
 #define GUESS_FARTHER 2.0f  // a mirrored scene without points is put this many times behind the transmitted one
+#define GLASS 0.08          // reflectance of a clean pane, both surfaces
 #define BRIGHT_SCENE 0.8    // the mirrored room's own light at its bright places: fixes the pane's reflectance
 #define BRIGHT_SHARE 0.95
 #define F0_MIN 0.04
@@ -80,7 +81,7 @@ static double reflectance(const Frames *frames, const Pane *pane, const float xy
         dot += d[k] * pane->normal[k];
     }
     double c = n2 > 0 ? fmin(fabs(dot) / sqrt(n2), 1) : 1;
-    return pane->f0 + (1 - pane->f0) * pow(1 - c, 5);
+    return fs_pane_beta(pane, c);
 }
 
 typedef struct Palette {
@@ -122,6 +123,7 @@ static int fill_scene(const Frames *frames, const Seeds *T, const Seeds *R, Pale
 {
     int rc = 0;
     TRY(guess_f0(p->R, R->n, &scene->pane.f0, err));
+    scene->pane.dimming = GLASS;
     for (int i = 0; i < R->n; i++) { // beta * R in the photos -> R, the room's own light
         double beta = scene->pane_beta ? reflectance(frames, &scene->pane, R->xyz + 3 * (size_t)i) : 0.5;
         for (int k = 0; k < 3; k++) p->R[3 * (size_t)i + (size_t)k] /= (float)beta;

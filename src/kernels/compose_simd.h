@@ -19,11 +19,13 @@ static void forward(const ComposeArgs *a, int y0, int y1)
         for (int y = y0; y < y1; y++) {
             const float *T = fs_planes_row(a->T, c, y), *R = fs_planes_row(a->R, c, y);
             const float *beta = a->beta ? fs_planes_row(a->beta, 0, y) : NULL;
+            const float *tau = a->tau ? fs_planes_row(a->tau, 0, y) : NULL;
             float *I = fs_planes_row(a->I, c, y), *I_linear = fs_planes_row(a->I_linear, c, y);
             float *T_linear = fs_planes_row(a->T_linear, c, y), *R_linear = fs_planes_row(a->R_linear, c, y);
             for (int x = 0; x < a->T->width; x += VW) {
                 vm lanes = vm_first(a->T->width - x);
                 vf t = v_where(lanes, decode_v(v_load(T + x))), r = v_where(lanes, decode_v(v_load(R + x)));
+                if (tau) t = v_where(lanes, t * v_load(tau + x));
                 vf sum = beta ? v_where(lanes, v_fma(v_load(beta + x), r, t)) : t + r;
                 v_store(T_linear + x, t);
                 v_store(R_linear + x, r);
@@ -63,12 +65,17 @@ static void backward(const ComposeArgs *a, int y0, int y1)
             const float *d_I = fs_planes_row(a->d_I, c, y);
             float *d_T = a->d_T ? fs_planes_row(a->d_T, c, y) : NULL;
             float *d_R = a->d_R ? fs_planes_row(a->d_R, c, y) : NULL;
+            const float *tau = a->tau ? fs_planes_row(a->tau, 0, y) : NULL;
+            float *d_tau = a->tau && a->d_tau ? fs_planes_row(a->d_tau, 0, y) : NULL;
             float *d_beta = a->d_beta ? fs_planes_row(a->d_beta, 0, y) : NULL;
             for (int x = 0; x < a->T->width; x += VW) {
                 vm lanes = vm_first(a->T->width - x);
                 vf d = v_load(d_I + x) * encode_slope_v(v_load(I_linear + x), v_load(I + x));
                 vf r = v_load(R_linear + x);
-                if (d_T) add_v(d_T + x, lanes, d * v_max(decode_slope_v(v_load(T + x), v_load(T_linear + x)), floor));
+                vf t = v_load(T_linear + x), through = tau ? v_sel(lanes, v_load(tau + x), v_set(1)) : v_set(1);
+                if (tau) t = t / through;
+                if (d_T) add_v(d_T + x, lanes, d * through * v_max(decode_slope_v(v_load(T + x), t), floor));
+                if (d_tau) add_v(d_tau + x, lanes, d * t);
                 if (d_beta) add_v(d_beta + x, lanes, d * r);
                 if (d_R) add_v(d_R + x, lanes, (beta ? d * v_load(beta + x) : d) * v_max(decode_slope_v(v_load(R + x), r), floor));
             }

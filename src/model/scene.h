@@ -6,11 +6,28 @@
 #include "model/cloud.h"
 #include "model/layers.h"
 
-// Reflectance of the pane as Schlick's form of Fresnel's law: beta(ray) = f0 + (1 - f0) (1 - |normal . ray|)^5.
+// The pane. Both its surfaces lumped, its reflectance follows Schlick's form of Fresnel's law for glass,
+//   beta(ray) = f0 rho(ray),   rho = 1 + 22 (1 - |normal . ray|)^5   (at most FS_PANE_MOST),
+// and what it lets through, in units of normal incidence, tau(ray) = (1 - dimming rho) / (1 - dimming).
+// Both are the reflectance at normal incidence: f0 is only a unit of R's brightness (beta R is what photos show), while
+// dimming is seen in how T darkens towards grazing rays. At the end of training they are made equal.
 typedef struct Pane {
     double normal[3]; // unit, world
-    double f0;        // at normal incidence
+    double f0, dimming;
 } Pane;
+#define FS_PANE_MOST 0.97
+
+// beta and tau of a ray whose cosine with the normal is given.
+static inline double fs_pane_rho(double cosine)
+{
+    double u = 1 - (cosine < 0 ? -cosine : cosine), u2 = u * u;
+    return 1 + 22 * u2 * u2 * u;
+}
+static inline double fs_pane_beta(const Pane *pane, double cosine)
+{
+    double beta = pane->f0 * fs_pane_rho(cosine);
+    return beta < FS_PANE_MOST ? beta : FS_PANE_MOST;
+}
 
 typedef struct Scene {
     bool shared_geometry; // T_F has no cloud: it is T_N's Gaussians, brightened by gains and distance to the flash
@@ -21,6 +38,7 @@ typedef struct Scene {
     double flash_distance; // world units; distance at which the falloff is 1
     double extent;         // radius of the cameras' centres around their mean, world units (learning rates, pruning)
     double metres_per_unit; // 0 when unknown
+    double flash_return;    // R in a flash photo is 1 + this times R without: flash light that comes back by the room
 } Scene;
 
 void fs_scene_free(Scene *scene);

@@ -41,9 +41,8 @@ static json_t *numbers(const double *x, int n)
 
 static int write_state(const Trainer *trainer, const char *dir, FsError *err)
 {
-    json_t *root = json_pack("{s:i,s:o,s:o,s:o,s:o}", "step", trainer->step, "pane_m", numbers(trainer->pane_m, 4),
-                             "pane_v", numbers(trainer->pane_v, 4), "tint_m", numbers(trainer->tint_m, 3), "tint_v",
-                             numbers(trainer->tint_v, 3));
+    json_t *root = json_pack("{s:i,s:o,s:o}", "step", trainer->step, "global_m", numbers(trainer->globals.m, TRAIN_GLOBALS),
+                             "global_v", numbers(trainer->globals.v, TRAIN_GLOBALS));
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     char *path = fs_file_path("%s/state.json", dir);
     int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
@@ -92,8 +91,8 @@ static int read_state(Trainer *trainer, const char *dir, FsError *err)
     json_error_t json;
     json_t *root = json_load_file(path, 0, &json);
     int rc = 0, step = (int)json_integer_value(json_object_get(root, "step"));
-    if (!root || step < 0 || read_numbers(root, "pane_m", trainer->pane_m, 4) || read_numbers(root, "pane_v", trainer->pane_v, 4) ||
-        read_numbers(root, "tint_m", trainer->tint_m, 3) || read_numbers(root, "tint_v", trainer->tint_v, 3))
+    if (!root || step < 0 || read_numbers(root, "global_m", trainer->globals.m, TRAIN_GLOBALS) ||
+        read_numbers(root, "global_v", trainer->globals.v, TRAIN_GLOBALS))
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; remove the folder and train again", path);
     trainer->step = step;
     json_decref(root);

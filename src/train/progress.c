@@ -92,7 +92,8 @@ int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
         fprintf(f, ", \"gain_color\": [%.4f, %.4f, %.4f]", trainer->scene.gain_color[0], trainer->scene.gain_color[1],
                 trainer->scene.gain_color[2]);
         const double *n = trainer->scene.pane.normal;
-        fprintf(f, ", \"pane\": [%.4f, %.4f, %.4f, %.4f]}\n", n[0], n[1], n[2], trainer->scene.pane.f0);
+        fprintf(f, ", \"pane\": [%.4f, %.4f, %.4f], \"dimming\": %.4f, \"flash_return\": %.4f}\n", n[0], n[1], n[2],
+                trainer->scene.pane.dimming, trainer->scene.flash_return);
     }
     if (!f || fclose(f) != 0) rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write", path ? path : "log.jsonl");
     free(path);

@@ -16,7 +16,8 @@ typedef struct Step {
     const TrainView *view;
     RasterTask *task[LAYERS]; // NULL: not rendered in this step
     Layer T;                  // layer of the photo's lighting
-    Planes beta, d_beta;      // 1 plane
+    Planes beta, d_beta;      // 1 plane each
+    Planes tau, d_tau;
     Planes I, d_I, T_linear, R_linear, I_linear, other_linear;
     PearsonSums *pearson, pearson_total; // per strip, and all
     int strips;
@@ -86,7 +87,8 @@ static ComposeArgs compose_args(Step *s, Planes rgb_planes[4])
     rgb_planes[1] = rgb(&R->feature);
     rgb_planes[2] = rgb(&T->d_feature);
     rgb_planes[3] = rgb(&R->d_feature);
-    return (ComposeArgs){.T = &rgb_planes[0], .R = &rgb_planes[1], .beta = &s->beta, .I = &s->I, .T_linear = &s->T_linear,
+    bool pane = s->trainer->scene.pane_beta;
+    return (ComposeArgs){.tau = pane ? &s->tau : NULL, .d_tau = pane ? &s->d_tau : NULL, .T = &rgb_planes[0], .R = &rgb_planes[1], .beta = &s->beta, .I = &s->I, .T_linear = &s->T_linear,
                          .R_linear = &s->R_linear, .I_linear = &s->I_linear, .d_I = &s->d_I, .d_T = &rgb_planes[2],
                          .d_R = &rgb_planes[3], .d_beta = &s->d_beta,
                          .slope_floor = (float)s->trainer->set->slope_floor};
@@ -101,9 +103,10 @@ static void compose_job(void *context, int strip, int worker)
     Trainer *t = s->trainer;
     int y0 = strip * STRIP, y1 = strip_end(s, strip);
     if (t->scene.pane_beta)
-        fs_pane_forward(&t->scene.pane, &s->view->view->camera, &s->beta, y0, y1);
+        fs_pane_forward(&t->scene.pane, &s->view->view->camera, &s->beta, &s->tau, y0, y1);
     else
         fs_engine_sigmoid(&s->task[LAYER_BETA]->feature, &s->beta, y0, y1);
+    if (s->view->view->flash) fs_engine_scale(&s->beta, (float)(1 + t->scene.flash_return), &s->beta, y0, y1);
     Planes p[4];
     ComposeArgs args = compose_args(s, p);
     t->engine->kernels.compose->forward(&args, y0, y1);
@@ -127,6 +130,7 @@ static void loss_job(void *context, int strip, int worker)
     for (int l = 0; l < LAYERS; l++)
         if (s->task[l]) zero_rows(&s->task[l]->d_feature, y0, y1);
     zero_rows(&s->d_beta, y0, y1);
+    zero_rows(&s->d_tau, y0, y1);
     PhotometricArgs photo = {.I = &s->I, .Y = &s->view->photo, .mu_Y = &s->view->mu, .var_Y = &s->view->var,
                              .mask = &s->view->mask, .lambda = (float)t->set->dssim, .weight = (float)t->set->rgb_weight,
                              .d_I = &s->d_I, .scratch = t->photometric_scratch[worker]};
@@ -188,15 +192,38 @@ static void adam_scalar(double *x, double g, double *m, double *v, double rate, 
     *x -= rate * (*m / (1 - pow(0.9, step))) / (sqrt(*v / (1 - pow(0.999, step))) + 1e-15);
 }
 
-static void update_pane(Step *s)
+// The few numbers that belong to the whole scene: pane, the flash's colour against the ambient light, its return.
+static void update_globals(Step *s)
 {
     Trainer *t = s->trainer;
-    double d[4] = {0};
-    fs_pane_backward(&t->scene.pane, &s->view->view->camera, &s->d_beta, 0, s->beta.height, d, &d[3]);
-    for (int i = 0; i < 3; i++)
-        adam_scalar(&t->scene.pane.normal[i], d[i], &t->pane_m[i], &t->pane_v[i], 2e-3, t->step + 1);
-    double *n = t->scene.pane.normal, length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    for (int i = 0; i < 3; i++) n[i] /= length;
+    Scene *scene = &t->scene;
+    GlobalState *g = &t->globals;
+    int step = t->step + 1;
+    if (scene->pane_beta) {
+        PaneGradient d = {0};
+        fs_pane_backward(&scene->pane, &s->view->view->camera, &s->d_beta, &s->d_tau, 0, s->beta.height, &d);
+        double *n = scene->pane.normal;
+        for (int i = 0; i < 3; i++) adam_scalar(&n[i], d.normal[i], &g->m[i], &g->v[i], 5e-3, step);
+        double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (int i = 0; i < 3; i++) n[i] /= length;
+        adam_scalar(&scene->pane.dimming, d.dimming, &g->m[3], &g->v[3], 1e-3, step);
+        scene->pane.dimming = fmin(fmax(scene->pane.dimming, 0.02), 0.5);
+    }
+    if (!scene->shared_geometry || !s->view->view->flash) return;
+    for (int i = 0; i < 3; i++) {
+        double x = log(scene->gain_color[i]);
+        adam_scalar(&x, t->engine->task[LAYER_T_N].d_tint[i] * scene->gain_color[i], &g->m[4 + i], &g->v[4 + i], 1e-3, step);
+        scene->gain_color[i] = exp(x);
+    }
+    double d_return = 0;
+    for (int y = 0; y < s->beta.height; y++) {
+        const float *beta = fs_planes_row(&s->beta, 0, y), *d_beta = fs_planes_row(&s->d_beta, 0, y);
+        double row = 0;
+        for (int x = 0; x < s->beta.width; x++) row += (double)(beta[x] * d_beta[x]);
+        d_return += row;
+    }
+    adam_scalar(&scene->flash_return, d_return / (1 + scene->flash_return), &g->m[7], &g->v[7], 5e-4, step);
+    scene->flash_return = fmin(fmax(scene->flash_return, 0), 0.25);
 }
 
 void fs_step_run(Trainer *trainer, const TrainView *view)
@@ -211,6 +238,8 @@ void fs_step_run(Trainer *trainer, const TrainView *view)
     fs_raster_task_forward(&e->kernels, e->threads, list, n, camera, (float)(FS_ENGINE_NEAR * trainer->scene.extent));
     s->beta = fs_engine_planes(e, camera, 1);
     s->d_beta = fs_engine_planes(e, camera, 1);
+    s->tau = fs_engine_planes(e, camera, 1);
+    s->d_tau = fs_engine_planes(e, camera, 1);
     s->I = fs_engine_planes(e, camera, 3);
     s->d_I = fs_engine_planes(e, camera, 3);
     s->T_linear = fs_engine_planes(e, camera, 3);
@@ -231,14 +260,7 @@ void fs_step_run(Trainer *trainer, const TrainView *view)
     fs_raster_task_backward(&e->kernels, e->threads, list, n);
     if (trainer->scene.shared_geometry)
         trainer->loss[LOSS_GAIN_SMOOTH] = fs_gains_smooth(trainer, e->task[LAYER_T_N].d_field[CLOUD_GAINS]);
-    if (trainer->scene.pane_beta) update_pane(s);
-    if (trainer->scene.shared_geometry && view->view->flash)
-        for (int i = 0; i < 3; i++) {
-            double x = log(trainer->scene.gain_color[i]);
-            adam_scalar(&x, e->task[LAYER_T_N].d_tint[i] * trainer->scene.gain_color[i], &trainer->tint_m[i],
-                        &trainer->tint_v[i], 1e-3, trainer->step + 1);
-            trainer->scene.gain_color[i] = exp(x);
-        }
+    update_globals(s);
     trainer->step++;
     trainer->last_flash = view->view->flash;
 }

@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "base/file.h"
+#include "image/tone.h"
 #include "train/trainer.h"
 
 static double now(void)
@@ -105,6 +106,16 @@ fail:
     return rc;
 }
 
+// beta's unit is free while R learns (scene.h: Pane); in the end it is the reflectance that T's dimming shows.
+static void fix_unit_of_R(Scene *scene)
+{
+    if (!scene->pane_beta) return;
+    float factor = fs_tone_encode((float)(scene->pane.f0 / scene->pane.dimming));
+    Cloud *R = &scene->cloud[LAYER_R];
+    for (int i = 0; i < 3 * R->n; i++) R->field[CLOUD_COLORS][i] *= factor;
+    scene->pane.f0 = scene->pane.dimming;
+}
+
 int fs_train_run(FsProject *project, FsError *err)
 {
     if (fs_project_done(project, "train", FS_STAGE_TRAIN)) return 0;
@@ -119,6 +130,7 @@ int fs_train_run(FsProject *project, FsError *err)
     rc = 0;
     fs_project_unmark(project, "train");
     TRY(train_loop(&trainer, err));
+    fix_unit_of_R(&trainer.scene);
     TRY(fs_file_mkdirs(clouds, err));
     TRY(fs_scene_write(&trainer.scene, clouds, err));
     TRY(fs_checkpoint_write(&trainer, err));

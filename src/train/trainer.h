@@ -26,6 +26,12 @@ typedef struct CloudState {
 } CloudState;
 #define TRAIN_NEIGHBOURS 8
 
+// Adam's moments of the numbers that belong to the whole scene: pane normal, dimming, tint of the gain, flash return.
+enum { TRAIN_GLOBALS = 8 };
+typedef struct GlobalState {
+    double m[TRAIN_GLOBALS], v[TRAIN_GLOBALS];
+} GlobalState;
+
 typedef struct Trainer {
     const FsProject *project;
     const Settings *set;
@@ -35,7 +41,7 @@ typedef struct Trainer {
     int n_views;
     Scene scene;
     CloudState state[LAYERS];
-    double pane_m[4], pane_v[4], tint_m[3], tint_v[3];
+    GlobalState globals;
     int step;                  // steps done
     int first_step;            // at which this run began (a checkpoint's)
     bool last_flash;           // the last step was at a flash photo
