@@ -86,6 +86,8 @@ static const FsOption table[] = {
     STRING("layers", layers, RENDER, "all", "LIST",
            "layers to render, comma-separated: T_N,T_F,R,R_scene,beta,I_N,I_F,depth_T,depth_R"),
     BOOL("linear", linear, RENDER | PAIR, "write 32-bit float TIFF in linear light too"),
+    FLOAT("metres-per-unit", metres_per_unit, RENDER, "0", 0, 1e9, "X",
+          "metres in one unit of the poses, so that depth is written in millimetres; 0: unknown"),
     BOOL("video", video, RENDER, "write MP4 of the camera path"),
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
 

@@ -24,6 +24,7 @@ typedef struct FsSettings {
     // render
     char *cameras, *output, *path, *layers;
     bool linear, video;
+    double metres_per_unit;
     int path_views;
     // evaluate
     char *methods, *json, *views, *lpips_weights;

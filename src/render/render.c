@@ -263,6 +263,7 @@ static int open_run(Run *run, FsError *err)
         goto fail;
     }
     TRY(fs_scene_read(&run->scene, clouds, err));
+    if (set->metres_per_unit > 0) run->scene.metres_per_unit = set->metres_per_unit;
     TRY(fs_dataset_read(&run->photos, views, err));
     if (run->photos.n == 0) {
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views);

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include "base/file.h"
 #include "image/tone.h"
@@ -55,6 +56,8 @@ int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Im
     }
     if (as_png) TRY(save_png(png, layer, image, metres_per_unit, err));
     if (as_float) TRY(fs_tiff_write_float(tiff, image, err));
+    if (!as_png) unlink(png); // of an earlier run, it would contradict
+    if (!as_float) unlink(tiff);
 fail:
     free(png);
     free(tiff);

@@ -8,7 +8,7 @@
 
 #include "engine/engine.h"
 
-// metres_per_unit: 0 when the scale is unknown. linear: writes the float TIFF of colours and beta too.
+// What is not written is removed where an earlier run left it. metres_per_unit: 0 when the scale is unknown. linear: writes the float TIFF of colours and beta too.
 int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Image *image, double metres_per_unit,
                   bool linear, FsError *err);
 // The folder of a layer, made when missing.

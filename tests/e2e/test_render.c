@@ -200,6 +200,10 @@ static void a_second_run_is_skipped(void **state)
     assert_int_equal(render(capture, NULL), 0);
     assert_null(strstr(capture->log, "skipped"));
     assert_float_equal(middle(capture, "renders/T_N/IMG_1.tif", WIDTH, HEIGHT), 0.1, 0.002);
+    set(capture, "metres-per-unit", "0.25");
+    assert_int_equal(render(capture, NULL), 0);
+    assert_float_equal(middle(capture, "renders/depth_T/IMG_1.png", WIDTH, HEIGHT) * 65535, 500, 2);
+    assert_int_equal(count(capture, "renders/depth_T"), VIEWS);
 }
 
 static void write_model(const char *path, int width, double k1)

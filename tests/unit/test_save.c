@@ -77,7 +77,10 @@ static void depth_is_millimetres_where_the_scale_is_known(void **state)
     for (int i = 0; i < 5; i++) assert_float_equal(back.px[i] * 65535, mm[i], 0.01);
     assert_false(exists(*state, "depth_T/view 1.tif"));
     fs_image_free(&back);
-    back = saved(*state, RENDER_DEPTH_R, &image, 0, false, "tif");
+    back = saved(*state, RENDER_DEPTH_R, &image, 2, false, "png");
+    assert_true(exists(*state, "depth_R/view 1.png"));
+    fs_image_free(&back);
+    back = saved(*state, RENDER_DEPTH_R, &image, 0, false, "tif"); // the other file goes
     assert_memory_equal(back.px, image.px, 4 * sizeof(float));
     assert_false(exists(*state, "depth_R/view 1.png"));
     fs_image_free(&back);
