@@ -96,6 +96,9 @@ static const FsOption table[] = {
     ENUM("views", views, EVALUATE, "held_out", "held_out|capture|all", "views to measure at"),
     STRING("lpips-weights", lpips_weights, EVALUATE, "", "FILE", "weights that make evaluate measure LPIPS too; see docs/lpips.md"),
 
+    STRING("cases", cases, BENCH, "", "WORD", "only the cases whose name contains this"),
+    STRING("compare", compare, BENCH, "", "FILE,FILE", "compare two files of --json instead of measuring"),
+
     INT("photos", synth_photos, SYNTH, "30", 2, 1000, "N", "photos, half of them with flash"),
     INT("held-out", synth_held_out, SYNTH, "6", 0, 1000, "N", "extra poses with ground truth and no photo"),
     INT("width", synth_width, SYNTH, "600", 32, 8192, "N", "photo width in pixels"),

@@ -28,6 +28,8 @@ typedef struct FsSettings {
     int path_views;
     // evaluate
     char *methods, *json, *views, *lpips_weights;
+    // bench
+    char *cases, *compare;
     // synth
     int synth_photos, synth_held_out, synth_width, synth_height;
     double synth_alpha, synth_reflection;

@@ -1,0 +1,163 @@
+#include "bench/bench.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "bench/case.h"
+#include "bench/peak.h"
+#include "bench/result.h"
+
+#define IMAGE(kernel, call_, work_, size, width_, height_)                                                             \
+    {                                                                                                                  \
+        .name = kernel "/" size, .unit = #work_, .open = fs_case_image_open, .call = fs_case_image_##call_,            \
+        .work = fs_case_image_##work_##s, .close = fs_case_image_close, .width = width_, .height = height_             \
+    }
+#define IMAGES(size, width, height)                                                                                    \
+    IMAGE("compose_forward", compose_forward, value, size, width, height),                                             \
+        IMAGE("compose_backward", compose_backward, value, size, width, height),                                       \
+        IMAGE("photometric", photometric, value, size, width, height),                                                 \
+        IMAGE("pearson", pearson, value, size, width, height), IMAGE("smooth", smooth, pixel, size, width, height)
+#define ADAM(name_, n_, share)                                                                                         \
+    {                                                                                                                  \
+        .name = name_, .unit = "parameter", .open = fs_case_adam_open, .call = fs_case_adam_call,                      \
+        .work = fs_case_adam_work, .close = fs_case_adam_close, .n = n_, .wanted = share                               \
+    }
+#define SPLATS(name_, call_, work_, n_, width_, height_, pairs_)                                                       \
+    {                                                                                                                  \
+        .name = name_, .unit = "pair", .open = fs_case_splats_open, .call = fs_case_splats_##call_,                    \
+        .work = fs_case_splats_##work_, .close = fs_case_splats_close, .n = n_, .width = width_, .height = height_,    \
+        .wanted = pairs_                                                                                               \
+    }
+#define RASTER(count, n, size, width, height)                                                                          \
+    SPLATS("forward/" count "/" size, forward, forward_work, n, width, height, 0),                                     \
+        SPLATS("backward/" count "/" size, backward, backward_work, n, width, height, 0),                              \
+        SPLATS("raster/" count "/" size, raster, work, n, width, height, 0)
+#define RASTERS(size, width, height)                                                                                   \
+    RASTER("10k", 10000, size, width, height), RASTER("50k", 50000, size, width, height),                              \
+        RASTER("200k", 200000, size, width, height), RASTER("500k", 500000, size, width, height)
+
+static const BenchCase cases[] = {
+    IMAGES("300x200", 300, 200),
+    IMAGES("1200x800", 1200, 800),
+    ADAM("adam/all/100k", 100000, 1.0),
+    ADAM("adam/quarter/100k", 100000, 0.25),
+    RASTERS("300x200", 300, 200),
+    RASTERS("600x400", 600, 400),
+    RASTERS("1200x800", 1200, 800),
+    // One 3-channel model, forward + loss + backward + Adam, at the size and with the contributing pairs at which
+    // OpenSplat was measured.
+    SPLATS("step/20k", step, work, 20000, 571, 421, 12e6),
+    SPLATS("step/50k", step, work, 50000, 571, 421, 19e6),
+    SPLATS("step/100k", step, work, 100000, 571, 421, 25e6),
+};
+
+static double seconds(clockid_t clock)
+{
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+enum { ROUNDS_MIN = 5, ROUNDS_MAX = 200 };
+
+// Medians over the calls that fit into about half a second, at least ROUNDS_MIN.
+static void time_case(const BenchCase *what, void *state, BenchResult *r)
+{
+    double wall[ROUNDS_MAX], cpu[ROUNDS_MAX], start = seconds(CLOCK_MONOTONIC);
+    int n = 0;
+    what->call(state);
+    while (n < ROUNDS_MIN || (n < ROUNDS_MAX && seconds(CLOCK_MONOTONIC) - start < 0.5)) {
+        double w = seconds(CLOCK_MONOTONIC), c = seconds(CLOCK_PROCESS_CPUTIME_ID);
+        what->call(state);
+        wall[n] = seconds(CLOCK_MONOTONIC) - w;
+        cpu[n++] = seconds(CLOCK_PROCESS_CPUTIME_ID) - c;
+    }
+    qsort(wall, (size_t)n, sizeof *wall, by_value);
+    qsort(cpu, (size_t)n, sizeof *cpu, by_value);
+    r->ms = 1e3 * wall[n / 2];
+    r->cpu_ms = 1e3 * cpu[n / 2];
+}
+
+static int run_case(const BenchCase *what, const BenchMachine *machine, const Peak *peak, BenchResult *r, FsError *err)
+{
+    void *state = what->open(machine, what);
+    if (!state) return fs_error_memory(err);
+    *r = (BenchResult){0};
+    snprintf(r->name, sizeof r->name, "%s", what->name);
+    snprintf(r->unit, sizeof r->unit, "%s", what->unit);
+    time_case(what, state, r);
+    BenchWork work = what->work(state);
+    r->pairs = work.pairs;
+    r->flops = work.flops;
+    r->bytes = work.bytes;
+    if (r->cpu_ms > 0) r->share_of_fma_peak = 1e-6 * r->flops / r->cpu_ms / peak->fma_gflops;
+    what->close(state);
+    return 0;
+}
+
+// The two loops of peak.h as cases: what the others are measured against.
+static int add_peaks(BenchResults *results, const Peak *peak, const Log *log, FsError *err)
+{
+    BenchResult fma = {.name = "peak/fma", .unit = "flop", .ms = 1, .cpu_ms = 1, .share_of_fma_peak = 1};
+    BenchResult copy = {.name = "peak/copy", .unit = "byte", .ms = 1, .cpu_ms = 1};
+    fma.pairs = fma.flops = 1e6 * peak->fma_gflops; // in a millisecond
+    copy.pairs = copy.bytes = 1e6 * peak->copy_gbs;
+    fs_result_log(&fma, log);
+    fs_result_log(&copy, log);
+    int rc = fs_result_add(results, &fma, err);
+    return rc < 0 ? rc : fs_result_add(results, &copy, err);
+}
+
+static int run_all(const FsSettings *set, const BenchMachine *machine, BenchResults *results, const Log *log,
+                   FsError *err)
+{
+    int rc, n = (int)(sizeof cases / sizeof *cases), ran = 0;
+    Peak peak;
+    TRY(fs_peak_measure(machine->kernels.level, &peak, err));
+    fs_result_log(NULL, log);
+    TRY(add_peaks(results, &peak, log, err));
+    for (int i = 0; i < n; i++) {
+        if (set->cases && !strstr(cases[i].name, set->cases)) continue;
+        if (fs_log_cancelled(log)) return fs_error_set(err, FS_ERR_CANCELLED, "bench: cancelled");
+        fs_log_progress(log, "bench", i, n, cases[i].name);
+        BenchResult row;
+        TRY(run_case(&cases[i], machine, &peak, &row, err));
+        fs_result_log(&row, log);
+        TRY(fs_result_add(results, &row, err));
+        ran++;
+    }
+    if (!ran) rc = fs_error_set(err, FS_ERR_USAGE, "--cases %s: no case's name contains that", set->cases);
+fail:
+    return rc;
+}
+
+int fs_bench_run(const FsSettings *settings, const Log *log, FsError *err)
+{
+    int rc = 0;
+    BenchMachine machine = {0};
+    BenchResults results = {0};
+    if (settings->compare && *settings->compare) return fs_result_compare(settings->compare, log, err);
+    TRY(fs_kernels_choose(settings->cpu, &machine.kernels, err));
+    machine.threads = fs_threads_new(settings->threads);
+    if (!machine.threads) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    snprintf(results.cpu, sizeof results.cpu, "%s", fs_cpu_name(machine.kernels.level));
+    results.threads = fs_threads_count(machine.threads);
+    fs_log_info(log, "instruction set %s, %d threads (image and Adam kernels: one)", results.cpu, results.threads);
+    TRY(run_all(settings, &machine, &results, log, err));
+    if (settings->json && *settings->json) TRY(fs_result_write(&results, settings->json, err));
+fail:
+    fs_result_free(&results);
+    if (machine.threads) fs_threads_free(machine.threads);
+    return rc;
+}

@@ -1,0 +1,58 @@
+// One thing to time. bench.c has the table of all.
+#ifndef FS_BENCH_CASE_H
+#define FS_BENCH_CASE_H
+
+#include "base/threads.h"
+#include "kernels/kernels.h"
+
+typedef struct BenchMachine {
+    Kernels kernels;
+    Threads *threads;
+} BenchMachine;
+
+typedef struct BenchWork { // of one call
+    double pairs;          // units
+    double flops, bytes;   // 0: not counted
+} BenchWork;
+
+typedef struct BenchCase {
+    const char *name; // "photometric/300x200"
+    const char *unit; // "value", "pair", ...
+    // Makes the input (always the same) for n things at width x height; `wanted` is the case's own.
+    void *(*open)(const BenchMachine *machine, const struct BenchCase *what); // NULL: out of memory
+    void (*call)(void *state);
+    BenchWork (*work)(const void *state); // after a call
+    void (*close)(void *state);
+    int n, width, height;
+    double wanted;
+} BenchCase;
+
+// case_image.c: the image-space kernels, one thread
+void *fs_case_image_open(const BenchMachine *machine, const BenchCase *what);
+void fs_case_image_close(void *state);
+BenchWork fs_case_image_values(const void *state); // three channels
+BenchWork fs_case_image_pixels(const void *state);
+void fs_case_image_compose_forward(void *state);
+void fs_case_image_compose_backward(void *state);
+void fs_case_image_photometric(void *state);
+void fs_case_image_pearson(void *state);
+void fs_case_image_smooth(void *state);
+
+// case_adam.c: one thread, n Gaussians' means
+void *fs_case_adam_open(const BenchMachine *machine, const BenchCase *what); // wanted: share of visible Gaussians
+void fs_case_adam_close(void *state);
+BenchWork fs_case_adam_work(const void *state);
+void fs_case_adam_call(void *state);
+
+// case_splats.c: generated clouds of n Gaussians, all threads
+void *fs_case_splats_open(const BenchMachine *machine, const BenchCase *what); // wanted: pairs; 0: as they fall
+void fs_case_splats_close(void *state);
+BenchWork fs_case_splats_forward_work(const void *state);
+BenchWork fs_case_splats_backward_work(const void *state);
+BenchWork fs_case_splats_work(const void *state);
+void fs_case_splats_forward(void *state);  // project, sort, list, raster
+void fs_case_splats_backward(void *state); // raster, reduce, project
+void fs_case_splats_raster(void *state);   // both
+void fs_case_splats_step(void *state);     // forward, L1 and SSIM, backward, Adam: a whole training step
+
+#endif

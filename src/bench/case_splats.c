@@ -1,0 +1,201 @@
+// Generated clouds: a box of Gaussians in front of a camera, through the rasteriser and through a whole training step.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/arena.h"
+#include "base/rng.h"
+#include "bench/case.h"
+#include "engine/raster_task.h"
+
+enum { STRIP = 32, CHUNK = 2048 };
+
+// Floating-point operations per contributing (pixel, splat) pair with three features, counted in raster_simd.h:
+// forward: offsets 2, exponent 8, 2^t 9, alpha T and T' 3, features 6;
+// backward: offsets, exponent and 2^t 19, alpha T 1, features 12, rest 2, d t 5, T' 1, moments 11.
+#define FORWARD_FLOPS 28
+#define BACKWARD_FLOPS 51
+
+typedef struct SplatsState {
+    const BenchMachine *machine;
+    Cloud cloud, m, v;
+    Camera camera;
+    RasterTask task;
+    Arena arena;
+    Planes photo, mu, var;
+    void **scratch; // one per thread
+    int step;
+} SplatsState;
+
+static void fill_cloud(Cloud *cloud, double scale)
+{
+    Rng rng = fs_rng_new(3);
+    for (int i = 0; i < cloud->n; i++) {
+        float *mean = cloud->field[CLOUD_MEANS] + 3 * i, z = 2 + 4 * fs_rng_uniform(&rng);
+        mean[0] = (fs_rng_uniform(&rng) - 0.5f) * z * 1.05f;
+        mean[1] = (fs_rng_uniform(&rng) - 0.5f) * z * 0.75f;
+        mean[2] = z;
+        float size = (float)log(scale) + 0.5f * fs_rng_normal(&rng);
+        for (int k = 0; k < 3; k++) cloud->field[CLOUD_SCALES][3 * i + k] = size + 0.5f * fs_rng_normal(&rng);
+        for (int k = 0; k < 4; k++) cloud->field[CLOUD_QUATS][4 * i + k] = fs_rng_normal(&rng);
+        cloud->field[CLOUD_OPACITIES][i] = -2.5f + fs_rng_normal(&rng);
+        for (int k = 0; k < 3; k++) cloud->field[CLOUD_COLORS][3 * i + k] = fs_rng_uniform(&rng);
+    }
+}
+
+static void forward(SplatsState *s)
+{
+    RasterTask *task = &s->task;
+    fs_raster_task_forward(&s->machine->kernels, s->machine->threads, &task, 1, &s->camera, 0.1f);
+}
+
+// The size of Gaussians at which `wanted` pairs contribute.
+static void seek_pairs(SplatsState *s, double scale, double wanted)
+{
+    double low = log(scale / 20), high = log(scale * 20);
+    for (int i = 0; i < 14; i++) {
+        double middle = 0.5 * (low + high);
+        fill_cloud(&s->cloud, exp(middle));
+        forward(s);
+        if ((double)s->task.pairs < wanted)
+            low = middle;
+        else
+            high = middle;
+    }
+}
+
+static Planes new_planes(SplatsState *s)
+{
+    Planes p = {s->camera.width, s->camera.height, 3, fs_planes_stride(s->camera.width), NULL};
+    p.px = ARENA_NEW(&s->arena, float, (size_t)p.stride *(size_t)p.height * 3);
+    return p;
+}
+
+static void make_photo(SplatsState *s)
+{
+    s->photo = new_planes(s), s->mu = new_planes(s), s->var = new_planes(s);
+    for (int c = 0; c < 3; c++)
+        for (int y = 0; y < s->photo.height; y++)
+            for (int x = 0; x < s->photo.stride; x++)
+                fs_planes_row(&s->photo, c, y)[x] =
+                    0.5f + 0.4f * sinf(0.05f * (float)(x + 3 * c)) * cosf(0.07f * (float)y);
+    int threads = fs_threads_count(s->machine->threads);
+    s->scratch = ARENA_NEW(&s->arena, void *, threads);
+    for (int i = 0; i < threads; i++)
+        s->scratch[i] = fs_arena_alloc(&s->arena, fs_photometric_scratch(s->camera.width));
+    PhotometricArgs args = {.I = &s->photo, .Y = &s->photo, .mu_Y = &s->mu, .var_Y = &s->var, .scratch = s->scratch[0]};
+    s->machine->kernels.photometric->target_stats(&args, 0, s->photo.height);
+}
+
+void *fs_case_splats_open(const BenchMachine *machine, const BenchCase *what)
+{
+    SplatsState *s = calloc(1, sizeof *s);
+    if (!s) return NULL;
+    s->machine = machine;
+    double f = what->width, scale = 0.5 / sqrt(what->n);
+    s->camera = (Camera){
+        what->width, what->height, f, f, 0.5 * what->width, 0.5 * what->height, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    if (fs_cloud_new(&s->cloud, what->n, 3, 0, NULL) < 0 || fs_cloud_new(&s->m, what->n, 3, 0, NULL) < 0 ||
+        fs_cloud_new(&s->v, what->n, 3, 0, NULL) < 0) {
+        fs_case_splats_close(s);
+        return NULL;
+    }
+    s->task = (RasterTask){.cloud = &s->cloud, .colors = 3, .train = true};
+    if (what->wanted > 0)
+        seek_pairs(s, scale, what->wanted);
+    else
+        fill_cloud(&s->cloud, scale);
+    make_photo(s);
+    fs_case_splats_step(s); // a gradient for the backward case, and warm memory
+    return s;
+}
+
+void fs_case_splats_close(void *state)
+{
+    SplatsState *s = state;
+    fs_raster_task_free(&s->task);
+    fs_cloud_free(&s->cloud);
+    fs_cloud_free(&s->m);
+    fs_cloud_free(&s->v);
+    fs_arena_free(&s->arena);
+    free(s);
+}
+
+BenchWork fs_case_splats_forward_work(const void *state)
+{
+    double pairs = (double)((const SplatsState *)state)->task.pairs;
+    return (BenchWork){.pairs = pairs, .flops = FORWARD_FLOPS * pairs};
+}
+BenchWork fs_case_splats_backward_work(const void *state)
+{
+    double pairs = (double)((const SplatsState *)state)->task.pairs;
+    return (BenchWork){.pairs = pairs, .flops = BACKWARD_FLOPS * pairs};
+}
+BenchWork fs_case_splats_work(const void *state)
+{
+    double pairs = (double)((const SplatsState *)state)->task.pairs;
+    return (BenchWork){.pairs = pairs, .flops = (FORWARD_FLOPS + BACKWARD_FLOPS) * pairs};
+}
+
+void fs_case_splats_forward(void *state)
+{
+    forward(state);
+}
+
+void fs_case_splats_backward(void *state)
+{
+    SplatsState *s = state;
+    RasterTask *task = &s->task;
+    fs_raster_task_backward(&s->machine->kernels, s->machine->threads, &task, 1);
+}
+
+static void loss_job(void *context, int strip, int worker)
+{
+    SplatsState *s = context;
+    int y0 = strip * STRIP, y1 = y0 + STRIP < s->photo.height ? y0 + STRIP : s->photo.height;
+    PhotometricArgs args = {.I = &s->task.feature,
+                            .Y = &s->photo,
+                            .mu_Y = &s->mu,
+                            .var_Y = &s->var,
+                            .lambda = 0.2f,
+                            .weight = 1,
+                            .d_I = &s->task.d_feature,
+                            .scratch = s->scratch[worker]};
+    s->machine->kernels.photometric->loss(&args, y0, y1);
+}
+
+void fs_case_splats_raster(void *state)
+{
+    SplatsState *s = state;
+    forward(s);
+    for (int c = 0; c < 3; c++) // forward gave new, unset planes for the gradient: any will do
+        memcpy(fs_planes_row(&s->task.d_feature, c, 0), fs_planes_row(&s->photo, c, 0),
+               sizeof(float) * (size_t)s->photo.stride * (size_t)s->photo.height);
+    fs_case_splats_backward(s);
+}
+
+static void adam_job(void *context, int job, int worker)
+{
+    (void)worker;
+    SplatsState *s = context;
+    // The rates are tiny, so that the hundredth call sees the same cloud as the first.
+    size_t begin = (size_t)job * CHUNK, end = begin + CHUNK, n = (size_t)s->cloud.n;
+    if (end > n) end = n;
+    for (int f = 0; f < CLOUD_FIELDS; f++) {
+        size_t w = (size_t)s->cloud.width[f], at = w * begin;
+        if (!w) continue;
+        s->machine->kernels.adam->step_sparse(s->cloud.field[f] + at, s->task.d_field[f] + at, s->m.field[f] + at,
+                                              s->v.field[f] + at, end - begin, (int)w, s->task.seen + begin,
+                                              fs_adam_rate(1e-9, s->step));
+    }
+}
+
+void fs_case_splats_step(void *state)
+{
+    SplatsState *s = state;
+    forward(s);
+    fs_threads_for(s->machine->threads, (s->photo.height + STRIP - 1) / STRIP, loss_job, s);
+    fs_case_splats_backward(s);
+    s->step++;
+    fs_threads_for(s->machine->threads, (s->cloud.n + CHUNK - 1) / CHUNK, adam_job, s);
+}

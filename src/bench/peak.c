@@ -1,0 +1,70 @@
+#include "bench/peak.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { CHAINS = 16, COPY_FLOATS = 1 << 24, ROUNDS = 7 };
+
+// Plain C, as the scalar kernels are: the compiler may use what every machine of the architecture has.
+static float fma_loop(long rounds)
+{
+    float sum[CHAINS], all = 0;
+    for (int i = 0; i < CHAINS; i++) sum[i] = (float)i;
+    for (long r = 0; r < rounds; r++)
+        for (int i = 0; i < CHAINS; i++) sum[i] = sum[i] * 0.9999f + 1e-4f;
+    for (int i = 0; i < CHAINS; i++) all += sum[i];
+    return all;
+}
+
+static void copy_loop(float *to, const float *from, size_t n)
+{
+    memcpy(to, from, n * sizeof *to);
+}
+
+const PeakLoops fs_peak_scalar = {fma_loop, 2.0 * CHAINS, copy_loop};
+
+static const PeakLoops *loops_at(CpuLevel level)
+{
+    switch (level) {
+#if defined(__x86_64__)
+    case CPU_AVX2: return &fs_peak_avx2;
+    case CPU_AVX512: return &fs_peak_avx512;
+#elif defined(__aarch64__)
+    case CPU_NEON: return &fs_peak_neon;
+#endif
+    default: return &fs_peak_scalar;
+    }
+}
+
+static double cpu_seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+int fs_peak_measure(CpuLevel level, Peak *peak, FsError *err)
+{
+    const PeakLoops *loops = loops_at(level);
+    const long rounds = 2000000;
+    volatile float keep = 0;
+    *peak = (Peak){0};
+    for (int i = 0; i < ROUNDS; i++) { // the best round: a peak is what was reached undisturbed
+        double start = cpu_seconds();
+        keep = keep + loops->fma(rounds);
+        double rate = 1e-9 * loops->flops_per_round * (double)rounds / (cpu_seconds() - start);
+        if (rate > peak->fma_gflops) peak->fma_gflops = rate;
+    }
+    float *memory = aligned_alloc(64, 2 * sizeof(float) * COPY_FLOATS);
+    if (!memory) return fs_error_memory(err);
+    memset(memory, 1, 2 * sizeof(float) * COPY_FLOATS);
+    for (int i = 0; i < ROUNDS; i++) {
+        double start = cpu_seconds();
+        loops->copy(memory + COPY_FLOATS, memory, COPY_FLOATS);
+        double rate = 1e-9 * 2 * sizeof(float) * COPY_FLOATS / (cpu_seconds() - start);
+        if (rate > peak->copy_gbs) peak->copy_gbs = rate;
+    }
+    free(memory);
+    return 0;
+}

@@ -1,0 +1,1 @@
+#include "bench/peak_simd.h" // compiled for AVX-512
