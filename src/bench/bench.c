@@ -31,9 +31,9 @@
         .wanted = pairs_                                                                                               \
     }
 #define RASTER(count, n, size, width, height)                                                                          \
-    SPLATS("forward/" count "/" size, forward, forward_work, n, width, height, 0),                                     \
-        SPLATS("backward/" count "/" size, backward, backward_work, n, width, height, 0),                              \
-        SPLATS("raster/" count "/" size, raster, work, n, width, height, 0)
+    SPLATS("forward/" count "/" size, forward, forward_work, n, width, height, 50.0 * width * height),                 \
+        SPLATS("backward/" count "/" size, backward, backward_work, n, width, height, 50.0 * width * height),          \
+        SPLATS("raster/" count "/" size, raster, work, n, width, height, 50.0 * width * height)
 #define RASTERS(size, width, height)                                                                                   \
     RASTER("10k", 10000, size, width, height), RASTER("50k", 50000, size, width, height),                              \
         RASTER("200k", 200000, size, width, height), RASTER("500k", 500000, size, width, height)
@@ -98,6 +98,7 @@ static int run_case(const BenchCase *what, const BenchMachine *machine, const Pe
     r->pairs = work.pairs;
     r->flops = work.flops;
     r->bytes = work.bytes;
+    r->splats = work.splats;
     if (r->cpu_ms > 0) r->share_of_fma_peak = 1e-6 * r->flops / r->cpu_ms / peak->fma_gflops;
     what->close(state);
     return 0;

@@ -10,9 +10,9 @@ typedef struct BenchMachine {
     Threads *threads;
 } BenchMachine;
 
-typedef struct BenchWork { // of one call
-    double pairs;          // units
-    double flops, bytes;   // 0: not counted
+typedef struct BenchWork {       // of one call
+    double pairs;                // units
+    double flops, bytes, splats; // 0: not counted
 } BenchWork;
 
 typedef struct BenchCase {
@@ -45,7 +45,7 @@ BenchWork fs_case_adam_work(const void *state);
 void fs_case_adam_call(void *state);
 
 // case_splats.c: generated clouds of n Gaussians, all threads
-void *fs_case_splats_open(const BenchMachine *machine, const BenchCase *what); // wanted: pairs; 0: as they fall
+void *fs_case_splats_open(const BenchMachine *machine, const BenchCase *what); // wanted: pairs
 void fs_case_splats_close(void *state);
 BenchWork fs_case_splats_forward_work(const void *state);
 BenchWork fs_case_splats_backward_work(const void *state);

@@ -49,19 +49,17 @@ static void forward(SplatsState *s)
     fs_raster_task_forward(&s->machine->kernels, s->machine->threads, &task, 1, &s->camera, 0.1f);
 }
 
-// The size of Gaussians at which `wanted` pairs contribute.
+// The size of Gaussians at which about `wanted` pairs contribute: they grow with its square, nearly.
 static void seek_pairs(SplatsState *s, double scale, double wanted)
 {
-    double low = log(scale / 20), high = log(scale * 20);
-    for (int i = 0; i < 14; i++) {
-        double middle = 0.5 * (low + high);
-        fill_cloud(&s->cloud, exp(middle));
+    for (int i = 0; i < 6; i++) {
+        fill_cloud(&s->cloud, scale);
         forward(s);
-        if ((double)s->task.pairs < wanted)
-            low = middle;
-        else
-            high = middle;
+        double ratio = wanted / fmax((double)s->task.pairs, 1);
+        if (fabs(ratio - 1) < 1e-3) return;
+        scale *= fmin(fmax(sqrt(ratio), 0.2), 5);
     }
+    fill_cloud(&s->cloud, scale);
 }
 
 static Planes new_planes(SplatsState *s)
@@ -101,10 +99,7 @@ void *fs_case_splats_open(const BenchMachine *machine, const BenchCase *what)
         return NULL;
     }
     s->task = (RasterTask){.cloud = &s->cloud, .colors = 3, .train = true};
-    if (what->wanted > 0)
-        seek_pairs(s, scale, what->wanted);
-    else
-        fill_cloud(&s->cloud, scale);
+    seek_pairs(s, scale, what->wanted);
     make_photo(s);
     fs_case_splats_step(s); // a gradient for the backward case, and warm memory
     return s;
@@ -121,20 +116,22 @@ void fs_case_splats_close(void *state)
     free(s);
 }
 
+static BenchWork work_of(const SplatsState *s, double flops)
+{
+    double pairs = (double)s->task.pairs;
+    return (BenchWork){.pairs = pairs, .flops = flops * pairs, .splats = s->cloud.n};
+}
 BenchWork fs_case_splats_forward_work(const void *state)
 {
-    double pairs = (double)((const SplatsState *)state)->task.pairs;
-    return (BenchWork){.pairs = pairs, .flops = FORWARD_FLOPS * pairs};
+    return work_of(state, FORWARD_FLOPS);
 }
 BenchWork fs_case_splats_backward_work(const void *state)
 {
-    double pairs = (double)((const SplatsState *)state)->task.pairs;
-    return (BenchWork){.pairs = pairs, .flops = BACKWARD_FLOPS * pairs};
+    return work_of(state, BACKWARD_FLOPS);
 }
 BenchWork fs_case_splats_work(const void *state)
 {
-    double pairs = (double)((const SplatsState *)state)->task.pairs;
-    return (BenchWork){.pairs = pairs, .flops = (FORWARD_FLOPS + BACKWARD_FLOPS) * pairs};
+    return work_of(state, (FORWARD_FLOPS + BACKWARD_FLOPS));
 }
 
 void fs_case_splats_forward(void *state)

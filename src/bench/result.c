@@ -36,17 +36,18 @@ static double rate(double amount, const BenchResult *r) // 1e9 per CPU second
 void fs_result_log(const BenchResult *r, const Log *log)
 {
     if (!r) {
-        fs_log_info(log, "%-34s %10s %10s %12s %16s %9s %8s %7s", "case", "ms", "cpu ms", "units", "cpu ns / unit",
-                    "GFLOP/s", "GB/s", "of peak");
+        fs_log_info(log, "%-26s %9s %9s %10s %17s %8s %7s %8s %7s", "case", "ms", "cpu ms", "units", "cpu ns / unit",
+                    "GFLOP/s", "GB/s", "Msplat/s", "of peak");
         return;
     }
-    char flops[16] = "", bytes[16] = "", share[16] = "", per[32] = "";
+    char flops[16] = "", bytes[16] = "", splats[16] = "", share[16] = "", per[32] = "";
     if (r->flops > 0) snprintf(flops, sizeof flops, "%.1f", rate(r->flops, r));
     if (r->bytes > 0) snprintf(bytes, sizeof bytes, "%.1f", rate(r->bytes, r));
+    if (r->splats > 0) snprintf(splats, sizeof splats, "%.2f", 1e3 * rate(r->splats, r));
     if (r->share_of_fma_peak > 0) snprintf(share, sizeof share, "%.1f %%", 100 * r->share_of_fma_peak);
     if (r->pairs > 0) snprintf(per, sizeof per, "%.3f %s", ns_per_pair(r), r->unit);
-    fs_log_info(log, "%-34s %10.3f %10.3f %12.0f %16s %9s %8s %7s", r->name, r->ms, r->cpu_ms, r->pairs, per, flops,
-                bytes, share);
+    fs_log_info(log, "%-26s %9.3f %9.3f %10.0f %17s %8s %7s %8s %7s", r->name, r->ms, r->cpu_ms, r->pairs, per, flops,
+                bytes, splats, share);
 }
 
 int fs_result_write(const BenchResults *results, const char *path, FsError *err)
@@ -54,11 +55,12 @@ int fs_result_write(const BenchResults *results, const char *path, FsError *err)
     json_t *list = json_array();
     for (int i = 0; i < results->n; i++) {
         const BenchResult *r = &results->row[i];
-        json_array_append_new(list, json_pack("{s:s, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:s, s:i}", "name",
+        json_array_append_new(list, json_pack("{s:s, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:f, s:s, s:i}", "name",
                                               r->name, "ms", r->ms, "cpu_ms", r->cpu_ms, "pairs", r->pairs, "unit",
                                               r->unit, "ns_per_pair", ns_per_pair(r), "gflops", rate(r->flops, r),
-                                              "gbs", rate(r->bytes, r), "share_of_fma_peak", r->share_of_fma_peak,
-                                              "cpu", results->cpu, "threads", results->threads));
+                                              "gbs", rate(r->bytes, r), "splats_per_s", 1e9 * rate(r->splats, r),
+                                              "share_of_fma_peak", r->share_of_fma_peak, "cpu", results->cpu, "threads",
+                                              results->threads));
     }
     char *text = json_dumps(list, JSON_INDENT(1) | JSON_REAL_PRECISION(6));
     json_decref(list);
@@ -119,22 +121,22 @@ static void log_ratios(const BenchResults *a, const BenchResults *b, const Log *
 {
     double sum = 0;
     int n = 0;
-    fs_log_info(log, "%-34s %10s %10s %8s %10s %10s %8s", "case", "first ms", "second ms", "ratio", "cpu ms", "cpu ms",
+    fs_log_info(log, "%-26s %10s %10s %8s %10s %10s %8s", "case", "first ms", "second ms", "ratio", "cpu ms", "cpu ms",
                 "ratio");
     for (int i = 0; i < a->n; i++) {
         const BenchResult *p = &a->row[i], *q = find(b, p->name);
         if (!q) {
-            fs_log_info(log, "%-34s %10.3f %10s", p->name, p->ms, "-");
+            fs_log_info(log, "%-26s %10.3f %10s", p->name, p->ms, "-");
             continue;
         }
         double cpu = q->cpu_ms > 0 ? p->cpu_ms / q->cpu_ms : 0;
-        fs_log_info(log, "%-34s %10.3f %10.3f %7.2fx %10.3f %10.3f %7.2fx", p->name, p->ms, q->ms, p->ms / q->ms,
+        fs_log_info(log, "%-26s %10.3f %10.3f %7.2fx %10.3f %10.3f %7.2fx", p->name, p->ms, q->ms, p->ms / q->ms,
                     p->cpu_ms, q->cpu_ms, cpu);
         sum += log1p(p->ms / q->ms - 1);
         n++;
     }
     for (int i = 0; i < b->n; i++)
-        if (!find(a, b->row[i].name)) fs_log_info(log, "%-34s %10s %10.3f", b->row[i].name, "-", b->row[i].ms);
+        if (!find(a, b->row[i].name)) fs_log_info(log, "%-26s %10s %10.3f", b->row[i].name, "-", b->row[i].ms);
     if (n) fs_log_info(log, "%d cases in both; first / second, geometric mean: %.3fx", n, exp(sum / n));
 }
 

@@ -1,0 +1,58 @@
+"""`flashsplat bench`: its table, its JSON, two runs compared, and files that are not its own."""
+import json
+
+import common
+from common import FolderTest, run
+
+
+class Bench(FolderTest):
+    def measure(self, word):
+        path = self.dir / "cases.json"
+        process = run("bench", "--cases", word, "--threads", 2, "--json", path)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        cases = {c["name"]: c for c in json.loads(path.read_text())}
+        self.assertLessEqual({"peak/fma", "peak/copy"}, set(cases))
+        for case in cases.values():
+            self.assertIn(case["name"], process.stdout)
+            self.assertGreater(case["ms"], 0)
+            self.assertGreater(case["cpu_ms"], 0)
+            ns = 1e6 * case["cpu_ms"] / case["pairs"]
+            self.assertAlmostEqual(case["ns_per_pair"], ns, delta=1e-3 * ns)
+            self.assertTrue(0 <= case["share_of_fma_peak"] <= 1, case)
+        return cases
+
+    def test_image_kernel(self):
+        self.assertEqual(self.measure("photometric/300x200")["photometric/300x200"]["pairs"], 300 * 200 * 3)
+
+    def test_raster(self):
+        case = self.measure("raster/10k/300x200")["raster/10k/300x200"]
+        self.assertAlmostEqual(case["pairs"], 50 * 300 * 200, delta=0.02 * 50 * 300 * 200)
+        self.assertGreater(case["share_of_fma_peak"], 0)
+        self.assertGreater(case["splats_per_s"], 0)
+
+    def test_compares(self):
+        case = {"name": "step/20k", "ms": 10.0, "cpu_ms": 20.0}
+        a, b = self.dir / "a.json", self.dir / "b.json"
+        a.write_text(json.dumps([case, {"name": "only/a", "ms": 1.0, "cpu_ms": 1.0}]))
+        b.write_text(json.dumps([dict(case, ms=4.0, cpu_ms=10.0)]))
+        process = run("bench", "--compare", f"{a},{b}")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        line = next(l for l in process.stdout.splitlines() if l.startswith("step/20k"))
+        self.assertIn("2.50x", line)
+        self.assertIn("2.00x", line)
+        self.assertIn("only/a", process.stdout)
+
+    def test_wrong(self):
+        good, bad = self.dir / "good.json", self.dir / "bad.json"
+        good.write_text("[]")
+        self.assert_fails(run("bench", "--compare", good), 2, "FILE,FILE")
+        self.assert_fails(run("bench", "--compare", f"{good},{self.dir / 'none.json'}"), 1, "none.json")
+        for text in ("", "{}", "[1]", '[{"name": "x"}]', '[{"name": "x", "ms": -1}]', '[{"name": "' + "x" * 99 + '", "ms": 1}]',
+                     '[{"name": "x", "ms": "1"}]', "[" * 100000):
+            bad.write_text(text)
+            self.assert_fails(run("bench", "--compare", f"{good},{bad}"), 1, "bad.json")
+        self.assert_fails(run("bench", "--cases", "no-such-case"), 2, "no-such-case")
+
+
+if __name__ == "__main__":
+    common.main()
