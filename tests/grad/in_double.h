@@ -15,3 +15,5 @@
 #define logf log
 #define sqrtf sqrt
 #define fabsf fabs
+#define fmaxf fmax
+#define fminf fmin
