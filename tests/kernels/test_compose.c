@@ -49,6 +49,7 @@ static void compare(int width, int height, bool with_beta)
     Case ref = make(width, height, with_beta);
     point(&ref);
     ref.k = &fs_compose_scalar;
+    ref.args.slope_floor = with_beta ? 0.3f : 0;
     run_forward(&ref);
     run_backward(&ref);
     CHECK(fs_planes_row(&ref.I, 0, 0)[0] == 0, "black stays black");
@@ -57,6 +58,7 @@ static void compare(int width, int height, bool with_beta)
         Case c = make(width, height, with_beta);
         point(&c);
         c.k = fs_kernels_at(level).compose;
+        c.args.slope_floor = ref.args.slope_floor;
         FOR_STRIPS(height, 3, a, b) c.k->forward(&c.args, a, b);
         FOR_STRIPS(height, 2, a, b) c.k->backward(&c.args, a, b);
         double e = fmax(planes_relative(&ref.T_linear, &c.T_linear, 1e-12),
