@@ -289,6 +289,15 @@ static void close_run(Run *run)
     free(run->film_dir);
 }
 
+// Renders that an earlier training left in the project's own folder would be taken for this one's.
+static void drop_outdated(const Run *run)
+{
+    char *model = fs_file_path("%s/clouds/model.json", run->project->out);
+    int n = model ? fs_save_drop_older(run->dir, model) : 0;
+    if (n) fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n, run->dir);
+    free(model);
+}
+
 int fs_render_run(FsProject *project, FsError *err)
 {
     const Settings *set = &project->set;
@@ -300,6 +309,7 @@ int fs_render_run(FsProject *project, FsError *err)
     if (usual && fs_project_done(project, "render", FS_STAGE_RENDER)) return 0;
     TRY(open_run(&run, err));
     if (usual) fs_project_unmark(project, "render");
+    if (!*set->output) drop_outdated(&run);
     TRY(probe_depth(&run, err));
     TRY(find_exposure(&run, err));
     if (model)

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/file.h"
@@ -15,6 +16,32 @@ int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err)
     int rc = path ? fs_file_mkdirs(path, err) : fs_error_memory(err);
     free(path);
     return rc;
+}
+
+static bool is_older(const struct timespec *a, const struct timespec *b)
+{
+    return a->tv_sec != b->tv_sec ? a->tv_sec < b->tv_sec : a->tv_nsec < b->tv_nsec;
+}
+
+int fs_save_drop_older(const char *dir, const char *than)
+{
+    struct stat limit, st;
+    int dropped = 0;
+    if (stat(than, &limit) != 0) return 0;
+    for (int l = 0; l < RENDER_LAYERS; l++) {
+        char *folder = fs_file_path("%s/%s", dir, fs_render_layers[l].name);
+        FileList list;
+        if (!folder || fs_file_list(folder, &list, NULL) < 0) list = (FileList){0};
+        for (int i = 0; i < list.n; i++) {
+            char *path = fs_file_path("%s/%s", folder, list.name[i]);
+            bool ours = path && (fs_file_has_ext(path, "png") || fs_file_has_ext(path, "tif"));
+            if (ours && stat(path, &st) == 0 && is_older(&st.st_mtim, &limit.st_mtim)) dropped += unlink(path) == 0;
+            free(path);
+        }
+        fs_file_list_free(&list);
+        free(folder);
+    }
+    return dropped;
 }
 
 // World units to 0..1 of a 16-bit PNG in millimetres. Depth beyond its range is left out (0) rather than made up.

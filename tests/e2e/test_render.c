@@ -4,7 +4,9 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
+#include <fcntl.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "../unit/temp_dir.h"
 #include "image/tone.h"
@@ -206,6 +208,29 @@ static void a_second_run_is_skipped(void **state)
     assert_int_equal(count(capture, "renders/depth_T"), VIEWS);
 }
 
+static void renders_of_an_earlier_training_go(void **state)
+{
+    Capture *capture = *state;
+    set(capture, "layers", "T_N");
+    assert_int_equal(render(capture, NULL), 0);
+    char *old = fs_file_path("%s/renders/R/GONE.png", capture->out), *dir = fs_file_path("%s/renders/R", capture->out);
+    char *notes = fs_file_path("%s/renders/R/notes.txt", capture->out);
+    assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
+    assert_int_equal(fs_file_write(old, "x", 1, NULL), 0);
+    assert_int_equal(fs_file_write(notes, "x", 1, NULL), 0);
+    set(capture, "force", "true");
+    assert_int_equal(render(capture, NULL), 0);
+    assert_int_equal(count(capture, "renders/R"), 2); // the same clouds: a render of other views may stay
+    assert_int_equal(utimensat(AT_FDCWD, old, (struct timespec[2]){{1000000, 0}, {1000000, 0}}, 0), 0);
+    assert_int_equal(render(capture, NULL), 0);
+    assert_false(fs_file_exists(old));
+    assert_true(fs_file_exists(notes));
+    assert_int_equal(count(capture, "renders/T_N"), VIEWS);
+    free(old);
+    free(dir);
+    free(notes);
+}
+
 static void write_model(const char *path, int width, double k1)
 {
     char text[2000];
@@ -312,6 +337,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(photos_are_rendered_in_the_agreed_encodings), TEST(a_second_run_is_skipped),
+        TEST(renders_of_an_earlier_training_go),
         TEST(any_camera_model_is_rendered_at_the_working_size), TEST(a_spiral_makes_frames_and_films),
         TEST(wrong_requests_are_named),
     };
