@@ -2,6 +2,7 @@
 #include "export/export.h"
 
 #include <jansson.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -12,8 +13,7 @@
 #include "export/splat.h"
 #include "image/tone.h"
 #include "model/dataset.h"
-
-#define EXPOSURE_PHOTOS 8 // spread over the capture
+#include "model/preview.h"
 
 static void mean_centre(const Dataset *views, Development *development)
 {
@@ -25,20 +25,23 @@ static void mean_centre(const Dataset *views, Development *development)
     development->has_eye = views->n > 0;
 }
 
-// The exposure that the capture's photos ask for; 0 when they cannot be read any more.
-static float photo_exposure(const FsProject *project, const Dataset *views)
+// What the capture's colours mean, where ingest knew it from the RAW files.
+static void read_matrix(const FsProject *project, Development *development)
 {
-    Image photo[EXPOSURE_PHOTOS] = {0}, mask = {0};
-    int n = views->n < EXPOSURE_PHOTOS ? views->n : EXPOSURE_PHOTOS, read = 0;
-    for (int i = 0; i < n; i++) {
-        const View *view = &views->view[(long long)i * views->n / n];
-        if (fs_dataset_load_view(project->out, view, &photo[read], &mask, NULL) < 0) continue;
-        fs_image_free(&mask);
-        read++;
+    char *path = fs_file_path("%s/ingest.json", project->out), *text = NULL;
+    size_t size;
+    json_t *root = NULL;
+    if (path && fs_file_read(path, 64 << 20, &text, &size, NULL) == 0) root = json_loadb(text, size, 0, NULL);
+    const json_t *matrix = json_object_get(root, "srgb_from_camera");
+    development->has_matrix = json_array_size(matrix) == 9;
+    for (size_t k = 0; k < 9 && development->has_matrix; k++) {
+        const json_t *number = json_array_get(matrix, k);
+        development->srgb_from_camera[k] = json_number_value(number);
+        development->has_matrix = json_is_number(number) && isfinite(development->srgb_from_camera[k]);
     }
-    float exposure = read ? fs_tone_pleasant_exposure(photo, read) : 0;
-    for (int i = 0; i < read; i++) fs_image_free(&photo[i]);
-    return exposure;
+    json_decref(root);
+    free(text);
+    free(path);
 }
 
 // Without photos: from the Gaussians' own colours, the brightest lighting there is.
@@ -63,11 +66,12 @@ static int develop(const FsProject *project, const Scene *scene, Development *de
 {
     *development = (Development){0};
     Dataset views = {0};
+    read_matrix(project, development);
     char *path = fs_file_path("%s/views.json", project->out);
     if (!path) return fs_error_memory(err);
     if (fs_file_exists(path) && fs_dataset_read(&views, path, NULL) == 0) {
         mean_centre(&views, development);
-        development->exposure = photo_exposure(project, &views);
+        fs_preview_exposure(project->out, &views, &development->exposure, NULL); // 0 when the photos are gone
     }
     fs_dataset_free(&views);
     free(path);
@@ -77,8 +81,9 @@ static int develop(const FsProject *project, const Scene *scene, Development *de
         int rc = cloud_exposure(scene, development, err);
         if (rc < 0) return rc;
     }
-    fs_log_info(&project->log, "export: colours are camera RGB times %.3g (exposure from %s), a soft shoulder, sRGB",
-                (double)development->exposure, source);
+    fs_log_info(&project->log, "export: colours are camera RGB times %.3g (exposure from %s)%s, a soft shoulder, sRGB",
+                (double)development->exposure, source,
+                development->has_matrix ? ", the camera's colour matrix" : ", taken for sRGB's primaries");
     return 0;
 }
 

@@ -58,6 +58,19 @@ static void green_to_one(const float mul[4], double out[3])
     for (int c = 0; c < 3; c++) out[c] = good ? (double)mul[c] / (double)mul[1] : 0.0;
 }
 
+// LibRaw's matrix, when it keeps grey grey; it knows none for some cameras.
+static void color_matrix(const libraw_data_t *raw, double matrix[9])
+{
+    bool good = raw->idata.colors == 3;
+    for (int r = 0; r < 3; r++) {
+        const float *row = raw->color.rgb_cam[r];
+        double sum = (double)row[0] + (double)row[1] + (double)row[2];
+        good = good && isfinite(sum) && fabs(sum - 1) < 0.05 && row[r] > 0;
+        for (int c = 0; c < 3; c++) matrix[3 * r + c] = (double)row[c];
+    }
+    if (!good) memset(matrix, 0, 9 * sizeof *matrix);
+}
+
 int fs_raw_read_info(const char *path, RawInfo *info, FsError *err)
 {
     *info = (RawInfo){0};
@@ -72,6 +85,7 @@ int fs_raw_read_info(const char *path, RawInfo *info, FsError *err)
     info->orientation = exif_of_flip[raw->sizes.flip & 7];
     green_to_one(raw->color.cam_mul, info->white_balance);
     green_to_one(raw->color.pre_mul, info->daylight);
+    color_matrix(raw, info->srgb_from_camera);
     info->exposure_s = shot->shutter > 0 && isfinite(shot->shutter) ? shot->shutter : 0;
     info->iso = shot->iso_speed > 0 && isfinite(shot->iso_speed) ? shot->iso_speed : 0;
     info->f_number = shot->aperture > 0 && isfinite(shot->aperture) ? shot->aperture : 0;

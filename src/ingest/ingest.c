@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "image/raw.h"
 #include "ingest/develop.h"
 #include "ingest/shots.h"
 
@@ -94,6 +95,22 @@ static json_t *photo_json(const Shot *shot)
                      shot->encoded ? "reduced" : "raw", "clipped_fraction", shot->clipped);
 }
 
+// What the camera's colours mean, for pictures that people look at: of the first RAW photo that knows.
+static void put_matrix(json_t *root, const Shots *shots)
+{
+    for (int i = 0; i < shots->n; i++) {
+        RawInfo info = {0};
+        char *path = fs_file_path("%s/%s", shots->folder, shots->shot[i].file);
+        bool known = path && shots->shot[i].kind == SHOT_RAW && fs_raw_read_info(path, &info, NULL) == 0;
+        free(path);
+        if (!known || info.srgb_from_camera[0] == 0) continue;
+        json_t *matrix = json_array();
+        for (int k = 0; k < 9; k++) json_array_append_new(matrix, json_real(info.srgb_from_camera[k]));
+        json_object_set_new(root, "srgb_from_camera", matrix);
+        return;
+    }
+}
+
 static int write_json(const FsProject *project, const Shots *shots, const char *fingerprint, FsError *err)
 {
     const double *wb = shots->white_balance;
@@ -107,6 +124,7 @@ static int write_json(const FsProject *project, const Shots *shots, const char *
                        ? json_pack("{s:i, s:[f,f,f], s:s, s:o}", "long_edge", project->set.long_edge, "white_balance",
                                    wb[0], wb[1], wb[2], "fingerprint", fingerprint, "photos", photos)
                        : NULL;
+    if (root) put_matrix(root, shots);
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
     char *path = fs_file_path("%s/ingest.json", project->out);
     int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);

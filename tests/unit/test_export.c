@@ -214,6 +214,31 @@ static void test_run_separate(void **state)
     free(out);
 }
 
+// The camera's colour matrix, from ingest.json.
+static void test_matrix(void **state)
+{
+    static const char json[] = "{\"srgb_from_camera\": [1.5, -0.4, -0.1, -0.2, 1.4, -0.2, 0, -0.5, 1.5]}";
+    static const double m[9] = {1.5, -0.4, -0.1, -0.2, 1.4, -0.2, 0, -0.5, 1.5};
+    char *out = fs_file_path("%s/matrix", (char *)*state), *ingest = fs_file_path("%s/ingest.json", out);
+    char *path = fs_file_path("%s/export/T_N.ply", out);
+    Scene scene = {.extent = 1};
+    fill(&scene.cloud[LAYER_T_N], 5, 3, 0, 9);
+    assert_int_equal(fs_file_mkdirs(out, NULL), 0);
+    assert_int_equal(fs_file_write(ingest, json, sizeof json - 1, NULL), 0);
+    assert_int_equal(export_scene(out, &scene, NULL), 0);
+    Row *rows = read_inria(path, 5);
+    for (int i = 0; i < 5; i++)
+        for (int c = 0; c < 3; c++) {
+            double v = 0;
+            for (int k = 0; k < 3; k++)
+                v += m[3 * c + k] * decode(scene.cloud[LAYER_T_N].field[CLOUD_COLORS][3 * i + k]);
+            assert_color(&rows[i], c, fmax(v, 0), exposure_said);
+        }
+    free(rows);
+    fs_scene_free(&scene);
+    free(out), free(ingest), free(path);
+}
+
 static void test_run_errors(void **state)
 {
     FsError err;
@@ -231,8 +256,8 @@ static void test_run_errors(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_inria),        cmocka_unit_test(test_splat),      cmocka_unit_test(test_run_shared),
-        cmocka_unit_test(test_run_separate), cmocka_unit_test(test_run_errors),
+        cmocka_unit_test(test_inria),        cmocka_unit_test(test_splat),  cmocka_unit_test(test_run_shared),
+        cmocka_unit_test(test_run_separate), cmocka_unit_test(test_matrix), cmocka_unit_test(test_run_errors),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }
