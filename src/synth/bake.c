@@ -7,7 +7,7 @@
 
 #define PER_JOB 64
 #define LIGHT_SIDE 4 // samples of a light: LIGHT_SIDE^2
-#define BOUNCE_RAYS 56
+#define BOUNCE_RAYS 48
 #define BOUNCES 2
 
 typedef struct Bake {
@@ -31,7 +31,8 @@ static Vec lit_directly(const World *world, const LightPoint *p)
             Vec to = vec_sub(vec_mad(vec_mad(light->corner, light->edge_a, a), light->edge_b, b), from);
             float d2 = vec_dot(to, to), d = sqrtf(d2), cos_here = vec_dot(to, p->normal) / d;
             if (cos_here <= 0.0f) continue;
-            float cos_there = fabsf(vec_dot(to, side)) / d;
+            float cos_there = -vec_dot(to, side) / d;
+            if (cos_there <= 0.0f) continue;
             if (fs_bvh_blocked(&world->bvh, from, to, 1e-4f, 0.999f, SHAPE_THIN | SHAPE_GLOW)) continue;
             weight += cos_here * cos_there / fmaxf(d2, 0.02f);
         }

@@ -37,9 +37,9 @@ static void hall(Build *b, float depth, Paint wall, float hue, float repeat)
     fs_world_room(w, &b->f, vec(-3.2f, 0, 0), vec(3.2f, depth, 2.75f), side);
     Vec warm = vec(rnd(b, 5.2f, 6.2f), 5.6f, rnd(b, 4.6f, 5.8f));
     float tilt = rnd(b, -0.4f, 0.4f);
-    fs_world_light(w, &b->f, vec(b->side * (0.4f + tilt) - 0.7f, 0.15f, 2.7f), vec(1.4f, 0, 0),
-                   vec(0, fminf(0.5f, 0.5f * depth), 0), warm);
-    fs_world_light(w, &b->f, vec(-1.6f + tilt, -0.9f, 2.5f), vec(3.2f, 0, 0), vec(0, 0.5f, 0.2f),
+    float deep = fminf(0.5f, 0.5f * depth);
+    fs_world_light(w, &b->f, vec(b->side * (0.4f + tilt) - 0.7f, 0.15f + deep, 2.7f), vec(1.4f, 0, 0), vec(0, -deep, 0), warm);
+    fs_world_light(w, &b->f, vec(1.6f + tilt, -0.9f, 2.2f), vec(-3.2f, 0, 0), vec(0, 0.3f, 0.5f),
                    vec_scale(vec(warm.z, warm.y, warm.x), 0.45f));
     w->fill = vec(0.45f, 0.46f, 0.47f);
 }
@@ -140,8 +140,8 @@ static void display_case(Build *b)
         default: fs_things_carton(w, &f, size, 0.7f * size, high, &b->stock);
         }
     }
-    fs_world_light(w, &b->f, vec(-0.9f, -0.6f, 2.5f), vec(1.2f, 0, 0), vec(0, 0.6f, 0), vec(4.6f, 4.9f, 5.2f));
-    fs_world_light(w, &b->f, vec(0.6f, 0.5f, 2.5f), vec(0.8f, 0, 0), vec(0, 0.6f, 0), vec(4.4f, 4.4f, 4.2f));
+    fs_world_light(w, &b->f, vec(-0.9f, 0, 2.5f), vec(1.2f, 0, 0), vec(0, -0.6f, 0), vec(4.6f, 4.9f, 5.2f));
+    fs_world_light(w, &b->f, vec(0.6f, 1.1f, 2.5f), vec(0.8f, 0, 0), vec(0, -0.6f, 0), vec(4.4f, 4.4f, 4.2f));
     w->fill = vec(0.4f, 0.41f, 0.43f);
 }
 

@@ -1,4 +1,4 @@
-// Built top-down by the surface area heuristic over bins.
+// Built top-down by the surface area heuristic over bins: a node is cut in two, and each half in two again.
 #include "synth/bvh.h"
 
 #include <stdlib.h>
@@ -6,7 +6,8 @@
 
 #define BINS 12
 #define LEAF 3
-#define STACK 64
+#define DEPTH 40
+#define STACK (3 * DEPTH + 4)
 
 typedef struct Bounds {
     float low[3], high[3];
@@ -102,31 +103,54 @@ static int partition(Item *item, int n, int axis, float at)
     return left;
 }
 
-static void build(Bvh *bvh, int at, Item *item, int first, int n, int depth)
+typedef struct Part {
+    int first, n;
+    Bounds bounds;
+} Part;
+
+static Bounds bounds_of(const Item *item, int n)
 {
-    BvhNode *node = &bvh->node[at];
     Bounds bounds = nowhere;
-    for (int i = 0; i < n; i++) grow(&bounds, &item[first + i].bounds);
-    memcpy(node->low, bounds.low, sizeof node->low);
-    memcpy(node->high, bounds.high, sizeof node->high);
+    for (int i = 0; i < n; i++) grow(&bounds, &item[i].bounds);
+    return bounds;
+}
+
+// Cuts part[0] in two where that pays; the second half goes to *other.
+static bool cut_part(Item *item, Part *part, Part *other)
+{
     int axis, left;
     float cut;
-    bool split = n > 1 && depth < STACK - 4 && choose_split(item + first, n, &bounds, &axis, &cut);
-    if (split) {
-        left = partition(item + first, n, axis, cut);
-        split = left > 0 && left < n;
+    if (part->n < 2 || !choose_split(item + part->first, part->n, &part->bounds, &axis, &cut)) return false;
+    left = partition(item + part->first, part->n, axis, cut);
+    if (left <= 0 || left >= part->n) return false;
+    *other = (Part){part->first + left, part->n - left, bounds_of(item + part->first + left, part->n - left)};
+    *part = (Part){part->first, left, bounds_of(item + part->first, left)};
+    return true;
+}
+
+static void build(Bvh *bvh, int at, Item *item, Part whole, int depth)
+{
+    Part part[4] = {whole};
+    int n = 1;
+    if (cut_part(item, &part[0], &part[2])) {
+        n = cut_part(item, &part[0], &part[1]) ? 2 : 1;
+        if (n == 1) part[1] = part[2];
+        n = n + 1;
+        if (cut_part(item, &part[n - 1], &part[n])) n++;
     }
-    if (!split) {
-        node->first = first;
-        node->count = n;
-        return;
+    BvhNode *node = &bvh->node[at];
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++) {
+            node->low[k][i] = i < n ? part[i].bounds.low[k] : 1e30f;
+            node->high[k][i] = i < n ? part[i].bounds.high[k] : 1e30f;
+        }
+    for (int i = 0; i < n; i++) {
+        bool leaf = part[i].n <= LEAF || depth >= DEPTH - 1 || n == 1;
+        node->first[i] = leaf ? part[i].first : bvh->n_nodes;
+        node->count[i] = leaf ? part[i].n : 0;
+        if (!leaf) build(bvh, bvh->n_nodes++, item, part[i], depth + 1);
+        node = &bvh->node[at];
     }
-    node->count = 0;
-    node->first = bvh->n_nodes;
-    bvh->n_nodes += 2;
-    int child = node->first;
-    build(bvh, child, item, first, left, depth + 1);
-    build(bvh, child + 1, item, first + left, n - left, depth + 1);
 }
 
 int fs_bvh_build(Bvh *bvh, const PrimShape *shape, int n)
@@ -145,7 +169,7 @@ int fs_bvh_build(Bvh *bvh, const PrimShape *shape, int n)
         for (int k = 0; k < 3; k++) item[i].centre[k] = 0.5f * (item[i].bounds.low[k] + item[i].bounds.high[k]);
         item[i].shape = i;
     }
-    build(bvh, 0, item, 0, n, 0);
+    build(bvh, 0, item, (Part){0, n, bounds_of(item, n)}, 0);
     for (int i = 0; i < n; i++) bvh->shape[i] = shape[item[i].shape];
     free(item);
     return 0;
@@ -158,25 +182,37 @@ void fs_bvh_free(Bvh *bvh)
     *bvh = (Bvh){0};
 }
 
-static inline float smaller(float a, float b)
+typedef int FourMask __attribute__((vector_size(16)));
+
+static inline Four choose(FourMask mask, Four a, Four b) // a where the mask is set
 {
-    return a < b ? a : b;
+    return (Four)(((FourMask)a & mask) | ((FourMask)b & ~mask));
 }
 
-static inline float larger(float a, float b)
+static inline Four smaller(Four a, Four b)
 {
-    return a > b ? a : b;
+    return choose(a < b, a, b);
 }
 
-// Where the ray enters the node's box, or a huge number when it misses it before t_max.
-static inline float enter(const BvhNode *n, Vec o, Vec inv, float t_max)
+static inline Four larger(Four a, Four b)
 {
-    float x0 = (n->low[0] - o.x) * inv.x, x1 = (n->high[0] - o.x) * inv.x;
-    float y0 = (n->low[1] - o.y) * inv.y, y1 = (n->high[1] - o.y) * inv.y;
-    float z0 = (n->low[2] - o.z) * inv.z, z1 = (n->high[2] - o.z) * inv.z;
-    float near = larger(larger(smaller(x0, x1), smaller(y0, y1)), larger(smaller(z0, z1), 0.0f));
-    float far = smaller(smaller(larger(x0, x1), larger(y0, y1)), smaller(larger(z0, z1), t_max));
-    return near <= far ? near : 1e30f;
+    return choose(a > b, a, b);
+}
+
+static inline Four all(float x)
+{
+    return (Four){x, x, x, x};
+}
+
+// Where the ray enters each of the four boxes; huge where it misses the box before t_max.
+static inline Four enter(const BvhNode *n, Vec o, Vec inv, float t_max)
+{
+    Four x0 = (n->low[0] - o.x) * inv.x, x1 = (n->high[0] - o.x) * inv.x;
+    Four y0 = (n->low[1] - o.y) * inv.y, y1 = (n->high[1] - o.y) * inv.y;
+    Four z0 = (n->low[2] - o.z) * inv.z, z1 = (n->high[2] - o.z) * inv.z;
+    Four near = larger(larger(smaller(x0, x1), smaller(y0, y1)), larger(smaller(z0, z1), all(0.0f)));
+    Four far = smaller(smaller(larger(x0, x1), larger(y0, y1)), smaller(larger(z0, z1), all(t_max)));
+    return choose(near <= far, near, all(1e30f));
 }
 
 static inline Vec inverse(Vec d)
@@ -201,68 +237,74 @@ static inline bool hit_shape(const PrimShape *s, Vec o, Vec d, float t_min, floa
     return *t > t_min && *t < t_max;
 }
 
+bool fs_bvh_hit_shape(const PrimShape *shape, Vec o, Vec d, Hit *hit)
+{
+    float t, a, b;
+    bool met = hit_shape(shape, o, d, 0.0f, hit->t, &t, &a, &b);
+    if (met) *hit = (Hit){t, a, b, shape->number};
+    return met;
+}
+
+typedef struct Todo {
+    float entry;
+    int first, count;
+} Todo;
+
+// Puts the children that the ray meets on the stack, the nearest on top.
+static inline int push_children(const BvhNode *node, Four entry, Todo *stack, int top)
+{
+    int base = top;
+    for (int i = 0; i < 4; i++) {
+        if (entry[i] > 1e29f) continue;
+        int at = top++;
+        for (; at > base && stack[at - 1].entry < entry[i]; at--) stack[at] = stack[at - 1];
+        stack[at] = (Todo){entry[i], node->first[i], node->count[i]};
+    }
+    return top;
+}
+
 bool fs_bvh_hit(const Bvh *bvh, Vec o, Vec d, Hit *hit)
 {
-    int stack[STACK], top = 0, at = 0;
-    float entry[STACK];
+    Todo stack[STACK];
+    int top = 0;
     Vec inv = inverse(d);
     hit->prim = -1;
-    if (bvh->n == 0 || enter(&bvh->node[0], o, inv, hit->t) > 1e29f) return false;
-    for (;;) {
-        const BvhNode *node = &bvh->node[at];
-        for (int i = 0; i < node->count; i++) {
-            const PrimShape *s = &bvh->shape[node->first + i];
+    if (bvh->n > 0) stack[top++] = (Todo){0, 0, 0};
+    while (top > 0) {
+        Todo now = stack[--top];
+        if (now.entry >= hit->t) continue;
+        if (now.count == 0) {
+            const BvhNode *node = &bvh->node[now.first];
+            top = push_children(node, enter(node, o, inv, hit->t), stack, top);
+            continue;
+        }
+        for (int i = 0; i < now.count; i++) {
+            const PrimShape *s = &bvh->shape[now.first + i];
             float t, a, b;
             if (hit_shape(s, o, d, 0.0f, hit->t, &t, &a, &b)) *hit = (Hit){t, a, b, s->number};
         }
-        if (node->count == 0) {
-            int near = node->first, far = near + 1;
-            float tn = enter(&bvh->node[near], o, inv, hit->t), tf = enter(&bvh->node[far], o, inv, hit->t);
-            if (tf < tn) {
-                float t = tn;
-                tn = tf;
-                tf = t;
-                near = far;
-                far = node->first;
-            }
-            if (tn < 1e29f) {
-                if (tf < 1e29f) {
-                    entry[top] = tf;
-                    stack[top++] = far;
-                }
-                at = near;
-                continue;
-            }
-        }
-        while (top > 0 && entry[top - 1] >= hit->t) top--;
-        if (top == 0) break;
-        at = stack[--top];
     }
     return hit->prim >= 0;
 }
 
 bool fs_bvh_blocked(const Bvh *bvh, Vec o, Vec d, float t_min, float t_max, int ignore)
 {
-    int stack[STACK], top = 0, at = 0;
+    Todo stack[STACK];
+    int top = 0;
     Vec inv = inverse(d);
-    if (bvh->n == 0 || enter(&bvh->node[0], o, inv, t_max) > 1e29f) return false;
-    for (;;) {
-        const BvhNode *node = &bvh->node[at];
-        for (int i = 0; i < node->count; i++) {
-            const PrimShape *s = &bvh->shape[node->first + i];
+    if (bvh->n > 0) stack[top++] = (Todo){0, 0, 0};
+    while (top > 0) {
+        Todo now = stack[--top];
+        if (now.count == 0) {
+            const BvhNode *node = &bvh->node[now.first];
+            top = push_children(node, enter(node, o, inv, t_max), stack, top);
+            continue;
+        }
+        for (int i = 0; i < now.count; i++) {
+            const PrimShape *s = &bvh->shape[now.first + i];
             float t, a, b;
             if (!(s->flags & ignore) && hit_shape(s, o, d, t_min, t_max, &t, &a, &b)) return true;
         }
-        if (node->count == 0) {
-            int near = node->first, far = near + 1;
-            float tn = enter(&bvh->node[near], o, inv, t_max), tf = enter(&bvh->node[far], o, inv, t_max);
-            if (tf < 1e29f) stack[top++] = far;
-            if (tn < 1e29f) {
-                at = near;
-                continue;
-            }
-        }
-        if (top == 0) return false;
-        at = stack[--top];
     }
+    return false;
 }

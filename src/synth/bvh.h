@@ -1,4 +1,4 @@
-// A bounding volume hierarchy over parallelograms and triangles.
+// A bounding volume hierarchy over parallelograms and triangles, four children to a node.
 #ifndef FS_SYNTH_BVH_H
 #define FS_SYNTH_BVH_H
 
@@ -14,11 +14,13 @@ typedef struct PrimShape {
 } PrimShape;
 enum { SHAPE_THIN = 1, SHAPE_GLOW = 2 }; // kinds that shadow rays may ignore
 
+typedef float Four __attribute__((vector_size(16)));
+
+// Four children at a time, their boxes side by side so that one instruction tests all four.
 typedef struct BvhNode {
-    float low[3];
-    int first; // leaf: first shape; else the left child, the right one follows it
-    float high[3];
-    int count; // shapes of a leaf, 0 for an inner node
+    Four low[3], high[3]; // a point at infinity where there is no child
+    int first[4];         // of a leaf: its first shape; else the child's node
+    int count[4];         // shapes of a leaf, 0 for a node
 } BvhNode;
 
 typedef struct Bvh {
@@ -36,6 +38,8 @@ int fs_bvh_build(Bvh *bvh, const PrimShape *shape, int n); // negative: out of m
 void fs_bvh_free(Bvh *bvh);
 // Nearest hit with t in (0, hit->t); fills hit. d need not have unit length.
 bool fs_bvh_hit(const Bvh *bvh, Vec o, Vec d, Hit *hit);
+// One shape alone; hit->t and prim as above.
+bool fs_bvh_hit_shape(const PrimShape *shape, Vec o, Vec d, Hit *hit);
 // Anything in t in (t_min, t_max), but for shapes with a flag of ignore?
 bool fs_bvh_blocked(const Bvh *bvh, Vec o, Vec d, float t_min, float t_max, int ignore);
 

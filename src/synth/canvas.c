@@ -209,6 +209,7 @@ void fs_canvas_noise(Canvas *canvas, float cell_x, float cell_y, int octaves, fl
 Color fs_canvas_hsv(float hue, float saturation, float value)
 {
     float h = (hue - floorf(hue)) * 6.0f;
+    saturation *= 0.8f; // printed things are never quite pure
     float r = clamp01(fabsf(h - 3.0f) - 1.0f), g = clamp01(2.0f - fabsf(h - 2.0f)), b = clamp01(2.0f - fabsf(h - 4.0f));
     return vec(value * (1 - saturation * (1 - r)), value * (1 - saturation * (1 - g)),
                value * (1 - saturation * (1 - b)));

@@ -190,7 +190,7 @@ static void wood(Canvas *c, float hue, Rng *rng)
 static void plaster(Canvas *c, float hue, Rng *rng)
 {
     fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? fs_rng_uniform(rng) : hue, fs_paint_range(rng, 0.06f, 0.2f),
-                                    fs_paint_range(rng, 0.6f, 0.78f)));
+                                    fs_paint_range(rng, 0.7f, 0.84f)));
     fs_canvas_noise(c, 40.0f, 40.0f, 4, 0.1f, WHITE, rng);
     fs_canvas_noise(c, 1.2f, 1.2f, 3, 0.07f, WHITE, rng);
 }
@@ -198,7 +198,7 @@ static void plaster(Canvas *c, float hue, Rng *rng)
 static void stained(Canvas *c, float hue, Rng *rng)
 {
     plaster(c, hue < 0 ? 0.1f : hue, rng);
-    fs_canvas_noise(c, 18.0f, 25.0f, 5, 0.24f, vec(0.8f, 0.95f, 1.0f), rng);
+    fs_canvas_noise(c, 18.0f, 25.0f, 5, 0.2f, vec(0.8f, 0.95f, 1.0f), rng);
     for (int i = 0; i < 9; i++) { // cracks
         float x = fs_paint_range(rng, 0, c->w), y = fs_paint_range(rng, 0, c->h), a = fs_paint_range(rng, 0, 6.28f);
         for (int k = 0; k < 14; k++) {
@@ -213,7 +213,7 @@ static void stained(Canvas *c, float hue, Rng *rng)
 
 static void panels(Canvas *c, float hue, Rng *rng)
 {
-    float base = fs_paint_range(rng, 0.55f, 0.72f), h = hue < 0 ? 0.1f : hue;
+    float base = fs_paint_range(rng, 0.64f, 0.78f), h = hue < 0 ? 0.1f : hue;
     for (float y = 0; y < c->h; y += 40.0f)
         for (float x = 0; x < c->w; x += 60.0f)
             fs_canvas_rect(c, x, y, 60, 40, fs_canvas_hsv(h, 0.12f, base + fs_paint_range(rng, -0.05f, 0.05f)));

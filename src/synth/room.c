@@ -50,17 +50,17 @@ static void shell(Build *b, Paint wall, Paint floor, float hue)
     for (int i = 0; i < 3; i++) { // lamps in the ceiling, seen as bright panels
         float x = b->side * b->size * (0.6f + 1.0f * (float)i) - 0.3f, y = b->depth * (i & 1 ? 0.62f : 0.4f);
         Frame f = frame_at(&b->f, vec(x, y, b->high - 0.012f), 0);
-        int glow = fs_world_surface(w, (Surface){-1, vec_scale(tint, 0.5f), .glow = 1});
+        int glow = fs_world_surface(w, (Surface){-1, vec_scale(tint, 0.12f), .glow = 1});
         fs_world_quad(w, &f, vec(0, 0.3f, 0), vec(0.6f, 0, 0), vec(0, -0.3f, 0), glow);
-        fs_world_light(w, &f, vec(0, 0, -0.03f), vec(0.6f, 0, 0), vec(0, 0.3f, 0), vec_scale(tint, 2.2f * b->size * b->size));
+        fs_world_light(w, &f, vec(0, 0.3f, -0.03f), vec(0.6f, 0, 0), vec(0, -0.3f, 0), vec_scale(tint, 2.2f * b->size * b->size));
     }
-    w->fill = vec(0.3f, 0.3f, 0.3f);
+    w->fill = vec(0.4f, 0.4f, 0.4f);
 }
 
 // Light from a place that is not a ceiling lamp, so that the shading differs from room to room.
 static void window_light(Build *b, Frame f, float width, float height, Vec light)
 {
-    fs_things_window(b->w, &f, width, height, vec_scale(light, 0.35f));
+    fs_things_window(b->w, &f, width, height, vec_scale(light, 0.16f));
     fs_world_light(b->w, &f, vec(-0.5f * width, -0.08f, -0.5f * height), vec(width, 0, 0), vec(0, 0, height), light);
 }
 
@@ -154,8 +154,8 @@ static void office(Build *b)
     fs_things_plant(w, &plant, 1.3f, &b->stock);
     for (int i = 0; i < 2; i++) {
         Frame lamp = frame_at(&b->f, vec(b->side * b->size * (1.3f + 0.9f * (float)i), 1.6f * b->size, b->high), 0);
-        fs_things_pendant(w, &lamp, 0.55f, vec(2.6f, 2.4f, 2.0f));
-        fs_world_light(w, &lamp, vec(-0.1f, -0.1f, -0.95f), vec(0.2f, 0, 0), vec(0, 0.2f, 0), vec(14, 13, 11));
+        fs_things_pendant(w, &lamp, 0.55f, vec(1.0f, 0.93f, 0.8f));
+        fs_world_light(w, &lamp, vec(-0.1f, 0.1f, -0.95f), vec(0.2f, 0, 0), vec(0, -0.2f, 0), vec(14, 13, 11));
     }
     Frame cabinet = stand(b, 3.25f, 1.1f, -1.3f);
     fs_things_drawers(w, &cabinet, 0.8f, 0.4f, 0.9f, b->stock.metal, &b->stock);
@@ -172,8 +172,9 @@ static void living_room(Build *b)
     fs_things_sofa(w, &sofa, 1.7f, fs_world_tiled(w, PAINT_FABRIC, -1, 0.6f), &b->stock);
     int weave = fs_world_painted(w, PAINT_FLORAL, -1, 1.8f, 1.2f);
     fs_world_quad(w, &rug, vec(-0.9f, -0.6f, 0.012f), vec(1.8f, 0, 0), vec(0, 1.2f, 0), weave);
-    fs_things_floor_lamp(w, &lamp, 1.6f, vec(2.4f, 2.0f, 1.5f));
-    fs_world_light(w, &lamp, vec(-0.12f, -0.12f, 1.45f), vec(0.24f, 0, 0), vec(0, 0.24f, 0.05f), vec(16, 13, 10));
+    fs_things_floor_lamp(w, &lamp, 1.6f, vec(0.8f, 0.68f, 0.52f));
+    fs_world_light(w, &lamp, vec(-0.12f, -0.12f, 1.62f), vec(0.24f, 0, 0), vec(0, 0.24f, 0), vec(9, 7.5f, 6));
+    fs_world_light(w, &lamp, vec(-0.12f, 0.12f, 1.28f), vec(0.24f, 0, 0), vec(0, -0.24f, 0), vec(12, 10, 8));
     window_light(b, on_side(b, 1.2f, 1.6f), 1.1f, 1.3f, vec(5.0f, 5.6f, 6.2f));
     int cloth = fs_world_tiled(w, PAINT_FLORAL, -1, 0.4f);
     for (int i = 0; i < 2; i++) {
@@ -210,8 +211,8 @@ static void upper_room(Build *b)
         fs_world_box(w, &b->f, vec(0.75f * (float)i - 0.05f, 0, b->high - 0.12f), vec(0.75f * (float)i + 0.05f, b->depth, b->high),
                      b->stock.wood[1]);
     Frame lamp = frame_at(&b->f, vec(rnd(b, 0.25f, 0.5f), 0.75f * b->depth, b->high), 0);
-    fs_things_pendant(w, &lamp, 0.4f, vec(2.6f, 2.4f, 2.1f));
-    fs_world_light(w, &lamp, vec(-0.1f, -0.1f, -0.8f), vec(0.2f, 0, 0), vec(0, 0.2f, 0), vec(16, 15, 13));
+    fs_things_pendant(w, &lamp, 0.4f, vec(0.7f, 0.65f, 0.58f));
+    fs_world_light(w, &lamp, vec(-0.1f, 0.1f, -0.8f), vec(0.2f, 0, 0), vec(0, -0.2f, 0), vec(16, 15, 13));
     Frame plant = frame_at(&b->f, vec(-0.75f, b->depth - 0.3f, 1.5f), 0);
     fs_world_box(w, &plant, vec(-0.2f, -0.15f, -0.05f), vec(0.2f, 0.3f, 0), board);
     fs_things_plant(w, &plant, 0.55f, &b->stock);

@@ -8,6 +8,8 @@
 #define SIDE 4 // strata of a pixel across and down
 #define BASE 4 // samples every pixel gets; one with contrast gets all SIDE * SIDE
 
+enum { UNKNOWN = -2, NOTHING = -1 };
+
 typedef struct View {
     const Layout *layout;
     const Lighting *light;
@@ -17,8 +19,15 @@ typedef struct View {
     Vec flash, mirrored_flash;
 } View;
 
+// What a sample met: a primitive's number, NOTHING or UNKNOWN. Where the first samples of a pixel met the same, the
+// others are tried on it first, which saves nearly all of the search.
+typedef struct Met {
+    int behind, room, shadow; // shadow: of the flash, 0 or 1
+} Met;
+
 typedef struct Sample {
     Vec layer[TRACE_LAYERS];
+    Met met;
 } Sample;
 
 void fs_trace_free(Traced *traced)
@@ -39,7 +48,7 @@ static View view_of(const Layout *layout, const Lighting *light, const Camera *c
     v.fy = (float)camera->fy;
     v.cx = (float)camera->cx;
     v.cy = (float)camera->cy;
-    v.spread = 0.6f / v.fx;
+    v.spread = 0.8f / v.fx;
     v.flash = vec_mad(vec_mad(v.eye, v.down, -0.11f), v.right, 0.02f);
     float side = vec_dot(vec_sub(v.flash, layout->pane_point), layout->pane_normal);
     v.mirrored_flash = vec_mad(v.flash, layout->pane_normal, -2 * side);
@@ -67,20 +76,27 @@ static float pane_distance(const View *v, Vec d)
     return away < -1e-4f ? vec_dot(vec_sub(l->pane_point, v->eye), l->pane_normal) / away : 1e9f;
 }
 
-// What the flash at `flash` adds to a point: irradiance / pi as a colourless factor, highlight apart.
-static float flash_factor(const View *v, const World *world, Vec flash, Vec axis, Vec at, Vec normal, bool shadows, Vec *to)
+// Light that a flash at the end of `to` (from the point) sends to it: cosine, distance and beam; 0 from behind.
+static float flash_factor(Vec axis, Vec normal, Vec to)
 {
-    *to = vec_sub(flash, at);
-    float d2 = vec_dot(*to, *to), cosine = vec_dot(*to, normal) / sqrtf(d2);
-    if (cosine <= 0.0f) return 0.0f;
-    if (shadows && fs_bvh_blocked(&world->bvh, vec_mad(at, normal, 1e-3f), *to, 1e-3f, 0.98f, 0)) return 0.0f;
-    *to = vec_unit(*to);
-    float beam = fmaxf(-vec_dot(*to, axis), 0.0f);
-    (void)v;
-    return cosine / d2 * beam;
+    float d2 = vec_dot(to, to), d = sqrtf(d2);
+    return fmaxf(vec_dot(to, normal), 0.0f) / (d * d2) * fmaxf(-vec_dot(to, axis) / d, 0.0f);
 }
 
-static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool flash, float through, Sample *s)
+static bool in_shadow(const World *world, Vec at, Vec normal, Vec to, int guess)
+{
+    if (guess >= 0) return guess;
+    return fs_bvh_blocked(&world->bvh, vec_mad(at, normal, 1e-3f), to, 1e-3f, 0.98f, 0);
+}
+
+static bool search(const World *world, Vec o, Vec d, int guess, Hit *hit)
+{
+    *hit = (Hit){.t = 1e9f, .prim = NOTHING};
+    if (guess >= 0 && fs_bvh_hit_shape(&world->shape[guess], o, d, hit)) return true;
+    return fs_bvh_hit(&world->bvh, o, d, hit);
+}
+
+static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool flash, float through, int shadow, Sample *s)
 {
     const World *w = &v->layout->behind;
     const Surface *surface = fs_world_surface_of(w, hit);
@@ -91,9 +107,13 @@ static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool 
     s->layer[TRACE_T_N] = plain;
     s->layer[TRACE_T_F] = plain;
     if (!flash) return;
-    Vec to, from = vec_add(v->flash, jitter);
-    float factor = flash_factor(v, w, from, v->ahead, at, normal, true, &to) * v->light->flash;
+    s->layer[TRACE_T_F] = plain = vec_scale(plain, 1 + v->light->even);
+    Vec to = vec_sub(vec_add(v->flash, jitter), at);
+    float factor = flash_factor(v->ahead, normal, to) * v->light->flash;
     if (factor <= 0) return;
+    s->met.shadow = in_shadow(w, at, normal, to, shadow);
+    if (s->met.shadow) return;
+    to = vec_unit(to);
     if (!surface->in_front)
         factor *= 1 - reflectance(vec_dot(to, v->layout->pane_normal), v->light->refraction);
     Vec sum = vec_mad(plain, albedo, factor * through);
@@ -104,12 +124,13 @@ static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool 
     s->layer[TRACE_T_F] = sum;
 }
 
-static void shade_room(const View *v, Vec d, float distance, bool flash, float beta, Sample *s)
+static void shade_room(const View *v, Vec d, float distance, bool flash, float beta, int guess, Sample *s)
 {
     const World *w = &v->layout->room;
     Vec from = vec_mad(v->eye, d, distance), back = vec_reflect(d, v->layout->pane_normal);
-    Hit hit = {.t = 1e9f};
-    if (!fs_bvh_hit(&w->bvh, from, back, &hit)) return;
+    Hit hit;
+    if (!search(w, from, back, guess, &hit)) return;
+    s->met.room = hit.prim;
     const Surface *surface = fs_world_surface_of(w, &hit);
     Vec albedo = fs_world_albedo(w, &hit, v->spread * (distance + hit.t));
     Vec light = surface->glow > 0 ? vec(surface->glow, surface->glow, surface->glow) : fs_world_ambient(w, &hit);
@@ -117,27 +138,28 @@ static void shade_room(const View *v, Vec d, float distance, bool flash, float b
     s->layer[TRACE_R_N] = plain;
     s->layer[TRACE_R_F] = plain;
     if (!flash || surface->glow > 0) return;
-    Vec at = vec_mad(from, back, hit.t), normal = fs_world_normal(w, &hit), to;
+    Vec at = vec_mad(from, back, hit.t), normal = fs_world_normal(w, &hit), to = vec_sub(v->mirrored_flash, at);
     if (vec_dot(normal, back) > 0) normal = vec_scale(normal, -1);
     Vec axis = vec_reflect(v->ahead, v->layout->pane_normal);
-    float factor = flash_factor(v, w, v->mirrored_flash, axis, at, normal, false, &to) * v->light->flash_back;
-    factor *= reflectance(vec_dot(to, v->layout->pane_normal), v->light->refraction);
+    float factor = flash_factor(axis, normal, to) * v->light->flash_back;
+    factor *= reflectance(vec_dot(vec_unit(to), v->layout->pane_normal), v->light->refraction);
     s->layer[TRACE_R_F] = vec_mad(vec_scale(plain, 1 + v->light->even_back), albedo, factor * beta);
 }
 
-static Sample take_sample(const View *v, float x, float y, unsigned want, Rng *rng)
+static Sample take_sample(const View *v, float x, float y, unsigned want, Met guess, Rng *rng)
 {
-    Sample s = {0};
+    Sample s = {.met = {NOTHING, NOTHING, UNKNOWN}};
     float a = 6.2831853f * fs_rng_uniform(rng), r = 0.012f * sqrtf(fs_rng_uniform(rng)); // the flash is 24 mm wide
     Vec jitter = vec_mad(vec_scale(v->right, r * cosf(a)), v->down, r * sinf(a)), d = pixel_ray(v, x, y);
     float pane = pane_distance(v, d);
-    Hit hit = {.t = 1e9f};
-    bool found = fs_bvh_hit(&v->layout->behind.bvh, v->eye, d, &hit);
+    Hit hit;
+    bool found = search(&v->layout->behind, v->eye, d, guess.behind, &hit);
+    s.met.behind = hit.prim;
     bool bare = pane > 1e8f || (found && fs_world_surface_of(&v->layout->behind, &hit)->in_front);
     float beta = bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
     if (found && want & (1 << TRACE_T_N | 1 << TRACE_T_F))
-        shade_behind(v, d, &hit, jitter, want & 1 << TRACE_T_F, 1 - beta, &s);
-    if (!bare && want & (1 << TRACE_R_N | 1 << TRACE_R_F)) shade_room(v, d, pane, want & 1 << TRACE_R_F, beta, &s);
+        shade_behind(v, d, &hit, jitter, want & 1 << TRACE_T_F, 1 - beta, guess.shadow, &s);
+    if (!bare && want & (1 << TRACE_R_N | 1 << TRACE_R_F)) shade_room(v, d, pane, want & 1 << TRACE_R_F, beta, guess.room, &s);
     return s;
 }
 
@@ -149,19 +171,33 @@ static float brightness(const Sample *s, unsigned want)
     return sum;
 }
 
+static void agree(int *a, int b)
+{
+    if (*a != b) *a = UNKNOWN;
+}
+
 // The mean over a pixel: four samples where they agree, sixteen where they do not.
 static Sample take_pixel(const View *v, int x, int y, unsigned want, Rng *rng)
 {
     // Strata in the order of use: the first four have a row and a column each.
     static const unsigned char order[SIDE * SIDE] = {1, 7, 8, 14, 0, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 15};
     Sample sum = {0};
+    Met met = {0}, guess = {UNKNOWN, UNKNOWN, UNKNOWN};
     float low = 1e30f, high = 0;
     int n = 0;
     for (; n < SIDE * SIDE; n++) {
-        if (n == BASE && high - low < 0.04f * high + 2e-4f) break;
+        if (n == BASE) {
+            if (high - low < 0.06f * high + 1e-3f) break;
+            guess = met;
+            if (guess.behind < 0) guess.shadow = UNKNOWN;
+        }
         float px = (float)x + ((float)(order[n] % SIDE) + fs_rng_uniform(rng)) / SIDE;
         float py = (float)y + ((float)(order[n] / SIDE) + fs_rng_uniform(rng)) / SIDE;
-        Sample s = take_sample(v, px, py, want, rng);
+        Sample s = take_sample(v, px, py, want, guess, rng);
+        if (n == 0) met = s.met;
+        agree(&met.behind, s.met.behind);
+        agree(&met.room, s.met.room);
+        agree(&met.shadow, s.met.shadow);
         float b = brightness(&s, want);
         low = fminf(low, b);
         high = fmaxf(high, b);
@@ -291,6 +327,7 @@ int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camer
                      Lighting *lighting, FsError *err)
 {
     const float target = 0.11f; // mean linear value of a no-flash photo
+    const float even = 0.06f;   // of the flash's light, comes after many bounces from everywhere
     Lighting unit = {.behind = 1, .room = 1, .flash = 1, .flash_back = 1, .refraction = index_for(spec->f0)};
     Means m;
     int rc = probe(layout, spec, &unit, camera, n, threads, &m, err);
@@ -300,9 +337,10 @@ int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camer
     *lighting = unit;
     lighting->behind = (float)(target * (1 - spec->reflection) / t);
     lighting->room = (float)(target * spec->reflection / r);
-    lighting->flash = (float)(target * (1 - spec->reflection) * spec->alpha / flash);
+    lighting->flash = (float)(target * (1 - spec->reflection) * spec->alpha * (1 - even) / flash);
     // of what comes back, most comes from the flash's mirror image, the rest from everywhere
     lighting->flash_back = (float)(0.6 * spec->flash_return * target * spec->reflection / back);
     lighting->even_back = 0.4f * spec->flash_return;
+    lighting->even = even * spec->alpha;
     return 0;
 }

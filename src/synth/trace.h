@@ -11,6 +11,7 @@
 typedef struct Lighting {
     float behind, room;      // scale of the baked ambient light of both worlds
     float flash;             // radiant intensity of the flash
+    float even;              // flash light after many bounces behind the pane, as a share of the ambient light there
     float flash_back;        // of the flash's mirror image, as the room sees it
     float even_back;         // flash light that fills the room after many bounces, as a share of its ambient light
     float refraction;        // index that gives the pane its reflectance

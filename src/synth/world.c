@@ -187,7 +187,8 @@ static void add_triangle(World *world, const Vec p[3], const int point[3], const
                         .light_b = point[2]});
 }
 
-void fs_world_sheet(World *world, const Frame *f, int nu, int nv, SheetAt *at, const void *context, int surface)
+void fs_world_sheet(World *world, const Frame *f, int nu, int nv, float repeat_u, float repeat_v, SheetAt *at,
+                    const void *context, int surface)
 {
     int first = world->n_points;
     const float h = 1e-3f;
@@ -205,8 +206,8 @@ void fs_world_sheet(World *world, const Frame *f, int nu, int nv, SheetAt *at, c
             k[1] = k[0] + 1;
             k[2] = k[0] + nu + 1;
             k[3] = k[2] + 1;
-            float u0 = (float)i / (float)nu, u1 = (float)(i + 1) / (float)nu, v0 = (float)j / (float)nv,
-                  v1 = (float)(j + 1) / (float)nv;
+            float u0 = repeat_u * (float)i / (float)nu, u1 = repeat_u * (float)(i + 1) / (float)nu;
+            float v0 = repeat_v * (float)j / (float)nv, v1 = repeat_v * (float)(j + 1) / (float)nv;
             Vec p[4];
             for (int c = 0; c < 4; c++) p[c] = world->point[k[c]].at;
             add_triangle(world, (Vec[]){p[0], p[1], p[2]}, (int[]){k[0], k[1], k[2]}, (float[]){u0, v0, u1, v0, u0, v1},

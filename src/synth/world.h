@@ -33,7 +33,7 @@ typedef struct LightPoint {
 } LightPoint;
 
 typedef struct AreaLight {
-    Vec corner, edge_a, edge_b; // shines on both sides
+    Vec corner, edge_a, edge_b; // shines to the side of edge_a x edge_b
     Vec radiance;
 } AreaLight;
 
@@ -76,9 +76,11 @@ void fs_world_box6(World *world, const Frame *f, Vec low, Vec high, const int si
 void fs_world_box(World *world, const Frame *f, Vec low, Vec high, int surface);
 // The inside of a box: walls front (-y side), back, left, right, floor, ceiling; -1 leaves a side open.
 void fs_world_room(World *world, const Frame *f, Vec low, Vec high, const int side[6]);
-// A curved sheet of nu x nv cells; at(context, u, v) for u, v in 0..1 gives points, outside is du x dv.
+// A curved sheet of nu x nv cells; at(context, u, v) for u, v in 0..1 gives points, outside is du x dv. The texture is
+// repeated repeat_u and repeat_v times along u and v.
 typedef Vec SheetAt(const void *context, float u, float v);
-void fs_world_sheet(World *world, const Frame *f, int nu, int nv, SheetAt *at, const void *context, int surface);
+void fs_world_sheet(World *world, const Frame *f, int nu, int nv, float repeat_u, float repeat_v, SheetAt *at,
+                    const void *context, int surface);
 void fs_world_light(World *world, const Frame *f, Vec corner, Vec edge_a, Vec edge_b, Vec radiance);
 
 int fs_world_finish(World *world, FsError *err); // builds the hierarchy
