@@ -81,23 +81,51 @@ int fs_train(FsProject *project, FsError *err)
     return fs_train_run(project, err);
 }
 
-int fs_render(FsProject *project, FsError *err)
+static int render(FsProject *project, FsError *err)
 {
     fs_warnings_stage(project->warnings, "render");
     return fs_render_run(project, err);
+}
+
+static int export(FsProject *project, FsError *err)
+{
+    fs_warnings_stage(project->warnings, "export");
+    return fs_export_run(project, err);
+}
+
+static int report(FsProject *project, FsError *err)
+{
+    fs_warnings_stage(project->warnings, NULL);
+    return fs_report_run(project, err);
+}
+
+// After a stage that ran alone: the page is brought up to date where there is one.
+static int refresh_report(FsProject *project, FsError *err)
+{
+    char *index = fs_file_path("%s/index.html", project->out);
+    int rc = index && fs_file_exists(index) ? report(project, err) : 0;
+    free(index);
+    return rc;
+}
+
+int fs_render(FsProject *project, FsError *err)
+{
+    int rc = render(project, err);
+    return rc < 0 ? rc : refresh_report(project, err);
 }
 
 int fs_evaluate(FsProject *project, const char *truth, FsError *err)
 {
     fs_warnings_stage(project->warnings, "evaluate");
     fs_warnings_forget(project->out, "evaluate"); // it always measures anew
-    return fs_evaluate_run(project, truth, err);
+    int rc = fs_evaluate_run(project, truth, err);
+    return rc < 0 ? rc : refresh_report(project, err);
 }
 
 int fs_export(FsProject *project, FsError *err)
 {
-    fs_warnings_stage(project->warnings, "export");
-    return fs_export_run(project, err);
+    int rc = export(project, err);
+    return rc < 0 ? rc : refresh_report(project, err);
 }
 
 int fs_run(FsProject *project, const char *photos, FsError *err)
@@ -107,10 +135,9 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     TRY(fs_poses(project, err));
     TRY(fs_initialise(project, err));
     TRY(fs_train(project, err));
-    TRY(fs_render(project, err));
-    TRY(fs_export(project, err));
-    fs_warnings_stage(project->warnings, NULL);
-    TRY(fs_report_run(project, err));
+    TRY(render(project, err));
+    TRY(export(project, err));
+    TRY(report(project, err));
     fs_info_results(project->out, &project->log);
 fail:
     return rc;

@@ -7,7 +7,8 @@
 #include "base/file.h"
 #include "report/html.h"
 
-#define MAX_FIGURES (64 << 20)
+#define MAX_FIGURES (64 << 20) // bytes
+#define MAX_MARK (1 << 20)
 
 // ---- head ----
 
@@ -262,18 +263,55 @@ static void write_files(FILE *f, const Page *page)
     fputs("</table>\n", f);
 }
 
+static bool is_default(const FsOption *option, const char *value)
+{
+    if (option->type == FS_OPTION_INT || option->type == FS_OPTION_FLOAT)
+        return strtod(value, NULL) == strtod(option->initial, NULL);
+    return strcmp(value, option->initial) == 0;
+}
+
+// The value an option had when the stages ran, by their done marks; else what it is now.
+static void option_text(const Page *page, const json_t *ran_with, const FsOption *option, char *buf, size_t n)
+{
+    const json_t *value = json_object_get(ran_with, option->name);
+    if (json_is_string(value))
+        snprintf(buf, n, "%s", json_string_value(value));
+    else if (json_is_boolean(value))
+        snprintf(buf, n, "%s", json_is_true(value) ? "true" : "false");
+    else if (json_is_number(value))
+        snprintf(buf, n, "%g", json_number_value(value));
+    else if (fs_settings_get(&page->project->set, option->name, buf, n) < 0)
+        *buf = 0;
+}
+
+static json_t *read_marks(const Page *page)
+{
+    static const char *const stages[] = {"export", "render", "train", "initialise", "poses", "ingest"};
+    json_t *all = json_object();
+    for (size_t i = 0; i < sizeof stages / sizeof *stages; i++) {
+        char *path = fs_file_path("%s/done/%s.json", page->project->out, stages[i]), *text = NULL;
+        size_t size;
+        json_t *mark = path && fs_file_read(path, MAX_MARK, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
+        json_object_update(all, json_object_get(mark, "settings"));
+        json_decref(mark);
+        free(text);
+        free(path);
+    }
+    return all;
+}
+
 static void write_settings(FILE *f, const Page *page)
 {
     size_t n;
     const FsOption *options = fs_settings_options(&n);
-    fputs("<h2>Settings</h2>\n<details><summary>All settings; those given by hand stand out</summary><table>\n", f);
+    json_t *ran_with = read_marks(page);
+    fputs("<h2>Settings</h2>\n<details><summary>All settings of these stages; those other than the default stand out"
+          "</summary><table>\n", f);
     for (size_t i = 0; i < n; i++) {
         char value[400];
-        if (!(options[i].stages & FS_STAGE_ALL) ||
-            fs_settings_get(&page->project->set, options[i].name, value, sizeof value) < 0)
-            continue;
-        bool set = fs_settings_was_set(&page->project->set, options[i].name);
-        fprintf(f, "<tr%s><td><code>--", set ? " class=\"set\"" : "");
+        if (!(options[i].stages & FS_STAGE_ALL)) continue;
+        option_text(page, ran_with, &options[i], value, sizeof value);
+        fprintf(f, "<tr%s><td><code>--", is_default(&options[i], value) ? "" : " class=\"set\"");
         fs_html_text(f, options[i].name);
         fputs("</code></td><td>", f);
         fs_html_text(f, *value ? value : "-");
@@ -282,6 +320,7 @@ static void write_settings(FILE *f, const Page *page)
         fputs("</td></tr>\n", f);
     }
     fputs("</table></details>\n", f);
+    json_decref(ran_with);
 }
 
 void fs_page_write(FILE *f, const Page *page)
