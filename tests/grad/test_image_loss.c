@@ -145,7 +145,7 @@ static double all_terms(World *w, bool gradient)
 
 typedef double Term(World *w, bool gradient);
 
-// Every value of plane i against central differences: 1e-5 of the gradient's size there.
+// A quarter of the values of plane i, more of them at the borders, against central differences: 1e-5 of the gradient's size there.
 static void check_plane(World *w, Term *term, int i, const char *name)
 {
     Planes *p = &w->value[i];
@@ -157,6 +157,8 @@ static void check_plane(World *w, Term *term, int i, const char *name)
     for (int c = 0; c < p->channels; c++)
         for (int y = 0; y < HEIGHT; y++)
             for (int x = 0; x < WIDTH; x++) {
+                bool border = x == 0 || y == 0 || x == WIDTH - 1 || y == HEIGHT - 1;
+                if ((x + 2 * y + c) % (border ? 3 : 5)) continue;
                 double *v = fs_planes_row(p, c, y) + x, at = *v, g = fs_planes_row(&w->grad[i], c, y)[x];
                 const double step = 1e-6;
                 *v = at + step;

@@ -18,7 +18,7 @@ if ! $cc -static "$work/probe.c" -o "$work/probe" 2>/dev/null; then
     exit 77
 fi
 
-flags="-std=c17 -O2 -Wall -Wextra -Werror -Wno-psabi -Wno-missing-field-initializers -D_GNU_SOURCE -ffp-contract=fast -I$root/include -I$root/src"
+flags="-std=c17 -O1 -Wall -Wextra -Werror -Wno-psabi -Wno-missing-field-initializers -D_GNU_SOURCE -ffp-contract=fast -I$root/include -I$root/src"
 objects=
 for source in "$root"/src/base/cpu.c "$root"/src/base/error.c "$root"/src/kernels/*.c; do
     case $source in
