@@ -149,7 +149,8 @@ class Lpips(common.FolderTest):
         (self.dir / "out").mkdir(exist_ok=True)
         renders = self.dir / "renders"  # one layer is enough
         shutil.copytree(FIXTURE / "renders" / "T_N", renders / "T_N", dirs_exist_ok=True)
-        return common.run("evaluate", self.dir / "out", FIXTURE / "truth", "--output", renders, *options)
+        return common.run("evaluate", self.dir / "out", FIXTURE / "truth", "--output", renders, *options,
+                          timeout=900)
 
     def test_against_numpy(self):
         weights = {net: lpips_numpy.made_up(net) for net in ("alex", "vgg")}
