@@ -62,8 +62,8 @@ void fs_advise(const Frames *frames, const float *xyz, const Cue *cue, const uns
     int count[3] = {0};
     for (int i = 0; i < n; i++) count[kind[i]]++;
     float lit = 0, lit_spread = 0, dull = 0, dull_spread = 0;
-    bool both = growth(cue, kind, n, POINT_TRANSMITTED, &lit, &lit_spread) &
-                growth(cue, kind, n, POINT_REFLECTED, &dull, &dull_spread);
+    bool some_lit = growth(cue, kind, n, POINT_TRANSMITTED, &lit, &lit_spread);
+    bool both = growth(cue, kind, n, POINT_REFLECTED, &dull, &dull_spread) && some_lit;
     fs_log_info(log, "initialise: %d points transmitted (contrast grows %.2f times with the flash), %d reflected (%.2f "
                 "times), %d unsure", count[POINT_TRANSMITTED], exp((double)lit), count[POINT_REFLECTED], exp((double)dull),
                 count[POINT_UNSURE]);

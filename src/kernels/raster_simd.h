@@ -5,6 +5,8 @@
 #define GROUP_VECTORS (VW < 8 ? 8 / VW : 1) // vectors per step of the mask
 #define LANES_PER_STEP (VW < 8 ? 8 : VW)
 
+typedef uint32_t vu __attribute__((vector_size(4 * VW)));
+
 // 2^t, t in [-30, 1]: relative error under 3e-6 (degree-4 minimax polynomial on [-1/2, 1/2]).
 INLINE vf exp2_fast(vf t)
 {
@@ -15,7 +17,7 @@ INLINE vf exp2_fast(vf t)
     p = v_fma(p, r, v_set(0.24024745f));
     p = v_fma(p, r, v_set(0.69312181f));
     p = v_fma(p, r, v_set(0.99999926f));
-    return (vf)((vi)p + v_shift_left(v_to_int(n), 23));
+    return (vf)((vu)p + (vu)v_shift_left(v_to_int(n), 23)); // unsigned: lanes out of range, masked later, may wrap
 }
 
 // The masks of steps: with VW 16, one step covers two groups.
