@@ -1,0 +1,129 @@
+#include "poses/align.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "model/similarity.h"
+#include "poses/match.h"
+
+typedef struct Described { // a point with the descriptor of its first observation
+    const ColmapPoint *point;
+    const int16_t *descriptor;
+} Described;
+
+// COLMAP's model keeps all features of a photo in their order, so an observation's index is the feature's.
+static int describe(const Capture *capture, const Features *features, const ColmapModel *model, Described *out)
+{
+    int n = 0;
+    for (int k = 0; k < model->n_points; k++) {
+        const ColmapPoint *p = &model->point[k];
+        for (int l = 0; l < p->n; l++) {
+            const ColmapTrack *t = &model->track[p->first + l];
+            int i = fs_colmap_model_image(model, t->image_id);
+            char *stem = i >= 0 ? fs_file_stem(model->image[i].name) : NULL;
+            int photo = stem ? fs_capture_find(capture, stem) : -1;
+            free(stem);
+            if (photo < 0 || t->index >= (uint32_t)features[photo].n) continue;
+            out[n++] = (Described){p, features[photo].descriptor + (size_t)t->index * FS_DESCRIPTOR};
+            break;
+        }
+    }
+    return n;
+}
+
+// Most alike in b, when it is clearly more alike than the second.
+static int nearest(const Described *a, const Described *b, int nb)
+{
+    int best = -1, first = 0, second = 0;
+    for (int j = 0; j < nb; j++) {
+        int dot = fs_match_dot(a->descriptor, b[j].descriptor);
+        if (dot > first) {
+            second = first;
+            first = dot;
+            best = j;
+        } else if (dot > second) {
+            second = dot;
+        }
+    }
+    return best >= 0 && fs_match_distance(first) < 0.9f * fs_match_distance(second) ? best : -1;
+}
+
+// Middle spread of the points in one frame, to measure agreement with.
+static double spread(const ColmapModel *model)
+{
+    double mean[3] = {0}, sum = 0;
+    for (int k = 0; k < model->n_images; k++) {
+        double r[9], c[3];
+        fs_camera_quat_to_rotation(model->image[k].quat, r);
+        for (int i = 0; i < 3; i++) {
+            c[i] = 0;
+            for (int j = 0; j < 3; j++) c[i] -= r[3 * j + i] * model->image[k].t[j];
+            mean[i] += c[i] / model->n_images;
+            sum += c[i] * c[i] / model->n_images;
+        }
+    }
+    return sqrt(fmax(sum - mean[0] * mean[0] - mean[1] * mean[1] - mean[2] * mean[2], 0));
+}
+
+static void move(ColmapModel *model, const Similarity *s)
+{
+    for (int k = 0; k < model->n_points; k++) fs_similarity_apply(s, model->point[k].xyz, model->point[k].xyz);
+    for (int k = 0; k < model->n_images; k++) {
+        ColmapImage *image = &model->image[k];
+        Camera camera = {.width = 1, .height = 1, .fx = 1, .fy = 1};
+        double r[9];
+        fs_camera_quat_to_rotation(image->quat, r);
+        for (int i = 0; i < 3; i++) {
+            memcpy(camera.w2c + 4 * i, r + 3 * i, 3 * sizeof *r);
+            camera.w2c[4 * i + 3] = image->t[i];
+        }
+        camera = fs_similarity_camera(s, &camera);
+        for (int i = 0; i < 3; i++) {
+            memcpy(r + 3 * i, camera.w2c + 4 * i, 3 * sizeof *r);
+            image->t[i] = camera.w2c[4 * i + 3];
+        }
+        fs_camera_rotation_to_quat(r, image->quat);
+    }
+}
+
+int fs_align_groups(const Capture *capture, const Features *features, const ColmapModel *fixed, ColmapModel *moving,
+                    const Log *log, FsError *err)
+{
+    int rc = 0, n = 0, inliers = 0;
+    FsError inner = {0};
+    Similarity s;
+    if (fixed->n_images == 0 || moving->n_images == 0)
+        return fs_error_set(err, FS_ERR_INPUT, "no %s photo could be posed on its own; use --align joint",
+                            fixed->n_images ? "flash" : "no-flash");
+    Described *a = malloc((size_t)(moving->n_points + 1) * sizeof *a), *b = malloc((size_t)(fixed->n_points + 1) * sizeof *b);
+    double(*from)[3] = malloc((size_t)(moving->n_points + 1) * sizeof *from);
+    double(*to)[3] = malloc((size_t)(moving->n_points + 1) * sizeof *to);
+    if (!a || !b || !from || !to) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    int na = describe(capture, features, moving, a), nb = describe(capture, features, fixed, b);
+    for (int i = 0; i < na; i++) {
+        int j = nearest(&a[i], b, nb);
+        if (j < 0 || nearest(&b[j], a, na) != i) continue;
+        memcpy(from[n], a[i].point->xyz, sizeof *from);
+        memcpy(to[n++], b[j].point->xyz, sizeof *to);
+    }
+    rc = fs_similarity_fit_robust((const double(*)[3])from, (const double(*)[3])to, n, 0.1 * spread(fixed), &s, &inliers, &inner);
+    if (rc < 0 || inliers < 12) {
+        rc = fs_error_set(err, rc == FS_ERR_MEMORY ? rc : FS_ERR_INPUT,
+                          "the flash and the no-flash photos, posed apart, cannot be aligned: %d of %d common points agree; use "
+                          "--align joint", inliers, n);
+        goto fail;
+    }
+    fs_log_info(log, "poses: flash photos aligned to the others by %d of %d common points, scale %.4f", inliers, n, s.scale);
+    move(moving, &s);
+fail:
+    free(a);
+    free(b);
+    free(from);
+    free(to);
+    return rc;
+}

@@ -1,0 +1,156 @@
+#include "poses/capture.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <png.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "image/image.h"
+#include "image/tone.h"
+
+#define MAX_PHOTOS 100000
+
+void fs_capture_free(Capture *capture)
+{
+    for (int i = 0; i < capture->n; i++) {
+        free(capture->photo[i].name);
+        free(capture->photo[i].picture);
+    }
+    free(capture->photo);
+    free(capture->pictures);
+    *capture = (Capture){0};
+}
+
+int fs_capture_find(const Capture *capture, const char *name)
+{
+    for (int i = 0; i < capture->n; i++)
+        if (strcmp(capture->photo[i].name, name) == 0) return i;
+    return -1;
+}
+
+static int read_photo(const json_t *object, Photo *photo, const char *path, FsError *err)
+{
+    const char *name = json_string_value(json_object_get(object, "name"));
+    json_int_t w = json_integer_value(json_object_get(object, "width"));
+    json_int_t h = json_integer_value(json_object_get(object, "height"));
+    if (!name || !*name || strchr(name, '/') || w < 1 || h < 1 || w > FS_IMAGE_MAX_SIDE || h > FS_IMAGE_MAX_SIDE)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: a photo without name, width or height; rerun the stage ingest with --force",
+                            path);
+    double focal = json_number_value(json_object_get(object, "focal_px"));
+    *photo = (Photo){.flash = json_is_true(json_object_get(object, "flash")), .width = (int)w, .height = (int)h,
+                     .focal_px = focal > 0 && isfinite(focal) ? focal : 0};
+    photo->name = strdup(name);
+    photo->picture = fs_file_path("%s.png", name);
+    return photo->name && photo->picture ? 0 : fs_error_memory(err);
+}
+
+static int compare_photos(const void *a, const void *b)
+{
+    return strcmp(((const Photo *)a)->name, ((const Photo *)b)->name);
+}
+
+static int read_photos(const char *path, Capture *capture, FsError *err)
+{
+    char *text = NULL;
+    size_t size;
+    json_t *root = NULL;
+    int rc = 0;
+    TRY(fs_file_read(path, (size_t)256 << 20, &text, &size, err));
+    root = json_loadb(text, size, 0, NULL);
+    const json_t *photos = json_object_get(root, "photos");
+    size_t n = json_array_size(photos);
+    if (n < 1 || n > MAX_PHOTOS) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force", path);
+        goto fail;
+    }
+    capture->photo = calloc(n, sizeof *capture->photo);
+    if (!capture->photo) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    for (size_t i = 0; i < n; i++) {
+        capture->n = (int)i + 1;
+        TRY(read_photo(json_array_get(photos, i), &capture->photo[i], path, err));
+    }
+    qsort(capture->photo, n, sizeof *capture->photo, compare_photos);
+fail:
+    json_decref(root);
+    free(text);
+    return rc;
+}
+
+// Size of a PNG out of its header, without decoding it.
+static int picture_size(const char *folder, Photo *photo, FsError *err)
+{
+    char *path = fs_file_path("%s/%s", folder, photo->picture);
+    if (!path) return fs_error_memory(err);
+    FILE *f = fopen(path, "rb");
+    unsigned char head[24] = {0};
+    size_t got = f ? fread(head, 1, sizeof head, f) : 0;
+    if (f) fclose(f);
+    int rc = 0;
+    photo->picture_width = head[16] << 24 | head[17] << 16 | head[18] << 8 | head[19];
+    photo->picture_height = head[20] << 24 | head[21] << 16 | head[22] << 8 | head[23];
+    if (got < sizeof head || png_sig_cmp(head, 0, 8) != 0 || photo->picture_width < 1 || photo->picture_height < 1 ||
+        photo->picture_width > FS_IMAGE_MAX_SIDE || photo->picture_height > FS_IMAGE_MAX_SIDE)
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a PNG; rerun the stage ingest with --force", path);
+    free(path);
+    return rc;
+}
+
+// From a working image: the same encoding as ingest's pictures, at the working size.
+static int make_picture(const char *out, const char *folder, const Photo *photo, FsError *err)
+{
+    int rc = 0;
+    Image image = {0};
+    char *from = fs_file_path("%s/linear/%s.tif", out, photo->name), *to = fs_file_path("%s/%s", folder, photo->picture);
+    if (!from || !to) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(fs_tiff_read(from, &image, err));
+    for (size_t i = 0; i < (size_t)image.width * (size_t)image.height * (size_t)image.channels; i++)
+        image.px[i] = image.px[i] > 0 ? powf(image.px[i], 0.35f) : 0;
+    TRY(fs_png_write(to, &image, 8, err));
+fail:
+    fs_image_free(&image);
+    free(from);
+    free(to);
+    return rc;
+}
+
+int fs_capture_read(const char *out, Capture *capture, FsError *err)
+{
+    *capture = (Capture){0};
+    int rc = 0;
+    char *path = fs_file_path("%s/ingest.json", out), *probe = NULL;
+    capture->pictures = fs_file_path("%s/linear/features", out);
+    if (!path || !capture->pictures) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    if (!fs_file_exists(path)) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not there; run the stage ingest first", path);
+        goto fail;
+    }
+    TRY(read_photos(path, capture, err));
+    probe = fs_file_path("%s/%s", capture->pictures, capture->photo[0].picture);
+    if (probe && !fs_file_exists(probe)) {
+        free(capture->pictures);
+        capture->pictures = fs_file_path("%s/colmap/images", out);
+        if (!capture->pictures) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
+        TRY(fs_file_mkdirs(capture->pictures, err));
+        for (int i = 0; i < capture->n; i++) TRY(make_picture(out, capture->pictures, &capture->photo[i], err));
+    }
+    for (int i = 0; i < capture->n; i++) TRY(picture_size(capture->pictures, &capture->photo[i], err));
+fail:
+    if (rc < 0) fs_capture_free(capture);
+    free(path);
+    free(probe);
+    return rc;
+}

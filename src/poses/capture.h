@@ -1,0 +1,27 @@
+// What ingest left, as poses needs it: the photos, their sizes and the pictures to look for features in.
+#ifndef FS_POSES_CAPTURE_H
+#define FS_POSES_CAPTURE_H
+
+#include "base/error.h"
+
+typedef struct Photo {
+    char *name; // without folder and extension
+    bool flash;
+    int width, height;   // working image
+    double focal_px;     // of the working image; 0 when not known
+    char *picture;       // file name of the picture for feature detection, in Capture.pictures
+    int picture_width, picture_height;
+} Photo;
+
+typedef struct Capture {
+    Photo *photo; // sorted by name
+    int n;
+    char *pictures; // folder of the pictures
+} Capture;
+
+// Reads OUT/ingest.json. Pictures: OUT/linear/features/<view>.png of ingest, or made from the working images.
+int fs_capture_read(const char *out, Capture *capture, FsError *err);
+void fs_capture_free(Capture *capture);
+int fs_capture_find(const Capture *capture, const char *name); // -1 when missing
+
+#endif

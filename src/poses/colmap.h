@@ -1,0 +1,30 @@
+// COLMAP as a program: features of the pictures, verified matches, and poses.
+#ifndef FS_POSES_COLMAP_H
+#define FS_POSES_COLMAP_H
+
+#include "model/colmap_model.h"
+#include "model/project.h"
+#include "poses/capture.h"
+#include "poses/database.h"
+
+typedef struct Colmap {
+    const FsProject *project;
+    const Capture *capture;
+    char *dir, *database, *log_path; // OUT/colmap, its database.db and log.txt
+    bool renamed_options;            // COLMAP 3.13 calls them FeatureExtraction and FeatureMatching
+    Database *db;
+    int *image_id;                   // per photo of the capture
+} Colmap;
+
+// Checks that the program is there, starts OUT/colmap and enters the photos.
+int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capture, FsError *err);
+void fs_colmap_close(Colmap *colmap);
+
+// Finds the features of all pictures. features (capture->n), each to be freed with fs_features_free.
+int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err);
+// Enters the matches of fs_match_all and has COLMAP keep those that two views can explain.
+int fs_colmap_verify(Colmap *colmap, const MatchList *list, FsError *err);
+// Incremental reconstruction of the photos of a group (-1: all; 0, 1: without, with flash): the model with most photos.
+int fs_colmap_map(Colmap *colmap, int group, ColmapModel *model, FsError *err);
+
+#endif

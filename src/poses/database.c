@@ -1,0 +1,221 @@
+#include "poses/database.h"
+
+#include <math.h>
+#include <sqlite3.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MAX_FEATURES 1000000
+#define MAX_IMAGE_ID 2147483647LL // COLMAP's pair number is id1 * this + id2
+
+struct Database {
+    sqlite3 *db;
+    char *path;
+};
+
+static int fail(Database *d, FsError *err)
+{
+    return fs_error_set(err, FS_ERR_IO, "%s: %s", d->path, d->db ? sqlite3_errmsg(d->db) : "out of memory");
+}
+
+int fs_database_open(Database **database, const char *path, FsError *err)
+{
+    Database *d = calloc(1, sizeof *d);
+    if (d) d->path = strdup(path);
+    *database = d;
+    if (!d || !d->path) {
+        fs_database_close(d);
+        *database = NULL;
+        return fs_error_memory(err);
+    }
+    if (sqlite3_open_v2(path, &d->db, SQLITE_OPEN_READWRITE, NULL) != SQLITE_OK) {
+        int rc = fail(d, err);
+        fs_database_close(d);
+        *database = NULL;
+        return rc;
+    }
+    sqlite3_busy_timeout(d->db, 10000);
+    return 0;
+}
+
+void fs_database_close(Database *d)
+{
+    if (!d) return;
+    sqlite3_close_v2(d->db);
+    free(d->path);
+    free(d);
+}
+
+static int prepare(Database *d, const char *sql, sqlite3_stmt **statement, FsError *err)
+{
+    return sqlite3_prepare_v2(d->db, sql, -1, statement, NULL) == SQLITE_OK ? 0 : fail(d, err);
+}
+
+static int finish(Database *d, sqlite3_stmt *statement, FsError *err)
+{
+    int rc = sqlite3_step(statement) == SQLITE_DONE ? 0 : fail(d, err);
+    sqlite3_finalize(statement);
+    return rc;
+}
+
+static int execute(Database *d, const char *sql, FsError *err)
+{
+    return sqlite3_exec(d->db, sql, NULL, NULL, NULL) == SQLITE_OK ? 0 : fail(d, err);
+}
+
+int fs_database_begin(Database *d, FsError *err)
+{
+    return execute(d, "BEGIN", err);
+}
+
+int fs_database_end(Database *d, FsError *err)
+{
+    return execute(d, "COMMIT", err);
+}
+
+bool fs_database_has_frames(Database *d)
+{
+    sqlite3_stmt *s;
+    if (prepare(d, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'frames'", &s, NULL) < 0) return false;
+    bool found = sqlite3_step(s) == SQLITE_ROW;
+    sqlite3_finalize(s);
+    return found;
+}
+
+int fs_database_add_camera(Database *d, int id, const Lens *lens, bool focal_known, FsError *err)
+{
+    sqlite3_stmt *s;
+    int n_params, rc = 0;
+    fs_lens_model_name(lens->model, &n_params);
+    TRY(prepare(d, "INSERT INTO cameras(camera_id, model, width, height, params, prior_focal_length) VALUES(?, ?, ?, ?, ?, ?)",
+                &s, err));
+    sqlite3_bind_int(s, 1, id);
+    sqlite3_bind_int(s, 2, lens->model);
+    sqlite3_bind_int(s, 3, lens->width);
+    sqlite3_bind_int(s, 4, lens->height);
+    sqlite3_bind_blob(s, 5, lens->param, n_params * (int)sizeof *lens->param, SQLITE_TRANSIENT);
+    sqlite3_bind_int(s, 6, focal_known);
+    rc = finish(d, s, err);
+fail:
+    return rc;
+}
+
+int fs_database_add_image(Database *d, int id, const char *name, int camera_id, FsError *err)
+{
+    sqlite3_stmt *s;
+    int rc = 0;
+    TRY(prepare(d, "INSERT INTO images(image_id, name, camera_id) VALUES(?, ?, ?)", &s, err));
+    sqlite3_bind_int(s, 1, id);
+    sqlite3_bind_text(s, 2, name, -1, SQLITE_TRANSIENT);
+    sqlite3_bind_int(s, 3, camera_id);
+    rc = finish(d, s, err);
+fail:
+    return rc;
+}
+
+int fs_database_image(Database *d, const char *name)
+{
+    sqlite3_stmt *s;
+    int id = 0;
+    if (prepare(d, "SELECT image_id FROM images WHERE name = ?", &s, NULL) < 0) return 0;
+    sqlite3_bind_text(s, 1, name, -1, SQLITE_TRANSIENT);
+    if (sqlite3_step(s) == SQLITE_ROW) id = sqlite3_column_int(s, 0);
+    sqlite3_finalize(s);
+    return id;
+}
+
+void fs_features_free(Features *f)
+{
+    free(f->xy);
+    free(f->scale);
+    free(f->angle);
+    free(f->descriptor);
+    *f = (Features){0};
+}
+
+// One row of "keypoints" or "descriptors": its blob, checked against its counts. NULL blob: no row or no features.
+static int read_blob(Database *d, const char *sql, int image_id, int element, int *rows, int *cols, sqlite3_stmt **s,
+                     const void **blob, FsError *err)
+{
+    int rc = 0;
+    *blob = NULL;
+    *rows = *cols = 0;
+    TRY(prepare(d, sql, s, err));
+    sqlite3_bind_int(*s, 1, image_id);
+    if (sqlite3_step(*s) != SQLITE_ROW) return 0;
+    *rows = sqlite3_column_int(*s, 0);
+    *cols = sqlite3_column_int(*s, 1);
+    int64_t size = sqlite3_column_bytes(*s, 2);
+    if (*rows < 0 || *rows > MAX_FEATURES || *cols < 1 || *cols > 1024 || size != (int64_t)*rows * *cols * element)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: features of photo %d are not what COLMAP writes", d->path, image_id);
+    *blob = *rows ? sqlite3_column_blob(*s, 2) : NULL;
+fail:
+    return rc;
+}
+
+static int take_keypoints(Features *f, const float *k, int cols, FsError *err)
+{
+    size_t n = (size_t)f->n;
+    f->xy = malloc(n * 2 * sizeof *f->xy);
+    f->scale = malloc(n * sizeof *f->scale);
+    f->angle = malloc(n * sizeof *f->angle);
+    if (!f->xy || !f->scale || !f->angle) return fs_error_memory(err);
+    for (size_t i = 0; i < n; i++, k += cols) {
+        f->xy[2 * i] = k[0];
+        f->xy[2 * i + 1] = k[1];
+        f->scale[i] = cols == 6 ? hypotf(k[2], k[4]) : cols == 4 ? k[2] : 1; // affine shape; scale, angle; or neither
+        f->angle[i] = cols == 6 ? atan2f(k[4], k[2]) : cols == 4 ? k[3] : 0;
+    }
+    return 0;
+}
+
+int fs_database_features(Database *d, int image_id, Features *f, FsError *err)
+{
+    *f = (Features){0};
+    int rc = 0, rows, cols, n, width;
+    sqlite3_stmt *keypoints = NULL, *descriptors = NULL;
+    const void *k, *v;
+    TRY(read_blob(d, "SELECT rows, cols, data FROM keypoints WHERE image_id = ?", image_id, 4, &n, &cols, &keypoints, &k, err));
+    TRY(read_blob(d, "SELECT rows, cols, data FROM descriptors WHERE image_id = ?", image_id, 1, &rows, &width, &descriptors,
+                  &v, err));
+    if (!k || !v) goto fail; // no features: an empty photo is no error here
+    if (rows != n || width != FS_DESCRIPTOR) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d descriptors of %d bytes for %d features of photo %d", d->path, rows, width,
+                          n, image_id);
+        goto fail;
+    }
+    f->n = n;
+    TRY(take_keypoints(f, k, cols, err));
+    f->descriptor = malloc((size_t)n * FS_DESCRIPTOR * sizeof *f->descriptor);
+    if (!f->descriptor) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    for (size_t i = 0; i < (size_t)n * FS_DESCRIPTOR; i++) f->descriptor[i] = ((const unsigned char *)v)[i];
+fail:
+    sqlite3_finalize(keypoints);
+    sqlite3_finalize(descriptors);
+    if (rc < 0) fs_features_free(f);
+    return rc;
+}
+
+int fs_database_add_matches(Database *d, int id1, int id2, const MatchList *list, FsError *err)
+{
+    sqlite3_stmt *s;
+    int rc = 0;
+    bool swap = id1 > id2;
+    uint32_t *data = malloc((size_t)(list->n + 1) * 2 * sizeof *data);
+    if (!data) return fs_error_memory(err);
+    for (int i = 0; i < list->n; i++) {
+        data[2 * i + swap] = (uint32_t)list->match[i].a;
+        data[2 * i + !swap] = (uint32_t)list->match[i].b;
+    }
+    TRY(prepare(d, "INSERT INTO matches(pair_id, rows, cols, data) VALUES(?, ?, 2, ?)", &s, err));
+    sqlite3_bind_int64(s, 1, (swap ? id2 : id1) * MAX_IMAGE_ID + (swap ? id1 : id2));
+    sqlite3_bind_int(s, 2, list->n);
+    sqlite3_bind_blob(s, 3, data, list->n * 2 * (int)sizeof *data, SQLITE_TRANSIENT);
+    rc = finish(d, s, err);
+fail:
+    free(data);
+    return rc;
+}

@@ -1,0 +1,183 @@
+#include "poses/match.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+// The compiler vectorises the products; on x86 it makes a second version for AVX2. Integers: the same on every machine.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#define WIDER __attribute__((target_clones("default", "avx2")))
+#else
+#define WIDER
+#endif
+
+enum { TILE = 8, MAX_DISTANCE_DOT = 198000 }; // distance 0.7: as COLMAP's default
+
+int fs_match_dot(const int16_t *a, const int16_t *b)
+{
+    int sum = 0;
+    for (int k = 0; k < FS_DESCRIPTOR; k++) sum += (int)a[k] * b[k];
+    return sum;
+}
+
+float fs_match_distance(int dot)
+{
+    float cosine = (float)dot / (512.0f * 512.0f);
+    return cosine < 1 ? sqrtf(2 - 2 * cosine) : 0;
+}
+
+int fs_match_pair(int i, int j)
+{
+    return j * (j - 1) / 2 + i;
+}
+
+typedef struct Best {
+    int at, first, second; // nearest, its scalar product, the second nearest's
+} Best;
+
+static inline void keep(Best *best, int at, int dot)
+{
+    if (dot > best->first) {
+        best->second = best->first;
+        best->first = dot;
+        best->at = at;
+    } else if (dot > best->second) {
+        best->second = dot;
+    }
+}
+
+// Scalar products of `rows` descriptors of a with all of b into dot (rows, nb).
+WIDER static void products(const int16_t *a, int rows, const int16_t *b, int nb, int *dot)
+{
+    for (int j = 0; j < nb; j++) {
+        const int16_t *q = b + (size_t)j * FS_DESCRIPTOR;
+        for (int i = 0; i < rows; i++) {
+            const int16_t *p = a + (size_t)i * FS_DESCRIPTOR;
+            int sum = 0;
+            for (int k = 0; k < FS_DESCRIPTOR; k++) sum += (int)p[k] * q[k];
+            dot[(size_t)i * (size_t)nb + (size_t)j] = sum;
+        }
+    }
+}
+
+typedef struct Subset { // the features of one picture that take part, packed
+    int n;
+    int *index;
+    int16_t *descriptor;
+} Subset;
+
+typedef struct Work {
+    const Subset *subset;
+    float max_ratio;
+    MatchList *list;
+    int first; // column of job 0
+    bool failed;
+} Work;
+
+static int match_two(const Subset *a, const Subset *b, float max_ratio, MatchList *list)
+{
+    int rc = -1;
+    int *dot = malloc((size_t)(b->n + 1) * TILE * sizeof *dot);
+    Best *row = malloc((size_t)(a->n + 1) * sizeof *row), *col = malloc((size_t)(b->n + 1) * sizeof *col);
+    list->n = 0;
+    list->match = malloc((size_t)(a->n + 1) * sizeof *list->match);
+    if (!dot || !row || !col || !list->match) goto fail;
+    for (int i = 0; i < a->n; i++) row[i] = (Best){-1, 0, 0};
+    for (int j = 0; j < b->n; j++) col[j] = (Best){-1, 0, 0};
+    for (int i0 = 0; i0 < a->n; i0 += TILE) {
+        int rows = a->n - i0 < TILE ? a->n - i0 : TILE;
+        products(a->descriptor + (size_t)i0 * FS_DESCRIPTOR, rows, b->descriptor, b->n, dot);
+        for (int i = 0; i < rows; i++)
+            for (int j = 0; j < b->n; j++) {
+                int v = dot[(size_t)i * (size_t)b->n + (size_t)j];
+                keep(&row[i0 + i], j, v);
+                keep(&col[j], i0 + i, v);
+            }
+    }
+    for (int i = 0; i < a->n; i++) {
+        int j = row[i].at;
+        if (j < 0 || col[j].at != i || row[i].first < MAX_DISTANCE_DOT) continue;
+        float d = fs_match_distance(row[i].first);
+        if (d > max_ratio * fs_match_distance(row[i].second) || d > max_ratio * fs_match_distance(col[j].second)) continue;
+        list->match[list->n++] = (Match){a->index[i], b->index[j]};
+    }
+    rc = 0;
+fail:
+    free(dot);
+    free(row);
+    free(col);
+    return rc;
+}
+
+static void match_job(void *context, int job, int worker)
+{
+    (void)worker;
+    Work *work = context;
+    int j = work->first + job;
+    for (int i = 0; i < j; i++)
+        if (match_two(&work->subset[i], &work->subset[j], work->max_ratio, &work->list[fs_match_pair(i, j)]) < 0)
+            __atomic_store_n(&work->failed, true, __ATOMIC_RELAXED);
+}
+
+typedef struct ByScale {
+    float scale;
+    int index;
+} ByScale;
+
+static int compare_scale(const void *a, const void *b)
+{
+    const ByScale *x = a, *y = b;
+    if (x->scale != y->scale) return x->scale < y->scale ? 1 : -1;
+    return (x->index > y->index) - (x->index < y->index);
+}
+
+static int choose(const Features *f, int max_features, Subset *s, FsError *err)
+{
+    ByScale *order = malloc((size_t)(f->n + 1) * sizeof *order);
+    s->n = f->n < max_features ? f->n : max_features;
+    s->index = malloc((size_t)(s->n + 1) * sizeof *s->index);
+    s->descriptor = malloc((size_t)(s->n + 1) * FS_DESCRIPTOR * sizeof *s->descriptor);
+    if (!order || !s->index || !s->descriptor) {
+        free(order);
+        return fs_error_memory(err);
+    }
+    for (int i = 0; i < f->n; i++) order[i] = (ByScale){f->scale[i], i};
+    qsort(order, (size_t)f->n, sizeof *order, compare_scale);
+    for (int i = 0; i < s->n; i++) {
+        s->index[i] = order[i].index;
+        memcpy(s->descriptor + (size_t)i * FS_DESCRIPTOR, f->descriptor + (size_t)order[i].index * FS_DESCRIPTOR,
+               FS_DESCRIPTOR * sizeof *s->descriptor);
+    }
+    free(order);
+    return 0;
+}
+
+int fs_match_all(const Features *features, int n, int max_features, float max_ratio, Threads *threads, const Log *log,
+                 MatchList *list, FsError *err)
+{
+    int rc = 0, step = 4 * fs_threads_count(threads);
+    Subset *subset = calloc((size_t)n + 1, sizeof *subset);
+    Work work = {.subset = subset, .max_ratio = max_ratio, .list = list};
+    memset(list, 0, (size_t)n * (size_t)(n - 1) / 2 * sizeof *list);
+    if (!subset) return fs_error_memory(err);
+    for (int i = 0; i < n; i++) TRY(choose(&features[i], max_features, &subset[i], err));
+    for (; work.first < n; work.first += step) { // some columns of the triangle at a time, to be cancelled between
+        fs_log_progress(log, "poses", work.first, n, "matching");
+        if (fs_log_cancelled(log)) {
+            rc = fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while matching");
+            goto fail;
+        }
+        fs_threads_for(threads, step < n - work.first ? step : n - work.first, match_job, &work);
+        if (work.failed) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
+    }
+fail:
+    for (int i = 0; i < n; i++) {
+        free(subset[i].index);
+        free(subset[i].descriptor);
+    }
+    free(subset);
+    return rc;
+}

@@ -1,0 +1,211 @@
+#include "poses/poses.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "model/dataset.h"
+#include "poses/align.h"
+#include "poses/capture.h"
+#include "poses/colmap.h"
+#include "poses/match.h"
+#include "poses/sparse.h"
+
+enum { MATCHED_FEATURES = 3000, FEWEST_OF_A_GROUP = 5 };
+
+static void free_features(Features *features, int n)
+{
+    for (int i = 0; i < n && features; i++) fs_features_free(&features[i]);
+    free(features);
+}
+
+// Which photos have no pose, as "a, b, c and 4 more".
+static void name_missing(const Sparse *sparse, const Capture *capture, char *text, size_t size)
+{
+    size_t used = 0;
+    int left = 0;
+    text[0] = 0;
+    for (int i = 0; i < capture->n; i++) {
+        if (sparse->pose[i].known) continue;
+        if (used + strlen(capture->photo[i].name) + 24 > size) {
+            left++;
+            continue;
+        }
+        used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "", capture->photo[i].name);
+    }
+    if (left) snprintf(text + used, size - used, " and %d more", left);
+}
+
+static int check_posed(const FsProject *project, const Capture *capture, const Sparse *sparse, FsError *err)
+{
+    const char *known = project->set.poses;
+    int n = 0, all[2] = {0, 0}, group[2] = {0, 0};
+    char missing[400];
+    for (int i = 0; i < capture->n; i++) {
+        all[capture->photo[i].flash]++;
+        group[capture->photo[i].flash] += sparse->pose[i].known;
+        n += sparse->pose[i].known;
+    }
+    name_missing(sparse, capture, missing, sizeof missing);
+    if (3 * n < 2 * capture->n && *known)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: has poses of %d of the %d photos only (names are compared without folder "
+                            "and extension); missing: %s", known, n, capture->n, missing);
+    if (3 * n < 2 * capture->n)
+        return fs_error_set(err, FS_ERR_INPUT, "only %d of %d photos could be posed; failed: %s. Take photos that overlap more "
+                            "(step 5 to 10 cm), sharp and with texture, or give known poses with --poses", n, capture->n, missing);
+    int few = group[0] < group[1] ? 0 : 1;
+    const char *what = few ? "flash" : "no-flash";
+    if (group[few] < FEWEST_OF_A_GROUP) {
+        if (!*known || group[few] == 0)
+            return fs_error_set(err, FS_ERR_INPUT, "only %d of %d %s photos have a pose, at least %d are needed; without: %s. Take "
+                                "more %s photos from the same places as the others, or leave bad ones out", group[few], all[few],
+                                what, *known ? 1 : FEWEST_OF_A_GROUP, *missing ? missing : "none", what);
+        fs_log_warn(&project->log, "only %d %s photos: at least %d are advised", group[few], what, FEWEST_OF_A_GROUP);
+    }
+    if (n < capture->n)
+        fs_log_warn(&project->log, "poses: %d of %d photos posed; left out: %s", n, capture->n, missing);
+    return 0;
+}
+
+static int match_and_verify(Colmap *colmap, const FsProject *project, const Capture *capture, const Features *features,
+                            FsError *err)
+{
+    int rc = 0;
+    size_t pairs = (size_t)capture->n * (size_t)(capture->n - 1) / 2;
+    MatchList *list = calloc(pairs + 1, sizeof *list);
+    Threads *threads = fs_threads_new(project->set.threads);
+    if (!list || !threads) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(fs_match_all(features, capture->n, MATCHED_FEATURES, 0.8f, threads, &project->log, list, err));
+    TRY(fs_colmap_verify(colmap, list, err));
+fail:
+    for (size_t i = 0; i < pairs && list; i++) free(list[i].match);
+    free(list);
+    fs_threads_free(threads);
+    return rc;
+}
+
+// Poses by COLMAP; `features` are what it found.
+static int find_poses(Colmap *colmap, const FsProject *project, const Capture *capture, Features *features, Sparse *sparse,
+                      FsError *err)
+{
+    int rc = 0;
+    ColmapModel model = {0}, flash = {0};
+    TRY(match_and_verify(colmap, project, capture, features, err));
+    if (strcmp(project->set.align, "separate") == 0) {
+        TRY(fs_colmap_map(colmap, 0, &model, err));
+        TRY(fs_colmap_map(colmap, 1, &flash, err));
+        TRY(fs_align_groups(capture, features, &model, &flash, &project->log, err));
+        TRY(fs_sparse_from_colmap(sparse, capture, &flash, false, err));
+    } else {
+        TRY(fs_colmap_map(colmap, -1, &model, err));
+    }
+    TRY(fs_sparse_from_colmap(sparse, capture, &model, false, err));
+fail:
+    fs_colmap_model_free(&model);
+    fs_colmap_model_free(&flash);
+    return rc;
+}
+
+// Fills the poses and points.
+static int reconstruct(const FsProject *project, const Capture *capture, Sparse *sparse, FsError *err)
+{
+    int rc = 0;
+    Colmap colmap = {0};
+    Features *features = calloc((size_t)capture->n + 1, sizeof *features);
+    if (!features) return fs_error_memory(err);
+    if (*project->set.poses) {
+        TRY(fs_sparse_from_file(sparse, capture, project->set.poses, err));
+        TRY(check_posed(project, capture, sparse, err));
+        if (sparse->n_points > 0) goto fail; // the model has points: nothing to look for
+    }
+    TRY(fs_colmap_open(&colmap, project, capture, err));
+    TRY(fs_colmap_extract(&colmap, features, err));
+    if (!*project->set.poses) {
+        TRY(find_poses(&colmap, project, capture, features, sparse, err));
+        TRY(check_posed(project, capture, sparse, err));
+    }
+    TRY(fs_sparse_triangulate(sparse, project, capture, features, err));
+fail:
+    free_features(features, capture->n);
+    fs_colmap_close(&colmap);
+    return rc;
+}
+
+static void log_points(const FsProject *project, const Capture *capture, const Sparse *sparse)
+{
+    int only[2] = {0, 0};
+    double error = 0;
+    for (int k = 0; k < sparse->n_points; k++) {
+        int seen[2] = {0, 0};
+        for (int l = 0; l < sparse->point[k].n; l++)
+            seen[capture->photo[sparse->sighting[sparse->point[k].first + l].photo].flash]++;
+        only[0] += !seen[1];
+        only[1] += !seen[0];
+        error += sparse->point[k].error;
+    }
+    int n = sparse->n_points, posed = 0;
+    for (int i = 0; i < capture->n; i++) posed += sparse->pose[i].known;
+    fs_log_info(&project->log, "poses: %d of %d photos, %d points (%d in flash photos only, %d in the others only), %.1f photos a "
+                "point, %.2f pixels reprojection error", posed, capture->n, n, only[1], only[0],
+                n ? (double)sparse->n_sightings / n : 0, n ? error / n : 0);
+    if (n < 300)
+        fs_log_warn(&project->log, "only %d points were found: the scene has little texture, or the poses do not fit the photos", n);
+}
+
+static int start_clean(const FsProject *project, FsError *err)
+{
+    static const char *const parts[] = {"views.json", "images", "sparse", "colmap"};
+    fs_project_unmark(project, "poses");
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        char *path = fs_file_path("%s/%s", project->out, parts[i]);
+        if (!path) return fs_error_memory(err);
+        if (fs_file_is_dir(path))
+            fs_file_remove_tree(path);
+        else
+            unlink(path);
+        free(path);
+    }
+    return 0;
+}
+
+// Which photos are held out is no reason to pose them again.
+static int update_held_out(const FsProject *project, FsError *err)
+{
+    int rc = 0;
+    Dataset views = {0};
+    char *path = fs_file_path("%s/views.json", project->out);
+    if (!path) return fs_error_memory(err);
+    TRY(fs_dataset_read(&views, path, err));
+    if (fs_sparse_hold_out(&views, project->set.test_every)) {
+        fs_log_info(&project->log, "poses: other photos are held out (--test-every %d)", project->set.test_every);
+        fs_project_unmark(project, "initialise");
+        TRY(fs_dataset_write(&views, path, err));
+    }
+fail:
+    fs_dataset_free(&views);
+    free(path);
+    return rc;
+}
+
+int fs_poses_run(FsProject *project, FsError *err)
+{
+    if (fs_project_done(project, "poses", FS_STAGE_POSES)) return update_held_out(project, err);
+    int rc = 0;
+    Capture capture = {0};
+    Sparse sparse = {0};
+    TRY(start_clean(project, err));
+    TRY(fs_capture_read(project->out, &capture, err));
+    TRY(fs_sparse_new(&sparse, &capture, err));
+    TRY(reconstruct(project, &capture, &sparse, err));
+    TRY(fs_sparse_write(&sparse, project, &capture, err));
+    log_points(project, &capture, &sparse);
+    TRY(fs_project_mark_done(project, "poses", FS_STAGE_POSES, err));
+fail:
+    fs_sparse_free(&sparse);
+    fs_capture_free(&capture);
+    return rc;
+}

@@ -1,0 +1,233 @@
+#include "poses/sparse.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "model/cameras_file.h"
+
+int fs_sparse_new(Sparse *sparse, const Capture *capture, FsError *err)
+{
+    *sparse = (Sparse){0};
+    sparse->pose = calloc((size_t)capture->n + 1, sizeof *sparse->pose);
+    return sparse->pose ? 0 : fs_error_memory(err);
+}
+
+void fs_sparse_free(Sparse *sparse)
+{
+    free(sparse->pose);
+    free(sparse->point);
+    free(sparse->sighting);
+    *sparse = (Sparse){0};
+}
+
+int fs_sparse_camera(const Sparse *sparse, int photo, Camera *camera, FsError *err)
+{
+    int rc = fs_lens_camera(&sparse->pose[photo].lens, "the camera model", camera, err);
+    memcpy(camera->w2c, sparse->pose[photo].w2c, sizeof camera->w2c);
+    return rc;
+}
+
+// The lens at the size of the photo's picture; the model may be of larger or smaller photos of the same frame.
+static int set_pose(Sparse *sparse, const Photo *photo, int at, const Lens *lens, const double w2c[12], const char *file,
+                    FsError *err)
+{
+    double a = (double)lens->width / lens->height, b = (double)photo->picture_width / photo->picture_height;
+    double slack = 1.0 / lens->height + 1.0 / photo->picture_height + 1.0 / lens->width + 1.0 / photo->picture_width + 0.005;
+    if (fabs(log(a / b)) > slack)
+        return fs_error_set(err, FS_ERR_INPUT, "%s: '%s' is %d x %d there, but the photo is %d x %d or a multiple of it; the "
+                            "model must be of the same photos", file, photo->name, lens->width, lens->height,
+                            photo->picture_width, photo->picture_height);
+    sparse->pose[at].known = true;
+    sparse->pose[at].lens = fs_lens_resized(lens, photo->picture_width, photo->picture_height);
+    memcpy(sparse->pose[at].w2c, w2c, 12 * sizeof *w2c);
+    Camera camera; // the model may be one that cannot be used
+    return fs_lens_camera(&sparse->pose[at].lens, file, &camera, err);
+}
+
+static void w2c_of(const ColmapImage *image, double w2c[12])
+{
+    double r[9];
+    fs_camera_quat_to_rotation(image->quat, r);
+    for (int k = 0; k < 3; k++) {
+        memcpy(w2c + 4 * k, r + 3 * k, 3 * sizeof *r);
+        w2c[4 * k + 3] = image->t[k];
+    }
+}
+
+// The observation of one track element, undistorted, at the size of the picture; false when it is of no use.
+static bool sighting_of(const Sparse *sparse, const Capture *capture, const ColmapModel *model, const int *photo_of,
+                        const ColmapTrack *track, Sighting *s)
+{
+    int i = fs_colmap_model_image(model, track->image_id);
+    if (i < 0 || photo_of[i] < 0 || track->index >= (uint32_t)model->image[i].n) return false;
+    const ColmapObservation *o = &model->observation[model->image[i].first + (int)track->index];
+    const Lens *from = &fs_colmap_model_camera(model, model->image[i].camera_id)->lens;
+    const Pose *pose = &sparse->pose[photo_of[i]];
+    const Photo *photo = &capture->photo[photo_of[i]];
+    double pixel[2] = {o->x * photo->picture_width / from->width, o->y * photo->picture_height / from->height}, ray[2];
+    Camera camera;
+    if (!isfinite(pixel[0] + pixel[1]) || fs_lens_camera(&pose->lens, "", &camera, NULL) < 0 ||
+        !fs_lens_unproject(&pose->lens, pixel, ray))
+        return false;
+    *s = (Sighting){photo_of[i], camera.fx * ray[0] + camera.cx, camera.fy * ray[1] + camera.cy};
+    return true;
+}
+
+static int take_points(Sparse *sparse, const Capture *capture, const ColmapModel *model, const int *photo_of, FsError *err)
+{
+    sparse->point = malloc((size_t)(model->n_points + 1) * sizeof *sparse->point);
+    sparse->sighting = malloc((size_t)(model->n_tracks + 1) * sizeof *sparse->sighting);
+    if (!sparse->point || !sparse->sighting) return fs_error_memory(err);
+    for (int i = 0; i < model->n_points; i++) {
+        const ColmapPoint *from = &model->point[i];
+        SparsePoint p = {.error = from->error, .first = sparse->n_sightings};
+        memcpy(p.xyz, from->xyz, sizeof p.xyz);
+        memcpy(p.rgb, from->rgb, sizeof p.rgb);
+        for (int k = 0; k < from->n; k++) {
+            Sighting s;
+            if (!sighting_of(sparse, capture, model, photo_of, &model->track[from->first + k], &s)) continue;
+            bool twice = false;
+            for (int l = 0; l < p.n; l++) twice |= sparse->sighting[p.first + l].photo == s.photo;
+            if (!twice) sparse->sighting[p.first + p.n++] = s;
+        }
+        if (p.n < 2) continue;
+        sparse->n_sightings += p.n;
+        sparse->point[sparse->n_points++] = p;
+    }
+    return 0;
+}
+
+int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, bool points, FsError *err)
+{
+    int rc = 0;
+    int *photo_of = malloc((size_t)(model->n_images + 1) * sizeof *photo_of);
+    if (!photo_of) return fs_error_memory(err);
+    for (int i = 0; i < model->n_images; i++) {
+        double w2c[12];
+        char *stem = fs_file_stem(model->image[i].name);
+        photo_of[i] = stem ? fs_capture_find(capture, stem) : -1;
+        free(stem);
+        if (photo_of[i] < 0) continue;
+        w2c_of(&model->image[i], w2c);
+        TRY(set_pose(sparse, &capture->photo[photo_of[i]], photo_of[i],
+                     &fs_colmap_model_camera(model, model->image[i].camera_id)->lens, w2c, "COLMAP's model", err));
+    }
+    if (points) TRY(take_points(sparse, capture, model, photo_of, err));
+fail:
+    free(photo_of);
+    return rc;
+}
+
+int fs_sparse_from_file(Sparse *sparse, const Capture *capture, const char *path, FsError *err)
+{
+    int rc = 0;
+    CamerasFile file;
+    TRY(fs_cameras_file_read(path, &file, err));
+    for (int i = 0; i < capture->n; i++) {
+        int at = fs_dataset_find(&file.views, capture->photo[i].name);
+        if (at < 0) continue;
+        TRY(set_pose(sparse, &capture->photo[i], i, &file.lens[at], file.views.view[at].camera.w2c, path, err));
+    }
+    if (file.model.n_images > 0) TRY(fs_sparse_from_colmap(sparse, capture, &file.model, true, err));
+fail:
+    fs_cameras_file_free(&file);
+    return rc;
+}
+
+// Features where an ideal pinhole camera would have seen them. One that cannot be undone is moved out of all lines.
+static void undistort_features(const Lens *lens, const Camera *camera, Features *f)
+{
+    if (fs_lens_is_pinhole(lens)) return;
+    for (int i = 0; i < f->n; i++) {
+        double ray[2], pixel[2] = {f->xy[2 * i], f->xy[2 * i + 1]};
+        bool ok = fs_lens_unproject(lens, pixel, ray);
+        f->xy[2 * i] = ok ? (float)(camera->fx * ray[0] + camera->cx) : -1e6f;
+        f->xy[2 * i + 1] = ok ? (float)(camera->fy * ray[1] + camera->cy) : -1e6f;
+    }
+}
+
+// Colours from the pictures, mean over the sightings.
+static int colour_points(Sparse *sparse, const Capture *capture, FsError *err)
+{
+    int rc = 0;
+    double(*sum)[4] = calloc((size_t)sparse->n_points + 1, sizeof *sum);
+    if (!sum) return fs_error_memory(err);
+    for (int i = 0; i < capture->n; i++) {
+        if (!sparse->pose[i].known) continue;
+        Image picture = {0};
+        char *path = fs_file_path("%s/%s", capture->pictures, capture->photo[i].picture);
+        rc = path ? fs_png_read(path, &picture, err) : fs_error_memory(err);
+        free(path);
+        TRY(rc);
+        for (int k = 0; k < sparse->n_points; k++)
+            for (int l = 0; l < sparse->point[k].n; l++) {
+                const Sighting *s = &sparse->sighting[sparse->point[k].first + l];
+                if (s->photo != i || !(s->x >= 0 && s->y >= 0 && s->x < picture.width && s->y < picture.height)) continue;
+                const float *px = picture.px + ((size_t)s->y * (size_t)picture.width + (size_t)s->x) * (size_t)picture.channels;
+                for (int c = 0; c < 3; c++) sum[k][c] += px[picture.channels >= 3 ? c : 0];
+                sum[k][3]++;
+            }
+        fs_image_free(&picture);
+    }
+    for (int k = 0; k < sparse->n_points; k++)
+        for (int c = 0; c < 3; c++) sparse->point[k].rgb[c] = (unsigned char)lround(255 * sum[k][c] / fmax(sum[k][3], 1));
+fail:
+    free(sum);
+    return rc;
+}
+
+static int take_triangulated(Sparse *sparse, const PointSet *set, const int *photo_of, const Features *features, FsError *err)
+{
+    free(sparse->point);
+    free(sparse->sighting);
+    sparse->n_points = sparse->n_sightings = 0;
+    sparse->point = malloc((size_t)(set->n + 1) * sizeof *sparse->point);
+    sparse->sighting = malloc((size_t)(set->n_seen + 1) * sizeof *sparse->sighting);
+    if (!sparse->point || !sparse->sighting) return fs_error_memory(err);
+    for (int k = 0; k < set->n; k++) {
+        const Point *from = &set->point[k];
+        SparsePoint p = {.error = from->error, .first = from->first, .n = from->n};
+        memcpy(p.xyz, from->xyz, sizeof p.xyz);
+        sparse->point[k] = p;
+    }
+    for (int k = 0; k < set->n_seen; k++) {
+        const float *xy = features[set->seen[k].photo].xy + 2 * set->seen[k].feature;
+        sparse->sighting[k] = (Sighting){photo_of[set->seen[k].photo], xy[0], xy[1]};
+    }
+    sparse->n_points = set->n;
+    sparse->n_sightings = set->n_seen;
+    return 0;
+}
+
+int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, Features *features, FsError *err)
+{
+    int rc = 0, n = 0;
+    PointSet set = {0};
+    Threads *threads = fs_threads_new(project->set.threads);
+    Camera *camera = calloc((size_t)capture->n + 1, sizeof *camera);
+    Features *posed = calloc((size_t)capture->n + 1, sizeof *posed); // borrowed
+    int *photo_of = calloc((size_t)capture->n + 1, sizeof *photo_of);
+    if (!threads || !camera || !posed || !photo_of) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    for (int i = 0; i < capture->n; i++) {
+        if (!sparse->pose[i].known) continue;
+        TRY(fs_sparse_camera(sparse, i, &camera[n], err));
+        undistort_features(&sparse->pose[i].lens, &camera[n], &features[i]);
+        photo_of[n] = i;
+        posed[n++] = features[i];
+    }
+    TRY(fs_triangulate(posed, camera, n, &fs_triangulate_defaults, threads, &project->log, &set, err));
+    TRY(take_triangulated(sparse, &set, photo_of, posed, err));
+    TRY(colour_points(sparse, capture, err));
+fail:
+    fs_point_set_free(&set);
+    fs_threads_free(threads);
+    free(camera);
+    free(posed);
+    free(photo_of);
+    return rc;
+}

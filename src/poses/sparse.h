@@ -1,0 +1,52 @@
+// What poses hands on: where each photo was taken from, and points with the photos that see them.
+#ifndef FS_POSES_SPARSE_H
+#define FS_POSES_SPARSE_H
+
+#include "model/colmap_model.h"
+#include "model/dataset.h"
+#include "model/project.h"
+#include "poses/capture.h"
+#include "poses/triangulate.h"
+
+typedef struct Pose { // of one photo
+    bool known;
+    Lens lens;     // at the size of the photo's picture for feature detection
+    double w2c[12];
+} Pose;
+
+typedef struct Sighting { // an observation, in the pinhole camera of the photo at the size of its picture
+    int photo;
+    double x, y;
+} Sighting;
+
+typedef struct SparsePoint {
+    double xyz[3], error;
+    unsigned char rgb[3];
+    int first, n; // sightings
+} SparsePoint;
+
+typedef struct Sparse {
+    Pose *pose; // (capture->n)
+    SparsePoint *point;
+    Sighting *sighting;
+    int n_points, n_sightings;
+} Sparse;
+
+int fs_sparse_new(Sparse *sparse, const Capture *capture, FsError *err); // all poses unknown
+void fs_sparse_free(Sparse *sparse);
+// The pinhole camera of a posed photo at the size of its picture.
+int fs_sparse_camera(const Sparse *sparse, int photo, Camera *camera, FsError *err);
+
+// Poses (and points with at least two sightings) out of a COLMAP model or another camera file; other views are ignored.
+int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, bool points, FsError *err);
+int fs_sparse_from_file(Sparse *sparse, const Capture *capture, const char *path, FsError *err);
+
+// Replaces the points by ones triangulated from features; features' xy become undistorted.
+int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, Features *features, FsError *err);
+
+// Writes OUT/images, OUT/sparse, OUT/views.json.
+int fs_sparse_write(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err);
+// Marks every Nth photo of each lighting; true when that changes anything.
+bool fs_sparse_hold_out(Dataset *views, int every);
+
+#endif

@@ -1,0 +1,245 @@
+// What poses leaves on disk: undistorted photos and masks, the sparse model, the views.
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "poses/sparse.h"
+#include "poses/undistort.h"
+
+typedef struct Work {
+    const Sparse *sparse;
+    const Capture *capture;
+    const char *out;
+    const int *photo; // of each job
+    int first;
+    FsError *failure; // per photo
+} Work;
+
+// The same bytes under another name: a link where the file system can, else a copy.
+static int link_or_copy(const char *from, const char *to, FsError *err)
+{
+    char *data;
+    size_t size;
+    unlink(to);
+    if (link(from, to) == 0) return 0;
+    int rc = fs_file_read(from, (size_t)4 << 30, &data, &size, err);
+    if (rc == 0) rc = fs_file_write(to, data, size, err);
+    free(data);
+    return rc;
+}
+
+static int write_undistorted(const char *const from[2], const char *const to[2], const Lens *lens, const Camera *camera,
+                             FsError *err)
+{
+    int rc = 0;
+    Image photo = {0}, mask = {0};
+    TRY(fs_tiff_read(from[0], &photo, err));
+    TRY(fs_png_read(from[1], &mask, err));
+    if (photo.channels != 3 || mask.channels != 1 || photo.width != camera->width || photo.height != camera->height ||
+        mask.width != photo.width || mask.height != photo.height) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force", from[0]);
+        goto fail;
+    }
+    TRY(fs_undistort(lens, camera, &photo, &mask, err));
+    TRY(fs_tiff_write_float(to[0], &photo, err));
+    TRY(fs_png_write(to[1], &mask, 8, err));
+fail:
+    fs_image_free(&photo);
+    fs_image_free(&mask);
+    return rc;
+}
+
+static void write_photo(void *context, int job, int worker)
+{
+    (void)worker;
+    const Work *w = context;
+    int i = w->photo[w->first + job], rc = 0;
+    const Photo *photo = &w->capture->photo[i];
+    FsError *err = &w->failure[i];
+    Lens lens = fs_lens_resized(&w->sparse->pose[i].lens, photo->width, photo->height);
+    Camera camera;
+    char *from[2] = {fs_file_path("%s/linear/%s.tif", w->out, photo->name),
+                     fs_file_path("%s/linear/%s_mask.png", w->out, photo->name)};
+    char *to[2] = {fs_file_path("%s/images/%s.tif", w->out, photo->name),
+                   fs_file_path("%s/images/%s_mask.png", w->out, photo->name)};
+    if (!from[0] || !from[1] || !to[0] || !to[1]) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(fs_lens_camera(&lens, photo->name, &camera, err));
+    if (fs_lens_is_pinhole(&lens)) {
+        for (int k = 0; k < 2; k++) TRY(link_or_copy(from[k], to[k], err));
+    } else {
+        TRY(write_undistorted((const char *const *)from, (const char *const *)to, &lens, &camera, err));
+    }
+fail:
+    for (int k = 0; k < 2; k++) {
+        free(from[k]);
+        free(to[k]);
+    }
+}
+
+static int write_photos(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err)
+{
+    int rc = 0, n = 0;
+    Threads *threads = fs_threads_new(project->set.threads);
+    FsError *failure = calloc((size_t)capture->n + 1, sizeof *failure);
+    int *photo = calloc((size_t)capture->n + 1, sizeof *photo), step = 4 * (threads ? fs_threads_count(threads) : 1);
+    char *dir = fs_file_path("%s/images", project->out);
+    Work work = {sparse, capture, project->out, photo, 0, failure};
+    if (!threads || !failure || !photo || !dir) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(fs_file_mkdirs(dir, err));
+    for (int i = 0; i < capture->n; i++)
+        if (sparse->pose[i].known) photo[n++] = i;
+    for (; work.first < n; work.first += step) {
+        fs_log_progress(&project->log, "poses", work.first, n, "undoing lens distortion");
+        if (fs_log_cancelled(&project->log)) {
+            rc = fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while writing photos");
+            goto fail;
+        }
+        fs_threads_for(threads, step < n - work.first ? step : n - work.first, write_photo, &work);
+    }
+    for (int i = 0; i < capture->n; i++)
+        if (failure[i].code < 0) {
+            if (err) *err = failure[i];
+            rc = failure[i].code;
+            break;
+        }
+fail:
+    fs_threads_free(threads);
+    free(failure);
+    free(photo);
+    free(dir);
+    return rc;
+}
+
+bool fs_sparse_hold_out(Dataset *views, int every)
+{
+    int count[2] = {0, 0};
+    bool changed = false;
+    for (int i = 0; i < views->n; i++) { // every Nth of each lighting: what is held out shows both
+        View *v = &views->view[i];
+        bool held_out = every > 0 && count[v->flash]++ % every == every / 2;
+        changed |= held_out != v->held_out;
+        v->held_out = held_out;
+    }
+    return changed;
+}
+
+static int write_views(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err)
+{
+    int rc = 0;
+    Dataset views = {0};
+    char *path = fs_file_path("%s/views.json", project->out);
+    if (!path) return fs_error_memory(err);
+    for (int i = 0; i < capture->n; i++) {
+        if (!sparse->pose[i].known) continue;
+        Camera camera;
+        TRY(fs_sparse_camera(sparse, i, &camera, err));
+        View view = {.name = capture->photo[i].name, .flash = capture->photo[i].flash,
+                     .camera = fs_camera_resized(&camera, capture->photo[i].width, capture->photo[i].height)};
+        TRY(fs_dataset_append(&views, &view, err));
+    }
+    fs_sparse_hold_out(&views, project->set.test_every);
+    TRY(fs_dataset_write(&views, path, err));
+fail:
+    fs_dataset_free(&views);
+    free(path);
+    return rc;
+}
+
+// Camera of a posed photo in the model, shared by photos with the same intrinsics. 0 when out of memory.
+static uint32_t camera_id(ColmapModel *model, const Camera *c, FsError *err)
+{
+    Lens lens = fs_lens_from_camera(c);
+    for (int k = 0; k < model->n_cameras; k++)
+        if (memcmp(&model->camera[k].lens, &lens, sizeof lens) == 0) return model->camera[k].id;
+    ColmapCamera *camera = fs_colmap_model_add_camera(model, err);
+    if (!camera) return 0;
+    camera->lens = lens;
+    return camera->id = (uint32_t)model->n_cameras;
+}
+
+// Sightings by photo: image k sees points in order of their numbers.
+static int add_images(ColmapModel *model, const Sparse *sparse, const Capture *capture, uint32_t *index, FsError *err)
+{
+    int rc = 0;
+    for (int i = 0; i < capture->n; i++) {
+        if (!sparse->pose[i].known) continue;
+        const Photo *photo = &capture->photo[i];
+        Camera camera;
+        TRY(fs_sparse_camera(sparse, i, &camera, err));
+        camera = fs_camera_resized(&camera, photo->width, photo->height);
+        char *name = fs_file_path("%s.tif", photo->name);
+        ColmapImage *image = name ? fs_colmap_model_add_image(model, name, err) : NULL;
+        free(name);
+        if (!image || !(image->camera_id = camera_id(model, &camera, err))) return fs_error_memory(err);
+        image->id = (uint32_t)i + 1;
+        double r[9];
+        for (int k = 0; k < 3; k++) {
+            memcpy(r + 3 * k, camera.w2c + 4 * k, 3 * sizeof *r);
+            image->t[k] = camera.w2c[4 * k + 3];
+        }
+        fs_camera_rotation_to_quat(r, image->quat);
+        double sx = (double)photo->width / photo->picture_width, sy = (double)photo->height / photo->picture_height;
+        for (int k = 0, n = 0; k < sparse->n_points; k++)
+            for (int l = 0; l < sparse->point[k].n; l++) {
+                int at = sparse->point[k].first + l;
+                const Sighting *s = &sparse->sighting[at];
+                if (s->photo != i) continue;
+                TRY(fs_colmap_model_add_observation(model, (ColmapObservation){sx * s->x, sy * s->y, k + 1}, err));
+                index[at] = (uint32_t)n++;
+            }
+    }
+fail:
+    return rc;
+}
+
+static int write_sparse(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err)
+{
+    int rc = 0;
+    ColmapModel model = {0};
+    char *dir = fs_file_path("%s/sparse", project->out);
+    uint32_t *index = calloc((size_t)sparse->n_sightings + 1, sizeof *index);
+    if (!dir || !index) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    TRY(add_images(&model, sparse, capture, index, err));
+    for (int k = 0; k < sparse->n_points; k++) {
+        const SparsePoint *from = &sparse->point[k];
+        ColmapPoint *p = fs_colmap_model_add_point(&model, err);
+        if (!p) {
+            rc = FS_ERR_MEMORY;
+            goto fail;
+        }
+        const Photo *photo = from->n ? &capture->photo[sparse->sighting[from->first].photo] : capture->photo;
+        p->id = k + 1;
+        p->error = from->error * photo->width / photo->picture_width;
+        memcpy(p->xyz, from->xyz, sizeof p->xyz);
+        memcpy(p->rgb, from->rgb, sizeof p->rgb);
+        for (int l = 0; l < from->n; l++)
+            TRY(fs_colmap_model_add_track(
+                &model, (ColmapTrack){(uint32_t)sparse->sighting[from->first + l].photo + 1, index[from->first + l]}, err));
+    }
+    TRY(fs_colmap_model_write(dir, &model, false, err));
+fail:
+    fs_colmap_model_free(&model);
+    free(index);
+    free(dir);
+    return rc;
+}
+
+int fs_sparse_write(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err)
+{
+    int rc = 0;
+    TRY(write_photos(sparse, project, capture, err));
+    TRY(write_sparse(sparse, project, capture, err));
+    TRY(write_views(sparse, project, capture, err));
+fail:
+    return rc;
+}
