@@ -13,6 +13,7 @@
 #include "initialise/initialise.h"
 #include "model/project.h"
 #include "pair/pair.h"
+#include "poses/poses.h"
 #include "synth/synth.h"
 #include "render/render.h"
 #include "report/report.h"
@@ -51,11 +52,6 @@ void fs_project_close(FsProject *project)
     free(project);
 }
 
-static int not_built(const char *stage, FsError *err)
-{
-    return fs_error_set(err, FS_ERR_INPUT, "%s: not built yet", stage);
-}
-
 int fs_ingest(FsProject *project, const char *photos, FsError *err)
 {
     fs_warnings_stage(project->warnings, "ingest");
@@ -65,8 +61,7 @@ int fs_ingest(FsProject *project, const char *photos, FsError *err)
 int fs_poses(FsProject *project, FsError *err)
 {
     fs_warnings_stage(project->warnings, "poses");
-    (void)project;
-    return not_built("poses", err);
+    return fs_poses_run(project, err);
 }
 
 int fs_initialise(FsProject *project, FsError *err)
