@@ -115,7 +115,7 @@ static void update_job(void *context, int job, int worker)
     for (int f = 0; f < CLOUD_FIELDS; f++) {
         size_t w = (size_t)cloud->width[f], at = w * (size_t)begin;
         if (!w) continue;
-        double rate = f == CLOUD_MEANS ? u->means_rate : rates[f].rate;
+        double rate = f == CLOUD_MEANS ? u->means_rate : rates[f].rate * (f == CLOUD_OPACITIES ? 1 : t->set->rate_scale);
         t->engine->kernels.adam->step_sparse(cloud->field[f] + at, task->d_field[f] + at, state->m.field[f] + at,
                                              state->v.field[f] + at, (size_t)(end - begin), (int)w, task->seen + begin,
                                              fs_adam_rate(rate, t->step));
