@@ -1,0 +1,260 @@
+// The stage poses with a known model, on a made-up capture: what it writes, what it skips, what it refuses.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include "model/cameras_file.h"
+#include "model/project.h"
+#include "poses/poses.h"
+#include "temp_dir.h"
+
+enum { PHOTOS = 12, POINTS = 40, WIDTH = 30, HEIGHT = 20 };
+
+static const Lens lens = {.model = LENS_RADIAL, .width = 60, .height = 40, .param = {50, 30, 20, -0.08, 0.01}};
+
+static void put_text(const char *path, const char *text)
+{
+    FILE *f = fopen(path, "wb");
+    assert_non_null(f);
+    fputs(text, f);
+    assert_int_equal(fclose(f), 0);
+}
+
+// OUT/ingest.json and OUT/linear as ingest leaves them; every second photo with flash.
+static void make_capture(const char *out)
+{
+    char *path = fs_file_path("%s/linear", out), text[4000] = "{\"photos\": [";
+    assert_int_equal(fs_file_mkdirs(path, NULL), 0);
+    free(path);
+    for (int i = 0; i < PHOTOS; i++) {
+        Image photo, mask;
+        assert_int_equal(fs_image_new(&photo, WIDTH, HEIGHT, 3, NULL), 0);
+        assert_int_equal(fs_image_new(&mask, WIDTH, HEIGHT, 1, NULL), 0);
+        for (int k = 0; k < WIDTH * HEIGHT * 3; k++) photo.px[k] = 0.01f * (float)(i + 1);
+        for (int k = 0; k < WIDTH * HEIGHT; k++) mask.px[k] = 1;
+        path = fs_file_path("%s/linear/IMG_%02d.tif", out, i);
+        assert_int_equal(fs_tiff_write_float(path, &photo, NULL), 0);
+        free(path);
+        path = fs_file_path("%s/linear/IMG_%02d_mask.png", out, i);
+        assert_int_equal(fs_png_write(path, &mask, 8, NULL), 0);
+        free(path);
+        fs_image_free(&photo);
+        fs_image_free(&mask);
+        sprintf(text + strlen(text), "%s{\"name\": \"IMG_%02d\", \"flash\": %s, \"width\": %d, \"height\": %d, \"focal_px\": 25}",
+                i ? ", " : "", i, i % 2 ? "true" : "false", WIDTH, HEIGHT);
+    }
+    strcat(text, "]}");
+    path = fs_file_path("%s/ingest.json", out);
+    put_text(path, text);
+    free(path);
+}
+
+// A COLMAP model of `photos` of them and two views without photo, twice as large as the working images.
+static void make_model(const char *dir, int photos, bool points, const Lens *l)
+{
+    ColmapModel m = {0};
+    ColmapCamera *camera = fs_colmap_model_add_camera(&m, NULL);
+    camera->id = 1;
+    camera->lens = *l;
+    for (int i = 0; i < photos + 2; i++) {
+        char name[40];
+        sprintf(name, i < photos ? "some/IMG_%02d.JPG" : "TEST_%02d.JPG", i);
+        ColmapImage *image = fs_colmap_model_add_image(&m, name, NULL);
+        image->id = (uint32_t)(100 + i);
+        image->camera_id = 1;
+        image->t[0] = -0.1 * i;
+        image->t[2] = 0.5;
+        for (int k = 0; k < POINTS && points; k++) {
+            double x[3] = {0.05 * (k % 8) + 0.1, 0.1 * (k / 8) - 0.2, 2 + 0.1 * (k % 3)}, pixel[2];
+            double ray[2] = {(x[0] + image->t[0]) / (x[2] + image->t[2]), x[1] / (x[2] + image->t[2])};
+            fs_lens_project(l, ray, pixel);
+            assert_int_equal(fs_colmap_model_add_observation(&m, (ColmapObservation){pixel[0], pixel[1], k + 1}, NULL), 0);
+        }
+    }
+    for (int k = 0; k < POINTS && points; k++) {
+        ColmapPoint *p = fs_colmap_model_add_point(&m, NULL);
+        p->id = k + 1;
+        p->rgb[1] = (unsigned char)k;
+        double x[3] = {0.05 * (k % 8) + 0.1, 0.1 * (k / 8) - 0.2, 2 + 0.1 * (k % 3)};
+        memcpy(p->xyz, x, sizeof x);
+        for (int i = 0; i < photos + 2; i++)
+            if (i % 2 == k % 2 || k % 3 == 0) // some in flash photos only, some in the others only
+                assert_int_equal(fs_colmap_model_add_track(&m, (ColmapTrack){(uint32_t)(100 + i), (uint32_t)k}, NULL), 0);
+    }
+    fs_file_remove_tree(dir);
+    assert_int_equal(fs_colmap_model_write(dir, &m, true, NULL), 0);
+    fs_colmap_model_free(&m);
+}
+
+typedef struct Told {
+    char last[2000];
+    bool stop;
+} Told;
+
+static void hear(void *user, FsLogLevel level, const char *message)
+{
+    (void)level;
+    Told *told = user;
+    strncat(told->last, message, sizeof told->last - strlen(told->last) - 1);
+}
+
+static bool stop(void *user)
+{
+    return ((Told *)user)->stop;
+}
+
+static int run(const char *out, const char *model, const char *every, Told *told, FsError *err)
+{
+    FsSettings *settings = fs_settings_new();
+    FsCallbacks callbacks = {.log = hear, .cancelled = stop, .user = told};
+    FsProject *project;
+    told->last[0] = 0;
+    assert_int_equal(fs_settings_set(settings, "poses", model, NULL), 0);
+    assert_int_equal(fs_settings_set(settings, "test-every", every, NULL), 0);
+    assert_int_equal(fs_settings_set(settings, "colmap", "/nonexistent/colmap", NULL), 0);
+    assert_int_equal(fs_project_open(&project, out, settings, &callbacks, NULL), 0);
+    int rc = fs_poses_run(project, err);
+    fs_project_close(project);
+    fs_settings_free(settings);
+    return rc;
+}
+
+static void read_views(const char *out, Dataset *views)
+{
+    char *path = fs_file_path("%s/views.json", out);
+    assert_int_equal(fs_dataset_read(views, path, NULL), 0);
+    free(path);
+}
+
+static void check_sparse(const char *out, const Dataset *views)
+{
+    char *dir = fs_file_path("%s/sparse", out);
+    ColmapModel m;
+    assert_int_equal(fs_colmap_model_read(dir, &m, NULL), 0);
+    assert_int_equal(m.n_images, PHOTOS);
+    assert_int_equal(m.n_points, POINTS);
+    assert_int_equal(m.n_cameras, 1);
+    assert_int_equal(m.camera[0].lens.model, LENS_PINHOLE);
+    assert_int_equal(m.camera[0].lens.width, WIDTH);
+    int one_lighting = 0;
+    for (int k = 0; k < m.n_points; k++) {
+        const ColmapPoint *p = &m.point[k];
+        int seen[2] = {0, 0};
+        assert_int_equal(p->n, (p->id - 1) % 3 == 0 ? PHOTOS : PHOTOS / 2);
+        assert_int_equal(p->rgb[1], p->id - 1);
+        for (int l = 0; l < p->n; l++) {
+            const ColmapImage *image = &m.image[fs_colmap_model_image(&m, m.track[p->first + l].image_id)];
+            const ColmapObservation *o = &m.observation[image->first + (int)m.track[p->first + l].index];
+            int view = fs_dataset_find(views, image->name);
+            double pixel[2];
+            assert_true(view >= 0);
+            assert_int_equal(o->point, p->id);
+            fs_camera_project(&views->view[view].camera, p->xyz, pixel); // undistorted, at the working size
+            assert_true(hypot(pixel[0] - o->x, pixel[1] - o->y) < 1e-4);
+            seen[views->view[view].flash]++;
+        }
+        one_lighting += !seen[0] || !seen[1];
+    }
+    assert_int_equal(one_lighting, 26);
+    fs_colmap_model_free(&m);
+    free(dir);
+}
+
+static void test_known(void **state)
+{
+    char *out = fs_file_path("%s/out", (char *)*state), *model = fs_file_path("%s/model", (char *)*state);
+    FsError err = {0};
+    Told told = {0};
+    Dataset views;
+    make_capture(out);
+    make_model(model, PHOTOS, true, &lens);
+    int rc = run(out, model, "0", &told, &err);
+    if (rc) print_error("%s\n", err.message);
+    assert_int_equal(rc, 0);
+    assert_non_null(strstr(told.last, "12 of 12 photos, 40 points (13 in flash photos only, 13 in the others only)"));
+    read_views(out, &views);
+    assert_int_equal(views.n, PHOTOS);
+    for (int i = 0; i < PHOTOS; i++) {
+        Image photo, mask;
+        assert_int_equal(views.view[i].flash, i % 2);
+        assert_false(views.view[i].held_out);
+        assert_true(fabs(views.view[i].camera.fx - 25) < 1e-12);
+        assert_true(fabs(views.view[i].camera.w2c[3] + 0.1 * i) < 1e-12);
+        assert_int_equal(fs_dataset_load_view(out, &views.view[i], &photo, &mask, NULL), 0);
+        assert_true(fabsf(photo.px[3 * (10 * WIDTH + 15)] - 0.01f * (float)(i + 1)) < 1e-6f);
+        assert_true(mask.px[10 * WIDTH + 15] == 1);
+        fs_image_free(&photo);
+        fs_image_free(&mask);
+    }
+    check_sparse(out, &views);
+    fs_dataset_free(&views);
+
+    assert_int_equal(run(out, model, "3", &told, &err), 0); // not posed again, but others held out
+    assert_non_null(strstr(told.last, "skipped"));
+    read_views(out, &views);
+    int held_out[2] = {0, 0};
+    for (int i = 0; i < PHOTOS; i++) held_out[views.view[i].flash] += views.view[i].held_out;
+    assert_int_equal(held_out[0], 2);
+    assert_int_equal(held_out[1], 2);
+    fs_dataset_free(&views);
+    free(out);
+    free(model);
+}
+
+static void assert_refused(const char *out, const char *model, int code, const char *word, const char *other)
+{
+    FsError err = {0};
+    Told told = {.stop = code == FS_ERR_CANCELLED};
+    char *views = fs_file_path("%s/views.json", out);
+    int rc = run(out, model, "0", &told, &err);
+    if (rc != code || !strstr(err.message, word)) print_error("expected '%s', got '%s'\n", word, err.message);
+    assert_int_equal(rc, code);
+    assert_non_null(strstr(err.message, word));
+    assert_non_null(strstr(err.message, other));
+    assert_false(fs_file_exists(views)); // nothing half done
+    free(views);
+}
+
+static void test_refused(void **state)
+{
+    char *out = fs_file_path("%s/out", (char *)*state), *model = fs_file_path("%s/model", (char *)*state);
+    assert_int_equal(fs_file_mkdirs(out, NULL), 0);
+    assert_refused(out, "", FS_ERR_INPUT, "ingest.json", "ingest first");
+    make_capture(out);
+    assert_refused(out, "", FS_ERR_INPUT, "/nonexistent/colmap", "install");
+    assert_refused(out, model, FS_ERR_INPUT, "model", "no such");
+    make_model(model, 7, true, &lens);
+    assert_refused(out, model, FS_ERR_INPUT, "7 of the 12", "IMG_07, IMG_08, IMG_09, IMG_10, IMG_11");
+    make_model(model, PHOTOS, false, &lens); // no points: they would have to be triangulated
+    assert_refused(out, model, FS_ERR_INPUT, "/nonexistent/colmap", "not found");
+    Lens tall = lens;
+    tall.height = 80;
+    make_model(model, PHOTOS, true, &tall);
+    assert_refused(out, model, FS_ERR_INPUT, "60 x 80", "same photos");
+    make_model(model, PHOTOS, true, &lens);
+    assert_refused(out, model, FS_ERR_CANCELLED, "cancelled", "poses");
+    char *path = fs_file_path("%s/linear/IMG_03.tif", out);
+    put_text(path, "II*");
+    assert_refused(out, model, FS_ERR_INPUT, "IMG_03.tif", "");
+    free(path);
+    path = fs_file_path("%s/ingest.json", out);
+    put_text(path, "{\"photos\": [{\"name\": \"../x\", \"width\": 3, \"height\": 3}]}");
+    assert_refused(out, model, FS_ERR_INPUT, "ingest.json", "ingest");
+    put_text(path, "{\"photos\": 7");
+    assert_refused(out, model, FS_ERR_INPUT, "ingest.json", "ingest");
+    free(path);
+    free(out);
+    free(model);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_known, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_refused, temp_dir_make, temp_dir_remove),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
