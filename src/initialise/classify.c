@@ -13,7 +13,7 @@
 
 #include "base/knn.h"
 
-enum { N_NEAR = 16, N_FIELD = 48, N_RAY = 32, DEPTHS = 64, ROUNDS = 25, CHUNK = 256 };
+enum { N_NEAR = 16, N_FIELD = 48, N_RAY = 32, DEPTHS = DEPTH_ODDS_STEPS, ROUNDS = 25, CHUNK = 256 };
 
 #define DEPTH_SCALE 2.0f     // log depth against tangent of angle in distances between points
 #define NEAR_RADIUS 0.06f    // all three: tangents of angle in the middle view
@@ -40,8 +40,8 @@ typedef struct Graph {
     int *near, *field, *ray; // neighbours (n, N_*)
     float *near_weight, *field_weight, *ray_weight;
     float *p, *p_next, *depth_odds, *evidence;
-    float depth_min, depth_step;           // of the tables below
-    float table_lit[DEPTHS], table_mirrored[DEPTHS], table_odds[DEPTHS];
+    float table_lit[DEPTHS], table_mirrored[DEPTHS];
+    DepthOdds depths; // its places are those of the tables, too
 } Graph;
 
 static void graph_free(Graph *g)
@@ -139,19 +139,29 @@ static void depth_table(const Graph *g, const float *weight, float *table)
         if (weight[i] <= 0) continue;
         total += (double)weight[i];
         for (int d = 0; d < DEPTHS; d++) {
-            float x = (g->log_depth[i] - g->depth_min - (float)d * g->depth_step) / DEPTH_KERNEL;
+            float x = (g->log_depth[i] - g->depths.min - (float)d * g->depths.step) / DEPTH_KERNEL;
             table[d] += weight[i] * expf(-0.5f * x * x) / (DEPTH_KERNEL * 2.5066283f);
         }
     }
     for (int d = 0; d < DEPTHS; d++) table[d] /= (float)fmax(total, 1);
 }
 
-static float table_at(const Graph *g, const float *table, int i)
+static float table_at(const DepthOdds *places, const float *table, float log_depth)
 {
-    float x = (g->log_depth[i] - g->depth_min) / g->depth_step;
+    float x = (log_depth - places->min) / places->step;
     int d = x < 0 ? 0 : x > DEPTHS - 2 ? DEPTHS - 2 : (int)x;
     float f = fminf(fmaxf(x - (float)d, 0), 1);
     return table[d] * (1 - f) + table[d + 1] * f;
+}
+
+float fs_classify_depth_odds(const DepthOdds *odds, float log_depth)
+{
+    return table_at(odds, odds->odds, log_depth);
+}
+
+float fs_classify_slope_odds(float log_slope, float sigma)
+{
+    return own_odds(log_slope, fmaxf(sigma, SIGMA_MIN), LIT_SLOPE, LIT_SPREAD);
 }
 
 // The depths of clear points of either kind. At first the mirrored ones are those dull points where the clearly lit
@@ -159,13 +169,13 @@ static float table_at(const Graph *g, const float *table, int i)
 // results they would confirm whatever those results are.
 static void renew_depths(Graph *g, int round, float *weight)
 {
-    float even = 1 / (g->depth_step * (DEPTHS - 1));
+    float even = 1 / (g->depths.step * (DEPTHS - 1));
     for (int i = 0; i < g->n; i++) weight[i] = round == 0 && g->slope[i] < 0.3f ? 0 : g->p[i];
     depth_table(g, weight, g->table_lit);
     if (round == 0) {
         int alone = 0;
         for (int i = 0; i < g->n; i++) {
-            weight[i] = g->p[i] < 0.3f && table_at(g, g->table_lit, i) < 0.1f * even;
+            weight[i] = g->p[i] < 0.3f && table_at(&g->depths, g->table_lit, g->log_depth[i]) < 0.1f * even;
             alone += weight[i] > 0;
         }
         depth_table(g, weight, g->table_mirrored);
@@ -173,9 +183,9 @@ static void renew_depths(Graph *g, int round, float *weight)
     }
     for (int d = 0; d < DEPTHS; d++) {
         float odds = logf((0.9f * g->table_lit[d] + 0.1f * even) / (0.9f * g->table_mirrored[d] + 0.1f * even));
-        g->table_odds[d] = fminf(fmaxf(odds, -DEPTH_MOST), DEPTH_MOST);
+        g->depths.odds[d] = fminf(fmaxf(odds, -DEPTH_MOST), DEPTH_MOST);
     }
-    for (int i = 0; i < g->n; i++) g->depth_odds[i] = table_at(g, g->table_odds, i);
+    for (int i = 0; i < g->n; i++) g->depth_odds[i] = fs_classify_depth_odds(&g->depths, g->log_depth[i]);
 }
 
 static void round_job(void *context, int job, int worker)
@@ -215,8 +225,8 @@ static int settle(Graph *g, Threads *threads, FsError *err)
         hi = fmaxf(hi, g->log_depth[i]);
         g->p[i] = to_probability(own_odds(g->slope[i], g->sigma[i], LIT_SLOPE, LIT_SPREAD));
     }
-    g->depth_min = lo;
-    g->depth_step = fmaxf((hi - lo) / (DEPTHS - 1), 1e-6f);
+    g->depths.min = lo;
+    g->depths.step = fmaxf((hi - lo) / (DEPTHS - 1), 1e-6f);
     for (int round = 0; round < ROUNDS; round++) {
         renew_depths(g, round, weight);
         fs_threads_for(threads, (g->n + CHUNK - 1) / CHUNK, round_job, g);
@@ -227,7 +237,7 @@ static int settle(Graph *g, Threads *threads, FsError *err)
 }
 
 int fs_classify_points(const Frames *frames, const float *xyz, const Cue *cue, int n, unsigned char *kind,
-                       float *evidence, Threads *threads, FsError *err)
+                       float *evidence, DepthOdds *depth_odds, Threads *threads, FsError *err)
 {
     int rc = 0, m = 0;
     Graph g = {0};
@@ -246,9 +256,11 @@ int fs_classify_points(const Frames *frames, const float *xyz, const Cue *cue, i
         place_of[m++] = i;
     }
     g.n = m;
+    *depth_odds = (DepthOdds){.step = 1};
     if (m > 0) {
         TRY(link_neighbours(&g, threads, err));
         TRY(settle(&g, threads, err));
+        *depth_odds = g.depths;
     }
     for (int j = 0; j < m; j++) {
         int i = place_of[j];

@@ -19,12 +19,13 @@
 // The points of one kind. Where there are hardly any: of all points (transmitted), or those moved back (mirrored).
 static int pick(const Frames *frames, const Material *points, PointKind kind, float **xyz, int *n, FsError *err)
 {
+    const DensePoints *dense = points->dense[kind == POINT_REFLECTED];
     *n = 0;
-    *xyz = malloc(sizeof(float) * 3 * ((size_t)points->n + 1));
+    *xyz = malloc(sizeof(float) * 3 * ((size_t)points->n + (size_t)dense->n + 1));
     if (!*xyz) return fs_error_memory(err);
     int count[3] = {0};
     for (int i = 0; i < points->n; i++) count[points->kind[i]]++;
-    bool guess = count[kind] < FEWEST;
+    bool guess = count[kind] + dense->n < FEWEST;
     PointKind from = guess && count[POINT_TRANSMITTED] >= FEWEST ? POINT_TRANSMITTED : kind;
     for (int i = 0; i < points->n; i++) {
         if (points->kind[i] != from && !(guess && from == kind)) continue;
@@ -34,6 +35,8 @@ static int pick(const Frames *frames, const Material *points, PointKind kind, fl
             out[k] = guess && kind == POINT_REFLECTED ? c + (p - c) * GUESS_FARTHER : p;
         }
     }
+    if (dense->n) memcpy(*xyz + 3 * (size_t)*n, dense->xyz, sizeof(float) * 3 * (size_t)dense->n);
+    *n += dense->n;
     return 0;
 }
 

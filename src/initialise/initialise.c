@@ -96,23 +96,41 @@ fail:
     return rc;
 }
 
-static int write_start(const FsProject *project, const Points *points, const Scene *scene, FsError *err)
+static int write_dense(const char *path, const DensePoints *points, unsigned char shade, FsError *err)
+{
+    unsigned char *rgb = malloc(3 * (size_t)points->n + 1);
+    if (!rgb) return fs_error_memory(err);
+    memset(rgb, shade, 3 * (size_t)points->n);
+    int rc = fs_cloud_points_write(path, points->n, points->xyz, rgb, NULL, err);
+    free(rgb);
+    return rc;
+}
+
+static int write_start(const FsProject *project, const Points *points, const DensePoints dense[2], const Scene *scene,
+                       FsError *err)
 {
     int rc = 0;
-    char *dir = fs_file_path("%s/start", project->out), *transmitted = fs_file_path("%s/start/transmitted.ply", project->out);
-    char *reflected = fs_file_path("%s/start/reflected.ply", project->out);
-    if (!dir || !transmitted || !reflected) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    static const char *const kind[2] = {"transmitted", "reflected"};
+    char *dir = fs_file_path("%s/start", project->out), *sparse = NULL, *surface = NULL;
+    if (!dir) return fs_error_memory(err);
     TRY(fs_file_mkdirs(dir, err));
-    TRY(write_kind(transmitted, points, POINT_TRANSMITTED, err));
-    TRY(write_kind(reflected, points, POINT_REFLECTED, err));
+    for (int k = 0; k < 2; k++) {
+        free(sparse);
+        free(surface);
+        sparse = fs_file_path("%s/%s.ply", dir, kind[k]);
+        surface = fs_file_path("%s/%s_surface.ply", dir, kind[k]);
+        if (!sparse || !surface) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
+        TRY(write_kind(sparse, points, k ? POINT_REFLECTED : POINT_TRANSMITTED, err));
+        TRY(write_dense(surface, &dense[k], k ? 128 : 224, err));
+    }
     TRY(fs_scene_write(scene, dir, err));
 fail:
     free(dir);
-    free(transmitted);
-    free(reflected);
+    free(sparse);
+    free(surface);
     return rc;
 }
 
@@ -150,23 +168,30 @@ int fs_initialise_run(FsProject *project, FsError *err)
     Points points = {0};
     Scene scene = {0};
     FlashLight light;
+    DepthOdds odds;
+    DensePoints dense[2] = {0};
     Threads *threads = fs_threads_new(project->set.threads);
     if (!threads) return fs_error_memory(err);
-    fs_log_progress(log, "initialise", 0, 3, "reading the photos");
+    fs_log_progress(log, "initialise", 0, 4, "reading the photos");
     TRY(load(project, &frames, &points, err));
-    fs_log_progress(log, "initialise", 1, 3, "telling the two scenes apart");
+    fs_log_progress(log, "initialise", 1, 4, "telling the two scenes apart");
     fs_cue_measure(&frames, points.xyz, points.n, points.cue, threads);
-    TRY(fs_classify_points(&frames, points.xyz, points.cue, points.n, points.kind, points.evidence, threads, err));
+    TRY(fs_classify_points(&frames, points.xyz, points.cue, points.n, points.kind, points.evidence, &odds, threads, err));
     TRY(fs_light_fit(&frames, points.xyz, points.cue, points.kind, points.n, &light, err));
     fs_advise(&frames, points.xyz, points.cue, points.kind, points.n, &light, log);
-    fs_log_progress(log, "initialise", 2, 3, "making the first clouds");
-    Material material = {points.n, points.xyz, points.cue, points.kind};
+    fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
+    TRY(fs_dense_find(&frames, points.xyz, points.kind, points.n, &odds, log, threads, &dense[0], &dense[1], err));
+    fs_log_info(log, "initialise: %d dense points transmitted, %d reflected", dense[0].n, dense[1].n);
+    fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
+    Material material = {points.n, points.xyz, points.cue, points.kind, {&dense[0], &dense[1]}};
     TRY(fs_first_scene_make(&frames, &material, &light, &project->set, threads, &scene, err));
-    TRY(write_start(project, &points, &scene, err));
+    TRY(write_start(project, &points, dense, &scene, err));
     TRY(fs_project_mark_done(project, "initialise", FS_STAGE_INITIALISE, err));
-    fs_log_progress(log, "initialise", 3, 3, "done");
+    fs_log_progress(log, "initialise", 4, 4, "done");
 fail:
     fs_scene_free(&scene);
+    fs_dense_free(&dense[0]);
+    fs_dense_free(&dense[1]);
     points_free(&points);
     fs_frames_free(&frames);
     fs_threads_free(threads);

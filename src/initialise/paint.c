@@ -177,7 +177,7 @@ static int buffers_new(Buffers *b, const Frames *frames, int n_T, int n_R, FsErr
 {
     int rc = 0, n = n_T > n_R ? n_T : n_R;
     float **const field[] = {&b->I_N, &b->I_F, &b->J_N, &b->J_F, &b->left_N, &b->left_F};
-    *b = (Buffers){calloc((size_t)frames->n, sizeof(Drawn)), calloc((size_t)frames->n, sizeof(Drawn))};
+    *b = (Buffers){.T = calloc((size_t)frames->n, sizeof(Drawn)), .R = calloc((size_t)frames->n, sizeof(Drawn))};
     if (!b->T || !b->R) return fs_error_memory(err);
     for (size_t i = 0; i < sizeof field / sizeof *field; i++)
         if (!(*field[i] = malloc(sizeof(float) * 3 * ((size_t)n + 1)))) rc = fs_error_memory(err);

@@ -70,8 +70,7 @@ static void append(Seeds *seeds, const float xyz[3])
     memcpy(seeds->xyz + 3 * (size_t)seeds->n++, xyz, sizeof(float) * 3);
 }
 
-// Frames in the order of how much they add: the one in the middle, then always the one farthest from those before.
-static void order_frames(const Frames *frames, int *order)
+void fs_seeds_order(const Frames *frames, int *order)
 {
     for (int k = 0; k < frames->n; k++) {
         int best = -1;
@@ -136,7 +135,7 @@ static int cover_all(const Frames *frames, const float *points, int n_points, in
     if (count <= before) return 0;
     int *order = malloc(sizeof(int) * (size_t)frames->n);
     if (!order) return fs_error_memory(err);
-    order_frames(frames, order);
+    fs_seeds_order(frames, order);
     const Camera *middle = &frames->frame[order[0]].camera;
     float cell_px = fmaxf(sqrtf((float)middle->width * (float)middle->height / (float)(count - before)), CELL_MIN_PX);
     for (int attempt = 0; attempt < 40; attempt++) {

@@ -17,6 +17,9 @@ int fs_seeds_make(const Frames *frames, const float *points, int n_points, int c
                   Seeds *seeds, FsError *err);
 void fs_seeds_free(Seeds *seeds);
 
+// Frames in the order of how much they add: the one in the middle, then always the one farthest from those before.
+void fs_seeds_order(const Frames *frames, int *order);
+
 // Inverse depth (height, width) of a frame at a fraction of its size, from points; *any: false when none is in view.
 // Where several points share a pixel the nearest count.
 int fs_seeds_depth(const Frame *frame, const float *points, int n_points, int width, int height, float *inverse_depth,

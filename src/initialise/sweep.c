@@ -1,0 +1,330 @@
+#include "initialise/sweep.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    GROUP_MAX = 16, // photos of one lighting looked at, the nearest
+    SLOW_SIGMA = 3, // pixels; slower parts of the photos are left out
+    BLUR_RADIUS = 3,
+    PLANES = 10, // of Sums
+};
+#define WINDOW_SIGMA 1.1f // grid pixels
+#define AXIS_MIN 0.5      // cosine between the optical axes of photos looked at together
+#define SIGMA_SURE 0.15f  // uncertainty of the contrast's growth where the photos agree
+#define SIGMA_UNSURE 0.45f
+#define SURE_COHERENCE 0.3f
+
+void fs_sweep_photos_free(SweepPhotos *photos)
+{
+    for (int i = 0; i < photos->n; i++) fs_image_free(&photos->fine[i]);
+    free(photos->fine);
+    *photos = (SweepPhotos){0};
+}
+
+void fs_sweep_free(Sweep *sweep)
+{
+    free(sweep->transmitted);
+    free(sweep->reflected);
+    *sweep = (Sweep){0};
+}
+
+// ---- photos without their slow parts ----
+
+// Gaussian blur of one plane, separable, clamped at the border. temp (width * height).
+static void blur(float *px, float *temp, int width, int height, int pitch, float sigma, int radius)
+{
+    float kernel[16], sum = 0;
+    for (int k = 0; k <= radius; k++) {
+        kernel[k] = expf(-(float)(k * k) / (2 * sigma * sigma));
+        sum += k ? 2 * kernel[k] : kernel[k];
+    }
+    for (int k = 0; k <= radius; k++) kernel[k] /= sum;
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            float v = kernel[0] * px[((size_t)y * (size_t)width + (size_t)x) * (size_t)pitch];
+            for (int k = 1; k <= radius; k++) {
+                int lo = x - k < 0 ? 0 : x - k, hi = x + k >= width ? width - 1 : x + k;
+                v += kernel[k] * (px[((size_t)y * (size_t)width + (size_t)lo) * (size_t)pitch] +
+                                  px[((size_t)y * (size_t)width + (size_t)hi) * (size_t)pitch]);
+            }
+            temp[(size_t)y * (size_t)width + (size_t)x] = v;
+        }
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            float v = kernel[0] * temp[(size_t)y * (size_t)width + (size_t)x];
+            for (int k = 1; k <= radius; k++) {
+                int lo = y - k < 0 ? 0 : y - k, hi = y + k >= height ? height - 1 : y + k;
+                v += kernel[k] * (temp[(size_t)lo * (size_t)width + (size_t)x] + temp[(size_t)hi * (size_t)width + (size_t)x]);
+            }
+            px[((size_t)y * (size_t)width + (size_t)x) * (size_t)pitch] = v;
+        }
+}
+
+typedef struct Prepare {
+    const Frames *frames;
+    Image *fine;
+    int *failed; // (frames->n)
+} Prepare;
+
+static void prepare_job(void *context, int job, int worker)
+{
+    (void)worker;
+    Prepare *w = context;
+    const Image *photo = &w->frames->frame[job].photo;
+    Image *fine = &w->fine[job], slow = {0};
+    size_t n = (size_t)photo->width * (size_t)photo->height;
+    float *temp = malloc(sizeof(float) * n);
+    w->failed[job] = !temp || fs_image_new(fine, photo->width, photo->height, 4, NULL) < 0 ||
+                     fs_image_new(&slow, photo->width, photo->height, 4, NULL) < 0;
+    for (size_t i = 0; i < n && !w->failed[job]; i++) {
+        const float *p = photo->px + 3 * i;
+        if (!isfinite(p[0] + p[1] + p[2])) continue;
+        for (int c = 0; c < 3; c++) fine->px[4 * i + (size_t)c] = p[c];
+        fine->px[4 * i + 3] = 1;
+    }
+    if (!w->failed[job]) {
+        memcpy(slow.px, fine->px, sizeof(float) * 4 * n);
+        for (int c = 0; c < 4; c++) blur(slow.px + c, temp, photo->width, photo->height, 4, SLOW_SIGMA, 3 * SLOW_SIGMA);
+        for (size_t i = 0; i < n; i++)
+            for (int c = 0; c < 3 && fine->px[4 * i + 3] > 0; c++)
+                fine->px[4 * i + (size_t)c] -= slow.px[4 * i + (size_t)c] / slow.px[4 * i + 3];
+    }
+    fs_image_free(&slow);
+    free(temp);
+}
+
+int fs_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads, FsError *err)
+{
+    int *failed = calloc((size_t)frames->n + 1, sizeof *failed), rc = 0;
+    *photos = (SweepPhotos){frames->n, calloc((size_t)frames->n + 1, sizeof(Image))};
+    if (!failed || !photos->fine) {
+        photos->n = photos->fine ? photos->n : 0;
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    Prepare work = {frames, photos->fine, failed};
+    fs_threads_for(threads, frames->n, prepare_job, &work);
+    for (int i = 0; i < frames->n && rc == 0; i++)
+        if (failed[i]) rc = fs_error_memory(err);
+fail:
+    if (rc < 0) fs_sweep_photos_free(photos);
+    free(failed);
+    return rc;
+}
+
+// ---- one step of depth ----
+
+typedef struct Sums { // per grid pixel, of the photos without [0] and with flash [1]
+    float sum[2][3], own[2], n[2];
+} Sums;
+
+typedef struct Warp { // a grid pixel (x, y) at inverse depth q is seen at (p0 / p2, p1 / p2), p = m (x, y, 1) + q t
+    double m[9], t[3];
+    int frame;
+    bool flash;
+} Warp;
+
+typedef struct Work {
+    const Frames *frames;
+    const SweepPhotos *photos;
+    const DepthOdds *odds;
+    Sweep *sweep;
+    Warp warp[2 * GROUP_MAX];
+    int n_warps;
+    double middle_m[3], middle_t; // depth in the middle view times q: m . (x, y, 1) + q t
+    Sums *sums;     // per worker (height, width)
+    float *planes;  // per worker (PLANES + 1, height, width)
+} Work;
+
+// Fills warp->m, t for rays of `from` seen in `to`; focal lengths and centres of each in its own pixels.
+static void set_warp(const Camera *from, const Camera *to, Warp *warp)
+{
+    double rotation[9], t[3]; // x_to = rotation x_from + t
+    for (int i = 0; i < 3; i++) {
+        t[i] = to->w2c[4 * i + 3];
+        for (int j = 0; j < 3; j++) {
+            double sum = 0;
+            for (int k = 0; k < 3; k++) sum += to->w2c[4 * i + k] * from->w2c[4 * j + k];
+            rotation[3 * i + j] = sum;
+        }
+        for (int j = 0; j < 3; j++) t[i] -= rotation[3 * i + j] * from->w2c[4 * j + 3];
+    }
+    for (int i = 0; i < 3; i++) {
+        double *m = warp->m + 3 * i, *r = rotation + 3 * i;
+        m[0] = r[0] / from->fx;
+        m[1] = r[1] / from->fy;
+        m[2] = r[2] - r[0] * from->cx / from->fx - r[1] * from->cy / from->fy;
+        warp->t[i] = t[i];
+    }
+    for (int k = 0; k < 3; k++) {
+        warp->m[k] = to->fx * warp->m[k] + to->cx * warp->m[6 + k];
+        warp->m[3 + k] = to->fy * warp->m[3 + k] + to->cy * warp->m[6 + k];
+    }
+    warp->t[0] = to->fx * t[0] + to->cx * t[2];
+    warp->t[1] = to->fy * t[1] + to->cy * t[2];
+}
+
+// The nearest photos of each lighting that look the same way.
+static void choose_photos(Work *w, int view)
+{
+    const Frames *frames = w->frames;
+    const Frame *from = &frames->frame[view];
+    w->n_warps = 0;
+    for (int g = 0; g < 2; g++) {
+        double after = -1; // squared distance and number of the one chosen last
+        int after_i = -1;
+        for (int k = 0; k < GROUP_MAX; k++) {
+            double best = INFINITY;
+            int best_i = -1;
+            for (int i = 0; i < frames->n; i++) {
+                const Frame *f = &frames->frame[i];
+                double d2 = 0, axis = 0;
+                for (int c = 0; c < 3; c++) {
+                    d2 += pow(f->centre[c] - from->centre[c], 2);
+                    axis += f->camera.w2c[8 + c] * from->camera.w2c[8 + c];
+                }
+                if (f->flash != g || axis < AXIS_MIN || d2 < after || (d2 == after && i <= after_i)) continue;
+                if (d2 < best) {
+                    best = d2;
+                    best_i = i;
+                }
+            }
+            if (best_i < 0) break;
+            Warp *warp = &w->warp[w->n_warps++];
+            warp->frame = best_i;
+            warp->flash = g;
+            set_warp(&w->sweep->camera, &frames->frame[best_i].camera, warp);
+            after = best;
+            after_i = best_i;
+        }
+    }
+}
+
+// Adds one photo, seen at inverse depth q, to the sums of all grid pixels.
+static void add_photo(const Warp *warp, const Image *fine, double q, int width, int height, Sums *sums)
+{
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            double u = x + 0.5, v = y + 0.5, p2 = warp->m[6] * u + warp->m[7] * v + warp->m[8] + q * warp->t[2];
+            if (!(p2 > 0)) continue;
+            float px = (float)((warp->m[0] * u + warp->m[1] * v + warp->m[2] + q * warp->t[0]) / p2) - 0.5f;
+            float py = (float)((warp->m[3] * u + warp->m[4] * v + warp->m[5] + q * warp->t[1]) / p2) - 0.5f;
+            if (!(px >= 0 && py >= 0 && px < (float)(fine->width - 1) && py < (float)(fine->height - 1))) continue;
+            int ix = (int)px, iy = (int)py;
+            float fx = px - (float)ix, fy = py - (float)iy, value[4];
+            const float *a = fine->px + 4 * ((size_t)iy * (size_t)fine->width + (size_t)ix), *b = a + 4 * (size_t)fine->width;
+            for (int c = 0; c < 4; c++) {
+                float top = a[c] + (a[c + 4] - a[c]) * fx, bottom = b[c] + (b[c + 4] - b[c]) * fx;
+                value[c] = top + (bottom - top) * fy;
+            }
+            if (value[3] < 0.999f) continue;
+            Sums *s = &sums[(size_t)y * (size_t)width + (size_t)x];
+            for (int c = 0; c < 3; c++) {
+                s->sum[warp->flash][c] += value[c];
+                s->own[warp->flash] += value[c] * value[c];
+            }
+            s->n[warp->flash] += 1;
+        }
+}
+
+// Sums -> the ten planes: products of different photos' values, their numbers, own products, their numbers.
+static void spread(const Sums *sums, size_t n, float *planes)
+{
+    for (size_t i = 0; i < n; i++) {
+        const Sums *s = &sums[i];
+        float product[3] = {0};
+        for (int c = 0; c < 3; c++) {
+            product[0] += s->sum[0][c] * s->sum[0][c];
+            product[1] += s->sum[0][c] * s->sum[1][c];
+            product[2] += s->sum[1][c] * s->sum[1][c];
+        }
+        float value[PLANES] = {product[0] - s->own[0], product[1], product[2] - s->own[1],
+                               s->n[0] * (s->n[0] - 1), s->n[0] * s->n[1], s->n[1] * (s->n[1] - 1),
+                               s->own[0], s->own[1], s->n[0], s->n[1]};
+        for (int k = 0; k < PLANES; k++) planes[(size_t)k * n + i] = value[k];
+    }
+}
+
+static void score(const float p[PLANES], float depth_odds, float *transmitted, float *reflected)
+{
+    *transmitted = *reflected = 0;
+    if (!(p[3] > 0.5f && p[4] > 0.5f && p[5] > 0.5f)) return;
+    float a = p[0] / p[3], b = p[1] / p[4], c = p[2] / p[5];
+    double slope = fs_cue_slope((double)a, (double)b, (double)c);
+    float own = sqrtf(p[6] / p[8] * p[7] / p[9]);
+    if (!(slope > 0 && own > 0)) return;
+    float coherence = fminf(b / own, 1);
+    float sigma = SIGMA_SURE + (SIGMA_UNSURE - SIGMA_SURE) * fmaxf(1 - coherence / SURE_COHERENCE, 0);
+    float odds = fs_classify_slope_odds(logf((float)slope), sigma) + depth_odds;
+    float share = 1 / (1 + expf(-fminf(fmaxf(odds, -20), 20)));
+    *transmitted = coherence * share;
+    *reflected = coherence * (1 - share);
+}
+
+static void step_job(void *context, int step, int worker)
+{
+    Work *w = context;
+    const Sweep *sweep = w->sweep;
+    int width = sweep->camera.width, height = sweep->camera.height;
+    size_t n = (size_t)width * (size_t)height;
+    Sums *sums = w->sums + n * (size_t)worker;
+    float *planes = w->planes + n * (PLANES + 1) * (size_t)worker, *temp = planes + n * PLANES;
+    double q = (double)sweep->inverse_min + step * (double)sweep->inverse_step;
+    memset(sums, 0, sizeof *sums * n);
+    for (int k = 0; k < w->n_warps; k++)
+        add_photo(&w->warp[k], &w->photos->fine[w->warp[k].frame], q, width, height, sums);
+    spread(sums, n, planes);
+    for (int k = 0; k < PLANES; k++) blur(planes + n * (size_t)k, temp, width, height, 1, WINDOW_SIGMA, BLUR_RADIUS);
+    for (size_t i = 0; i < n; i++) {
+        float p[PLANES], u = (float)(i % (size_t)width) + 0.5f, v = (float)(i / (size_t)width) + 0.5f;
+        for (int k = 0; k < PLANES; k++) p[k] = planes[n * (size_t)k + i];
+        double z = (w->middle_m[0] * (double)u + w->middle_m[1] * (double)v + w->middle_m[2]) / q + w->middle_t;
+        float odds = z > 0 ? fs_classify_depth_odds(w->odds, (float)log(z)) : 0;
+        size_t at = i * (size_t)sweep->steps + (size_t)step;
+        score(p, odds, &sweep->transmitted[at], &sweep->reflected[at]);
+    }
+}
+
+static void set_middle(Work *w)
+{
+    const Camera *c = &w->sweep->camera;
+    double direction[3] = {0}; // of the middle view's axis, in the grid's camera
+    w->middle_t = 0;
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) direction[i] += c->w2c[4 * i + k] * w->frames->forward[k];
+        w->middle_t -= direction[i] * c->w2c[4 * i + 3];
+        w->middle_t -= w->frames->forward[i] * w->frames->centre[i];
+    }
+    w->middle_m[0] = direction[0] / c->fx;
+    w->middle_m[1] = direction[1] / c->fy;
+    w->middle_m[2] = direction[2] - direction[0] * c->cx / c->fx - direction[1] * c->cy / c->fy;
+}
+
+int fs_sweep_view(const Frames *frames, const SweepPhotos *photos, int view, int divide, float inverse_min,
+                  float inverse_max, int steps, const DepthOdds *odds, Threads *threads, Sweep *sweep, FsError *err)
+{
+    const Camera *camera = &frames->frame[view].camera;
+    int width = camera->width / divide > 0 ? camera->width / divide : 1;
+    int height = camera->height / divide > 0 ? camera->height / divide : 1, rc = 0;
+    size_t n = (size_t)width * (size_t)height, workers = (size_t)fs_threads_count(threads);
+    *sweep = (Sweep){fs_camera_resized(camera, width, height), steps, inverse_min,
+                     (inverse_max - inverse_min) / (float)(steps - 1),
+                     calloc(n * (size_t)steps, sizeof(float)), calloc(n * (size_t)steps, sizeof(float))};
+    Work w = {.frames = frames, .photos = photos, .odds = odds, .sweep = sweep};
+    w.sums = malloc(sizeof *w.sums * n * workers);
+    w.planes = malloc(sizeof(float) * n * (PLANES + 1) * workers);
+    if (!sweep->transmitted || !sweep->reflected || !w.sums || !w.planes) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    choose_photos(&w, view);
+    set_middle(&w);
+    fs_threads_for(threads, steps, step_job, &w);
+fail:
+    free(w.sums);
+    free(w.planes);
+    if (rc < 0) fs_sweep_free(sweep);
+    return rc;
+}

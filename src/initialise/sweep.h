@@ -1,0 +1,31 @@
+// Plane sweep: how well each depth along each ray of a view explains the photos, apart for the scene behind the pane
+// and the mirrored one. The measure is that of cue.h, dense.
+#ifndef FS_INITIALISE_SWEEP_H
+#define FS_INITIALISE_SWEEP_H
+
+#include "base/threads.h"
+#include "initialise/classify.h"
+#include "initialise/frames.h"
+
+// The photos without their slow parts: (height, width, 4), r g b and 1 where trusted.
+typedef struct SweepPhotos {
+    int n;
+    Image *fine;
+} SweepPhotos;
+
+int fs_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads, FsError *err);
+void fs_sweep_photos_free(SweepPhotos *photos);
+
+typedef struct Sweep {
+    Camera camera; // of the grid
+    int steps;
+    float inverse_min, inverse_step; // inverse depth of step 0, and between two
+    float *transmitted, *reflected;  // (height, width, steps): scores 0..1
+} Sweep;
+
+// view: the frame whose rays are swept; divide: grid pixels are this many photo pixels wide.
+int fs_sweep_view(const Frames *frames, const SweepPhotos *photos, int view, int divide, float inverse_min,
+                  float inverse_max, int steps, const DepthOdds *odds, Threads *threads, Sweep *sweep, FsError *err);
+void fs_sweep_free(Sweep *sweep);
+
+#endif

@@ -1,0 +1,264 @@
+// The start of training on a made-up capture whose two scenes are known.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include <string.h>
+
+#include "initialise/cue.h"
+#include "initialise/dense.h"
+#include "initialise/fill.h"
+#include "initialise/light.h"
+#include "initialise/paint.h"
+#include "initialise/seeds.h"
+#include "made_capture.h"
+
+static Frames frames;
+static MadeTexture texture_T, texture_R;
+
+static int set_up(void **state)
+{
+    (void)state;
+    return made_capture(&frames, &texture_T, &texture_R, NULL);
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    fs_frames_free(&frames);
+    return 0;
+}
+
+// n points on a plane, within the view of all cameras.
+static void scatter(float *xyz, int n, double depth, uint64_t seed)
+{
+    Rng rng = fs_rng_new(seed);
+    for (int i = 0; i < n; i++) {
+        xyz[3 * i] = (fs_rng_uniform(&rng) - 0.5f) * 0.4f * (float)depth;
+        xyz[3 * i + 1] = (fs_rng_uniform(&rng) - 0.5f) * 0.25f * (float)depth;
+        xyz[3 * i + 2] = (float)depth;
+    }
+}
+
+static void test_slope(void **state)
+{
+    (void)state;
+    assert_true(fabs(fs_cue_slope(1, 2, 4) - 2) < 1e-12);
+    assert_true(fabs(fs_cue_slope(3, 3, 3) - 1) < 1e-12);
+    assert_true(fs_cue_slope(-1, 2, 4) == 0);
+    assert_true(fs_cue_slope(1, NAN, 4) == 0);
+}
+
+static void test_cue(void **state)
+{
+    (void)state;
+    enum { N = 60 };
+    float xyz[3 * N];
+    Cue cue[N];
+    scatter(xyz, N, MADE_DEPTH_T, 1);
+    fs_cue_measure(&frames, xyz, N, cue, NULL);
+    for (int i = 0; i < N; i++) {
+        assert_true(cue[i].ok);
+        assert_true(fabsf(expf(cue[i].log_slope) - (1 + MADE_ALPHA)) < 0.35f);
+        assert_true(cue[i].sigma < 0.3f);
+    }
+    scatter(xyz, N, MADE_DEPTH_R, 2);
+    fs_cue_measure(&frames, xyz, N, cue, NULL);
+    double mean = 0;
+    for (int i = 0; i < N; i++) mean += (double)cue[i].log_slope / N;
+    assert_true(fabs(mean) < 0.1);
+    scatter(xyz, N, 0.9, 2); // nothing is there
+    fs_cue_measure(&frames, xyz, N, cue, NULL);
+    int ok = 0;
+    for (int i = 0; i < N; i++) ok += cue[i].ok && cue[i].coherence > 0.3f;
+    assert_true(ok < N / 10);
+    float behind[3] = {0, 0, -1};
+    fs_cue_measure(&frames, behind, 1, cue, NULL);
+    assert_false(cue[0].ok);
+}
+
+enum { SIDE = 300, ODD = 60, ALL = 2 * SIDE + ODD };
+static float points[3 * ALL];
+static Cue cues[ALL];
+static unsigned char kinds[ALL];
+static DepthOdds odds;
+
+static void classify(Threads *threads, unsigned char *kind)
+{
+    float evidence[ALL];
+    scatter(points, SIDE, MADE_DEPTH_T, 4);
+    scatter(points + 3 * SIDE, SIDE, MADE_DEPTH_R, 5);
+    scatter(points + 6 * SIDE, ODD, 2.8, 6); // in neither scene
+    fs_cue_measure(&frames, points, ALL, cues, threads);
+    assert_int_equal(fs_classify_points(&frames, points, cues, ALL, kind, evidence, &odds, threads, NULL), 0);
+}
+
+static void test_classify(void **state)
+{
+    (void)state;
+    unsigned char again[ALL];
+    Threads *threads = fs_threads_new(3);
+    classify(threads, kinds);
+    classify(NULL, again);
+    assert_memory_equal(kinds, again, ALL);
+    int right[2] = {0}, wrong[2] = {0};
+    for (int i = 0; i < 2 * SIDE; i++) {
+        int R = i >= SIDE, said_R = kinds[i] == POINT_REFLECTED;
+        if (kinds[i] == POINT_UNSURE) continue;
+        right[R] += R == said_R;
+        wrong[R] += R != said_R;
+    }
+    assert_true(right[0] > 0.9 * SIDE && right[1] > 0.8 * SIDE);
+    assert_true(wrong[0] + wrong[1] <= 0.01 * SIDE);
+    fs_threads_free(threads);
+}
+
+static void test_light(void **state)
+{
+    (void)state;
+    FlashLight light;
+    float gain[ALL];
+    assert_int_equal(fs_light_fit(&frames, points, cues, kinds, ALL, &light, NULL), 0);
+    assert_true(fabs(light.mean_slope - (double)(1 + MADE_ALPHA)) < 0.2);
+    assert_int_equal(fs_light_gains(&frames, &light, points, cues, kinds, ALL, points, SIDE, gain, NULL, NULL), 0);
+    double mean = 0;
+    for (int i = 0; i < SIDE; i++)
+        mean += light.color[1] * exp((double)gain[i]) * fs_light_falloff(&frames, &light, points + 3 * i) / SIDE;
+    assert_true(fabs(mean - (double)MADE_ALPHA) < 0.2);
+    unsigned char none[ALL] = {0}; // no transmitted points: a neutral guess, no failure
+    assert_int_equal(fs_light_fit(&frames, points, cues, none, ALL, &light, NULL), 0);
+    assert_true(light.color[0] == 1 && light.distance > 0);
+    assert_int_equal(fs_light_gains(&frames, &light, points, cues, none, ALL, points, SIDE, gain, NULL, NULL), 0);
+    assert_true(gain[0] == 0 && gain[SIDE - 1] == 0);
+}
+
+static double share_at(const DensePoints *p, double depth, double tolerance)
+{
+    int n = 0;
+    for (int i = 0; i < p->n; i++) n += fabs((double)p->xyz[3 * (size_t)i + 2] / depth - 1) < tolerance;
+    return p->n ? (double)n / p->n : 0;
+}
+
+static void test_dense(void **state)
+{
+    (void)state;
+    DensePoints T, R, T2, R2;
+    Threads *threads = fs_threads_new(3);
+    static const Log quiet;
+    assert_int_equal(fs_dense_find(&frames, points, kinds, ALL, &odds, &quiet, threads, &T, &R, NULL), 0);
+    assert_int_equal(fs_dense_find(&frames, points, kinds, ALL, &odds, &quiet, NULL, &T2, &R2, NULL), 0);
+    assert_true(T.n > 4000);
+    assert_true(R.n > 2000);
+    assert_true(share_at(&T, MADE_DEPTH_T, 0.04) > 0.95);
+    assert_true(share_at(&R, MADE_DEPTH_R, 0.1) > 0.9);
+    assert_int_equal(T.n, T2.n);
+    assert_int_equal(R.n, R2.n);
+    assert_memory_equal(T.xyz, T2.xyz, sizeof(float) * 3 * (size_t)T.n);
+    assert_memory_equal(R.xyz, R2.xyz, sizeof(float) * 3 * (size_t)R.n);
+    fs_dense_free(&T);
+    fs_dense_free(&R);
+    fs_dense_free(&T2);
+    fs_dense_free(&R2);
+    fs_threads_free(threads);
+}
+
+static void test_dense_without_points(void **state)
+{
+    (void)state;
+    DensePoints T, R;
+    static const Log quiet;
+    unsigned char none[ALL] = {0};
+    assert_int_equal(fs_dense_find(&frames, points, none, ALL, &odds, &quiet, NULL, &T, &R, NULL), 0);
+    assert_int_equal(T.n, 0);
+    assert_int_equal(R.n, 0);
+}
+
+static void test_fill(void **state)
+{
+    (void)state;
+    enum { W = 13, H = 7 };
+    float value[W * H] = {0}, weight[W * H] = {0};
+    bool any = true;
+    assert_int_equal(fs_fill_holes(value, weight, W, H, 1, &any, NULL), 0);
+    assert_false(any);
+    value[3] = 10; // weight 5: 2
+    weight[3] = 5;
+    value[W * H - 1] = 2;
+    weight[W * H - 1] = 1;
+    assert_int_equal(fs_fill_holes(value, weight, W, H, 1, &any, NULL), 0);
+    assert_true(any);
+    for (int i = 0; i < W * H; i++) assert_true(fabsf(value[i] - 2) < 1e-5f);
+    memset(weight, 0, sizeof weight);
+    memset(value, 0, sizeof value);
+    weight[0] = weight[W - 1] = 1;
+    value[W - 1] = 1;
+    assert_int_equal(fs_fill_holes(value, weight, W, H, 1, &any, NULL), 0);
+    assert_true(value[0] == 0 && value[W - 1] == 1);
+    assert_true(value[W / 2] > 0.2f && value[W / 2] < 0.8f);
+    assert_true(value[2] < value[W - 3]);
+}
+
+static void test_seeds(void **state)
+{
+    (void)state;
+    enum { COUNT = 3000, CELL = 8 };
+    Seeds seeds, again;
+    assert_int_equal(fs_seeds_make(&frames, points, SIDE, COUNT, 7, NULL, &seeds, NULL), 0);
+    assert_int_equal(fs_seeds_make(&frames, points, SIDE, COUNT, 7, NULL, &again, NULL), 0);
+    assert_int_equal(seeds.n, COUNT);
+    assert_memory_equal(seeds.xyz, again.xyz, sizeof(float) * 3 * COUNT);
+    for (int i = 0; i < COUNT; i++) {
+        assert_true(seeds.scale[i] > 0 && isfinite(seeds.scale[i]));
+        assert_true(fabs((double)seeds.xyz[3 * i + 2] / MADE_DEPTH_T - 1) < 0.2);
+    }
+    for (int f = 0; f < frames.n; f++) { // no part of any photo is without a seed
+        bool covered[MADE_HEIGHT / CELL][MADE_WIDTH / CELL] = {{0}};
+        for (int i = 0; i < COUNT; i++) {
+            double p[3] = {seeds.xyz[3 * i], seeds.xyz[3 * i + 1], seeds.xyz[3 * i + 2]}, pixel[2];
+            if (!(fs_camera_project(&frames.frame[f].camera, p, pixel) > 0)) continue;
+            if (pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < MADE_WIDTH && pixel[1] < MADE_HEIGHT)
+                covered[(int)pixel[1] / CELL][(int)pixel[0] / CELL] = true;
+        }
+        for (int c = 0; c < MADE_HEIGHT / CELL * (MADE_WIDTH / CELL); c++)
+            assert_true(covered[c / (MADE_WIDTH / CELL)][c % (MADE_WIDTH / CELL)]);
+    }
+    fs_seeds_free(&seeds);
+    fs_seeds_free(&again);
+}
+
+static void test_paint(void **state)
+{
+    (void)state;
+    enum { COUNT = 3000 };
+    static float alpha[3 * COUNT], T_N[3 * COUNT], T_F[3 * COUNT], R_color[3 * COUNT];
+    Seeds T, R;
+    assert_int_equal(fs_seeds_make(&frames, points, SIDE, COUNT, 7, NULL, &T, NULL), 0);
+    assert_int_equal(fs_seeds_make(&frames, points + 3 * SIDE, SIDE, COUNT, 8, NULL, &R, NULL), 0);
+    for (int i = 0; i < 3 * COUNT; i++) alpha[i] = MADE_ALPHA;
+    assert_int_equal(fs_paint_layers(&frames, &T, &R, alpha, T_N, T_F, R_color, NULL, NULL), 0);
+    double error_T = 0, error_R = 0, ratio = 0;
+    for (int i = 0; i < 3 * COUNT; i++) {
+        const float *t = T.xyz + i / 3 * 3, *r = R.xyz + i / 3 * 3;
+        assert_true(T_N[i] >= 0 && T_F[i] >= 0 && R_color[i] >= 0);
+        error_T += fabs((double)(T_N[i] - made_texture_at(&texture_T, i % 3, (double)t[0], (double)t[1]))) / (3 * COUNT);
+        error_R += fabs((double)(R_color[i] - made_texture_at(&texture_R, i % 3, (double)r[0], (double)r[1]))) / (3 * COUNT);
+        ratio += (double)(T_F[i] / T_N[i]) / (3 * COUNT);
+    }
+    assert_true(error_T < 0.03 && error_R < 0.03); // of 0.2; half of the photo's light would be 0.05 off by the texture alone
+    assert_true(fabs(ratio - (double)(1 + MADE_ALPHA)) < 0.3);
+    fs_seeds_free(&T);
+    fs_seeds_free(&R);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_slope),    cmocka_unit_test(test_cue),
+        cmocka_unit_test(test_classify), cmocka_unit_test(test_light),
+        cmocka_unit_test(test_dense),    cmocka_unit_test(test_dense_without_points),
+        cmocka_unit_test(test_fill),     cmocka_unit_test(test_seeds),
+        cmocka_unit_test(test_paint),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
