@@ -18,6 +18,7 @@ typedef struct Step {
     Layer T;                  // layer of the photo's lighting
     Planes beta, d_beta;      // 1 plane each
     Planes tau, d_tau;
+    Planes mask;
     Planes I, d_I, T_linear, R_linear, I_linear, other_linear;
     PearsonSums *pearson, pearson_total; // per strip, and all
     int strips;
@@ -94,6 +95,22 @@ static ComposeArgs compose_args(Step *s, Planes rgb_planes[4])
                          .slope_floor = (float)s->trainer->set->slope_floor};
 }
 
+// A clipped pixel (mask 0) was at least as bright as its photo says: it has a say while the render is darker than that.
+// Pixels outside an undistorted photo are 0 there, so they never have.
+static void mask_rows(const Step *s, int y0, int y1)
+{
+    const TrainView *v = s->view;
+    for (int y = y0; y < y1; y++) {
+        const float *mask = fs_planes_row(&v->mask, 0, y);
+        float *out = fs_planes_row(&s->mask, 0, y);
+        for (int x = 0; x < v->mask.stride; x++) {
+            float darker = 0;
+            for (int c = 0; c < 3; c++) darker += fs_planes_row(&v->photo, c, y)[x] - fs_planes_row(&s->I, c, y)[x];
+            out[x] = darker > 0 && mask[x] < 1 ? 1 : mask[x];
+        }
+    }
+}
+
 // ---- jobs over strips of rows ----
 
 static void compose_job(void *context, int strip, int worker)
@@ -110,6 +127,7 @@ static void compose_job(void *context, int strip, int worker)
     Planes p[4];
     ComposeArgs args = compose_args(s, p);
     t->engine->kernels.compose->forward(&args, y0, y1);
+    mask_rows(s, y0, y1);
     Layer other = s->T == LAYER_T_N ? LAYER_T_F : LAYER_T_N;
     if (!t->scene.shared_geometry && s->task[other]) {
         Planes o = rgb(&s->task[other]->feature);
@@ -132,7 +150,7 @@ static void loss_job(void *context, int strip, int worker)
     zero_rows(&s->d_beta, y0, y1);
     zero_rows(&s->d_tau, y0, y1);
     PhotometricArgs photo = {.I = &s->I, .Y = &s->view->photo, .mu_Y = &s->view->mu, .var_Y = &s->view->var,
-                             .mask = &s->view->mask, .lambda = (float)t->set->dssim, .weight = (float)t->set->rgb_weight,
+                             .mask = &s->mask, .lambda = (float)t->set->dssim, .weight = (float)t->set->rgb_weight,
                              .d_I = &s->d_I, .scratch = t->photometric_scratch[worker]};
     PhotometricSums p = k->photometric->loss(&photo, y0, y1);
     sum[LOSS_L1] = p.l1;
@@ -239,6 +257,7 @@ void fs_step_run(Trainer *trainer, const TrainView *view)
     s->beta = fs_engine_planes(e, camera, 1);
     s->d_beta = fs_engine_planes(e, camera, 1);
     s->tau = fs_engine_planes(e, camera, 1);
+    s->mask = fs_engine_planes(e, camera, 1);
     s->d_tau = fs_engine_planes(e, camera, 1);
     s->I = fs_engine_planes(e, camera, 3);
     s->d_I = fs_engine_planes(e, camera, 3);
