@@ -107,8 +107,9 @@ static const FsOption table[] = {
     FLOAT("alpha", synth_alpha, SYNTH, "1.5", 0, 100, "X", "mean gain of the flash on the transmitted scene"),
     FLOAT("reflection", synth_reflection, SYNTH, "0.45", 0, 0.95, "X",
           "the mirrored layer's share of a no-flash photo's light"),
-    STRING("hard", synth_hard, SYNTH, "", "LIST", "difficulties, comma-separated: weak-flash, strong-reflection, few-photos, low-texture, depth-overlap, frame, "
-           "flash-return, bright-near-room, pose-noise"),
+    STRING("hard", synth_hard, SYNTH, "", "LIST",
+           "difficulties, comma-separated: weak-flash, strong-reflection, few-photos, low-texture, depth-overlap, "
+           "frame, flash-return, bright-near-room, pose-noise"),
 };
 #define N_OPTIONS (sizeof table / sizeof *table)
 

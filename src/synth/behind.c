@@ -38,7 +38,8 @@ static void hall(Build *b, float depth, Paint wall, float hue, float repeat)
     Vec warm = vec(rnd(b, 5.2f, 6.2f), 5.6f, rnd(b, 4.6f, 5.8f));
     float tilt = rnd(b, -0.4f, 0.4f);
     float deep = fminf(0.5f, 0.5f * depth);
-    fs_world_light(w, &b->f, vec(b->side * (0.4f + tilt) - 0.7f, 0.15f + deep, 2.7f), vec(1.4f, 0, 0), vec(0, -deep, 0), warm);
+    fs_world_light(w, &b->f, vec(b->side * (0.4f + tilt) - 0.7f, 0.15f + deep, 2.7f), vec(1.4f, 0, 0), vec(0, -deep, 0),
+                   warm);
     fs_world_light(w, &b->f, vec(1.6f + tilt, -0.9f, 2.2f), vec(-3.2f, 0, 0), vec(0, 0.3f, 0.5f),
                    vec_scale(vec(warm.z, warm.y, warm.x), 0.45f));
     w->fill = vec(0.45f, 0.46f, 0.47f);
@@ -113,7 +114,8 @@ static void display_case(Build *b)
     const int side[6] = {frame, frame, frame, frame, cloth, -1};
     fs_world_room(w, &b->f, vec(-half_x, y0, floor), vec(half_x, y1, table + 0.1f), side);
     for (int i = 0; i < 46; i++) { // a jittered grid, so that little overlaps
-        float x = -0.75f + 0.21f * (float)(i % 8) + rnd(b, -0.05f, 0.05f), y = -0.3f + 0.19f * (float)(i / 8) + rnd(b, -0.04f, 0.04f);
+        float x = -0.75f + 0.21f * (float)(i % 8) + rnd(b, -0.05f, 0.05f),
+              y = -0.3f + 0.19f * (float)(i / 8) + rnd(b, -0.04f, 0.04f);
         Frame f = frame_at(&b->f, vec(x, y, floor), rnd(b, -1.5f, 1.5f));
         float size = rnd(b, 0.07f, 0.15f), high = rnd(b, 0.02f, 0.09f) * fminf(b->deep, 1.6f);
         switch (fs_things_pick(w, 9)) {
@@ -127,7 +129,8 @@ static void display_case(Build *b)
         }
         case 4: fs_things_tin(w, &f, 0.3f * size, high, b->stock.label[fs_things_pick(w, 8)], b->stock.checker); break;
         case 5: {
-            const int cube[6] = {b->stock.checker, b->stock.checker, b->stock.checker, b->stock.checker, -1, b->stock.checker};
+            const int cube[6] = {b->stock.checker, b->stock.checker, b->stock.checker, b->stock.checker, -1,
+                                 b->stock.checker};
             fs_world_box6(w, &f, vec(-0.03f, -0.03f, 0), vec(0.03f, 0.03f, 0.06f), cube);
             break;
         }
@@ -178,7 +181,8 @@ static void cabinet(Build *b)
     fs_things_rod(w, vec(x, y, 0), vec(x, y, 2.1f), rnd(b, 0.012f, 0.018f), b->stock.dark);
     fs_things_rod(w, vec(x, y, 1.62f), vec(x + 0.25f * b->side, y + 0.1f, 1.72f), 0.009f, b->stock.dark);
     Frame shade = frame_at(&b->f, vec(x + 0.25f * b->side, y + 0.1f, 1.62f), 0);
-    fs_things_turned(w, &shade, (Knot[]){{0.075f, 0}, {0.05f, 0.08f}, {0.015f, 0.1f}, {0, 0.1f}}, 4, 20, b->stock.glaze[4]);
+    fs_things_turned(w, &shade, (Knot[]){{0.075f, 0}, {0.05f, 0.08f}, {0.015f, 0.1f}, {0, 0.1f}}, 4, 20,
+                     b->stock.glaze[4]);
 }
 
 static void shop_window(Build *b)
@@ -266,7 +270,8 @@ void fs_behind_frame(Layout *l, const Spec *spec)
     Frame f = {.o = l->pane_point, .y = vec_scale(l->pane_normal, -1)};
     f.x = vec_unit(vec_cross(f.y, up));
     f.z = vec_cross(f.x, f.y);
-    float away = vec_length(vec_sub(l->stand, l->pane_point)), half = 0.46f * away * (float)spec->width / (float)(spec->width + 1);
+    float away = vec_length(vec_sub(l->stand, l->pane_point)),
+          half = 0.46f * away * (float)spec->width / (float)(spec->width + 1);
     float x = -0.62f * half * l->side, z = -0.5f * half;
     fs_world_box(w, &f, vec(x - 0.03f, -0.025f, -2), vec(x + 0.03f, 0.02f, 2), bar);
     fs_world_box(w, &f, vec(-3, -0.03f, z - 0.035f), vec(3, 0.02f, z + 0.035f), bar);

@@ -9,7 +9,7 @@
 // Points corner + a edge_a + b edge_b with a, b in 0..1 (and a + b <= 1 for a triangle).
 typedef struct PrimShape {
     Vec corner, edge_a, edge_b;
-    int number;          // in the world's order
+    int number; // in the world's order
     unsigned char triangle, flags;
 } PrimShape;
 enum { SHAPE_THIN = 1, SHAPE_GLOW = 2 }; // kinds that shadow rays may ignore

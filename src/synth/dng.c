@@ -20,21 +20,23 @@ static bool write_picture(TIFF *tif, const Mosaic *m)
     const float black[1] = {SENSOR_BLACK};
     const uint32_t white[1] = {SENSOR_WHITE}, area[4] = {0, 0, (uint32_t)m->height, (uint32_t)m->width};
     const uint16_t pair[2] = {2, 2}, one[2] = {1, 1};
-    bool ok = TIFFSetField(tif, TIFFTAG_SUBFILETYPE, 0) && TIFFSetField(tif, TIFFTAG_IMAGEWIDTH, m->width) &&
-              TIFFSetField(tif, TIFFTAG_IMAGELENGTH, m->height) && TIFFSetField(tif, TIFFTAG_BITSPERSAMPLE, 16) &&
-              TIFFSetField(tif, TIFFTAG_COMPRESSION, COMPRESSION_NONE) &&
-              TIFFSetField(tif, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_CFA) && TIFFSetField(tif, TIFFTAG_SAMPLESPERPIXEL, 1) &&
-              TIFFSetField(tif, TIFFTAG_ROWSPERSTRIP, m->height) &&
-              TIFFSetField(tif, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) &&
-              TIFFSetField(tif, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT) &&
-              TIFFSetField(tif, TIFFTAG_CFAREPEATPATTERNDIM, pair) && TIFFSetField(tif, TIFFTAG_CFAPATTERN, 4, "\0\1\1\2") &&
-              TIFFSetField(tif, TIFFTAG_CFAPLANECOLOR, 3, "\0\1\2") && TIFFSetField(tif, TIFFTAG_CFALAYOUT, 1) &&
-              TIFFSetField(tif, TIFFTAG_DNGVERSION, "\1\4\0\0") && TIFFSetField(tif, TIFFTAG_DNGBACKWARDVERSION, "\1\1\0\0") &&
-              TIFFSetField(tif, TIFFTAG_UNIQUECAMERAMODEL, SHOT_MAKE " " SHOT_MODEL) &&
-              TIFFSetField(tif, TIFFTAG_BLACKLEVELREPEATDIM, one) && TIFFSetField(tif, TIFFTAG_BLACKLEVEL, 1, black) &&
-              TIFFSetField(tif, TIFFTAG_WHITELEVEL, 1, white) && TIFFSetField(tif, TIFFTAG_COLORMATRIX1, 9, matrix) &&
-              TIFFSetField(tif, TIFFTAG_ASSHOTNEUTRAL, 3, balance) && TIFFSetField(tif, TIFFTAG_CALIBRATIONILLUMINANT1, 21) &&
-              TIFFSetField(tif, TIFFTAG_BASELINEEXPOSURE, exposure) && TIFFSetField(tif, TIFFTAG_ACTIVEAREA, area);
+    bool ok =
+        TIFFSetField(tif, TIFFTAG_SUBFILETYPE, 0) && TIFFSetField(tif, TIFFTAG_IMAGEWIDTH, m->width) &&
+        TIFFSetField(tif, TIFFTAG_IMAGELENGTH, m->height) && TIFFSetField(tif, TIFFTAG_BITSPERSAMPLE, 16) &&
+        TIFFSetField(tif, TIFFTAG_COMPRESSION, COMPRESSION_NONE) &&
+        TIFFSetField(tif, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_CFA) && TIFFSetField(tif, TIFFTAG_SAMPLESPERPIXEL, 1) &&
+        TIFFSetField(tif, TIFFTAG_ROWSPERSTRIP, m->height) &&
+        TIFFSetField(tif, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) &&
+        TIFFSetField(tif, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT) &&
+        TIFFSetField(tif, TIFFTAG_CFAREPEATPATTERNDIM, pair) && TIFFSetField(tif, TIFFTAG_CFAPATTERN, 4, "\0\1\1\2") &&
+        TIFFSetField(tif, TIFFTAG_CFAPLANECOLOR, 3, "\0\1\2") && TIFFSetField(tif, TIFFTAG_CFALAYOUT, 1) &&
+        TIFFSetField(tif, TIFFTAG_DNGVERSION, "\1\4\0\0") &&
+        TIFFSetField(tif, TIFFTAG_DNGBACKWARDVERSION, "\1\1\0\0") &&
+        TIFFSetField(tif, TIFFTAG_UNIQUECAMERAMODEL, SHOT_MAKE " " SHOT_MODEL) &&
+        TIFFSetField(tif, TIFFTAG_BLACKLEVELREPEATDIM, one) && TIFFSetField(tif, TIFFTAG_BLACKLEVEL, 1, black) &&
+        TIFFSetField(tif, TIFFTAG_WHITELEVEL, 1, white) && TIFFSetField(tif, TIFFTAG_COLORMATRIX1, 9, matrix) &&
+        TIFFSetField(tif, TIFFTAG_ASSHOTNEUTRAL, 3, balance) && TIFFSetField(tif, TIFFTAG_CALIBRATIONILLUMINANT1, 21) &&
+        TIFFSetField(tif, TIFFTAG_BASELINEEXPOSURE, exposure) && TIFFSetField(tif, TIFFTAG_ACTIVEAREA, area);
     uint16_t *row = malloc((size_t)m->width * sizeof *row); // libtiff may swap bytes in place
     for (int y = 0; ok && row && y < m->height; y++) {
         memcpy(row, m->px + (size_t)y * (size_t)m->width, (size_t)m->width * sizeof *row);
@@ -87,7 +89,8 @@ int fs_dng_write(const char *path, const Mosaic *mosaic, const ShotInfo *info, F
     TIFFSetErrorHandler(old_error);
     TIFFSetWarningHandler(old_warning);
     int rc = ok ? fs_file_rename(temp, path, err)
-                : fs_error_set(err, FS_ERR_IO, "%s: could not write the DNG; is the disk full or the folder read-only?", path);
+                : fs_error_set(err, FS_ERR_IO, "%s: could not write the DNG; is the disk full or the folder read-only?",
+                               path);
     if (!ok) remove(temp);
     free(temp);
     return rc;

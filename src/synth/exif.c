@@ -69,9 +69,9 @@ size_t fs_exif_block(const ShotInfo *info, unsigned char block[FS_EXIF_SIZE])
     memcpy(block, "Exif\0\0II*\0\10\0\0\0", 14);
     Block b = {block + 6, 8};
     Entry main[] = {
-        {0x010f, ASCII, SHOT_MAKE, 0, 0},     {0x0110, ASCII, SHOT_MODEL, 0, 0},    {0x0112, SHORT, NULL, 1, 0},
-        {0x011a, RATIONAL, NULL, 72, 1},      {0x011b, RATIONAL, NULL, 72, 1},      {0x0128, SHORT, NULL, 2, 0},
-        {0x0131, ASCII, SHOT_SOFTWARE, 0, 0}, {0x0132, ASCII, time, 0, 0},          {0x8769, LONG, NULL, 0, 0},
+        {0x010f, ASCII, SHOT_MAKE, 0, 0},     {0x0110, ASCII, SHOT_MODEL, 0, 0}, {0x0112, SHORT, NULL, 1, 0},
+        {0x011a, RATIONAL, NULL, 72, 1},      {0x011b, RATIONAL, NULL, 72, 1},   {0x0128, SHORT, NULL, 2, 0},
+        {0x0131, ASCII, SHOT_SOFTWARE, 0, 0}, {0x0132, ASCII, time, 0, 0},       {0x8769, LONG, NULL, 0, 0},
     };
     const Entry shot[] = {
         {0x829a, RATIONAL, NULL, 1, SHOT_EXPOSURE_S},

@@ -12,8 +12,8 @@ void fs_things_table(World *w, const Frame *f, float width, float depth, float h
     slab(w, f, -x, -y, height - 0.035f, width, depth, 0.035f, surface);
     slab(w, f, -x + leg, -y + leg, height - 0.12f, width - 2 * leg, 0.02f, 0.09f, surface);
     for (int i = 0; i < 4; i++)
-        slab(w, f, i & 1 ? x - leg - 0.02f : -x + 0.02f, i & 2 ? y - leg - 0.02f : -y + 0.02f, 0, leg, leg, height - 0.035f,
-             surface);
+        slab(w, f, i & 1 ? x - leg - 0.02f : -x + 0.02f, i & 2 ? y - leg - 0.02f : -y + 0.02f, 0, leg, leg,
+             height - 0.035f, surface);
 }
 
 void fs_things_chair(World *w, const Frame *f, int seat, int legs)
@@ -27,7 +27,8 @@ void fs_things_chair(World *w, const Frame *f, int seat, int legs)
     }
 }
 
-void fs_things_rack(World *w, const Frame *f, float width, float depth, float height, int boards, int surface, const Stock *s)
+void fs_things_rack(World *w, const Frame *f, float width, float depth, float height, int boards, int surface,
+                    const Stock *s)
 {
     float x = 0.5f * width, y = 0.5f * depth, step = height / (float)boards;
     slab(w, f, -x, -y, 0, 0.03f, depth, height, surface);
@@ -99,7 +100,8 @@ void fs_things_pendant(World *w, const Frame *f, float drop, Vec light)
     int shade = fs_world_surface(w, (Surface){-1, light, .glow = 1});
     int metal = fs_world_color(w, vec(0.5f, 0.48f, 0.44f));
     fs_things_rod(w, f->o, frame_point(f, vec(0, 0, -drop)), 0.008f, metal);
-    fs_things_turned(w, f, (Knot[]){{0.2f, -drop - 0.18f}, {0.17f, -drop - 0.09f}, {0.09f, -drop - 0.02f}, {0.02f, -drop}}, 4,
+    fs_things_turned(w, f,
+                     (Knot[]){{0.2f, -drop - 0.18f}, {0.17f, -drop - 0.09f}, {0.09f, -drop - 0.02f}, {0.02f, -drop}}, 4,
                      24, metal);
     Frame bulb = frame_at(f, vec(0, 0, -drop - 0.22f), 0);
     fs_things_ball(w, &bulb, 0.075f, shade);
@@ -113,7 +115,8 @@ void fs_things_sofa(World *w, const Frame *f, float width, int cloth, const Stoc
     slab(w, f, -x - 0.16f, -0.42f, 0.08f, 0.16f, 0.84f, 0.52f, cloth);
     slab(w, f, x, -0.42f, 0.08f, 0.16f, 0.84f, 0.52f, cloth);
     for (int i = 0; i < 3; i++) {
-        Frame at = frame_at(f, vec(-x + 0.3f + (width - 0.6f) * 0.5f * (float)i, 0.1f, 0.4f), fs_things_range(w, -0.3f, 0.3f));
+        Frame at =
+            frame_at(f, vec(-x + 0.3f + (width - 0.6f) * 0.5f * (float)i, 0.1f, 0.4f), fs_things_range(w, -0.3f, 0.3f));
         at = frame_pitch(&at, 0.25f);
         fs_things_cushion(w, &at, 0.42f, 0.4f, 0.16f, s->fabric[fs_things_pick(w, 4)]);
     }

@@ -92,10 +92,12 @@ static void label(Canvas *c, float hue, Rng *rng)
     fs_canvas_fill(c, p.main);
     float w = c->w, h = c->h, band = h * fs_paint_range(rng, 0.3f, 0.5f), y = h * fs_paint_range(rng, 0.1f, 0.4f);
     if (fs_rng_below(rng, 2))
-        for (int i = 0; i < 24; i++) fs_canvas_disc(c, fs_paint_range(rng, 0, w), fs_paint_range(rng, 0, h), 0.05f * w,
-                                                    fs_canvas_mix(p.main, p.accent, 0.6f));
+        for (int i = 0; i < 24; i++)
+            fs_canvas_disc(c, fs_paint_range(rng, 0, w), fs_paint_range(rng, 0, h), 0.05f * w,
+                           fs_canvas_mix(p.main, p.accent, 0.6f));
     else
-        for (float x = 0; x < w; x += 0.14f * w) fs_canvas_rect(c, x, 0, 0.05f * w, h, fs_canvas_mix(p.main, p.second, 0.6f));
+        for (float x = 0; x < w; x += 0.14f * w)
+            fs_canvas_rect(c, x, 0, 0.05f * w, h, fs_canvas_mix(p.main, p.second, 0.6f));
     fs_canvas_rect(c, 0, y, w, band, p.paper);
     fs_canvas_rect(c, 0, y, w, 0.06f * band, p.second);
     fs_canvas_rect(c, 0, y + 0.94f * band, w, 0.06f * band, p.second);
@@ -183,8 +185,7 @@ static void wood(Canvas *c, float hue, Rng *rng)
     fs_canvas_fill(c, fs_canvas_hsv(h, fs_paint_range(rng, 0.35f, 0.55f), fs_paint_range(rng, 0.42f, 0.62f)));
     fs_canvas_noise(c, 1.2f, 26.0f, 4, 0.22f, vec(1, 0.85f, 0.7f), rng);
     fs_canvas_noise(c, 0.3f, 7.0f, 2, 0.1f, WHITE, rng);
-    for (float x = 0; x < c->w; x += 14.0f)
-        fs_canvas_rect(c, x, 0, 0.25f, c->h, fs_canvas_hsv(h, 0.5f, 0.24f));
+    for (float x = 0; x < c->w; x += 14.0f) fs_canvas_rect(c, x, 0, 0.25f, c->h, fs_canvas_hsv(h, 0.5f, 0.24f));
 }
 
 static void plaster(Canvas *c, float hue, Rng *rng)
@@ -305,7 +306,8 @@ static void metal(Canvas *c, float hue, Rng *rng)
 static void door(Canvas *c, float hue, Rng *rng)
 {
     Palette p = fs_paint_palette(hue, rng);
-    Color leaf = fs_canvas_mix(p.paper, p.main, fs_paint_range(rng, 0.0f, 0.7f)), dark = fs_canvas_mix(leaf, p.ink, 0.45f);
+    Color leaf = fs_canvas_mix(p.paper, p.main, fs_paint_range(rng, 0.0f, 0.7f)),
+          dark = fs_canvas_mix(leaf, p.ink, 0.45f);
     fs_canvas_fill(c, leaf);
     int rows = 2 + fs_rng_below(rng, 3);
     bool panes = fs_rng_below(rng, 2);
@@ -363,8 +365,8 @@ static void keys(Canvas *c, float hue, Rng *rng)
             float w = fs_rng_below(rng, 9) ? 1.3f : 3.0f;
             w = fminf(w, c->w - x - 0.4f);
             fs_canvas_rect(c, x, y, w, 1.3f, fs_rng_below(rng, 8) ? vec(0.6f, 0.6f, 0.6f) : p.accent);
-            fs_canvas_text(c, x + 0.3f, y + 0.3f, 0.6f, 0.13f,
-                           (const char[]){(char)('A' + fs_rng_below(rng, 26)), 0}, vec(0.12f, 0.12f, 0.13f));
+            fs_canvas_text(c, x + 0.3f, y + 0.3f, 0.6f, 0.13f, (const char[]){(char)('A' + fs_rng_below(rng, 26)), 0},
+                           vec(0.12f, 0.12f, 0.13f));
             x += w + 0.4f;
         }
 }
@@ -377,8 +379,8 @@ static void plain(Canvas *c, float hue, Rng *rng)
 }
 
 static void (*const painters[PAINTS])(Canvas *, float, Rng *) = {
-    poster, art,   news,  cover,  label, carton,  books,   fabric, floral, wood,  plaster, stained, panels,
-    brick,  tiles, carpet, stone, stripes, checker, metal, door,  notes,  basket, keys,   plain,
+    poster, art,   news,   cover, label,   carton,  books, fabric, floral, wood,   plaster, stained, panels,
+    brick,  tiles, carpet, stone, stripes, checker, metal, door,   notes,  basket, keys,    plain,
 };
 
 int fs_paint_texture(Texture *texture, Paint paint, float hue, float w_cm, float h_cm, float px_per_cm, Rng *rng)

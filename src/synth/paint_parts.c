@@ -47,7 +47,8 @@ void fs_paint_column(Canvas *c, float x, float y, float w, float h, float line, 
             else
                 for (float g = 0; g < width - 0.5f * line; g += 0.75f * line) // letters too small to draw: uneven marks
                     fs_canvas_rect(c, xx + g, yy + line * fs_paint_range(rng, 0.0f, 0.4f),
-                                   line * fs_paint_range(rng, 0.3f, 0.6f), line * fs_paint_range(rng, 0.5f, 0.9f), color);
+                                   line * fs_paint_range(rng, 0.3f, 0.6f), line * fs_paint_range(rng, 0.5f, 0.9f),
+                                   color);
             xx += width + 0.6f * line;
         }
     }
@@ -95,7 +96,8 @@ static void shapes(Canvas *c, float x, float y, float w, float h, const Palette 
     fs_canvas_gradient(c, x, y, w, h, p->main, p->second);
     float least = fminf(w, h);
     for (int i = 0; i < 14; i++) {
-        Color color = fs_canvas_hsv(fs_rng_uniform(rng), fs_paint_range(rng, 0.2f, 0.8f), fs_paint_range(rng, 0.2f, 0.9f));
+        Color color =
+            fs_canvas_hsv(fs_rng_uniform(rng), fs_paint_range(rng, 0.2f, 0.8f), fs_paint_range(rng, 0.2f, 0.9f));
         float r = least * fs_paint_range(rng, 0.04f, 0.18f), cx = fs_paint_range(rng, x + r, x + w - r),
               cy = fs_paint_range(rng, y + r, y + h - r);
         switch (fs_rng_below(rng, 4)) {
@@ -135,7 +137,8 @@ static void blobs(Canvas *c, float x, float y, float w, float h, const Palette *
     for (int i = 0; i < N; i++) {
         cx[i] = fs_paint_range(rng, x, x + w);
         cy[i] = fs_paint_range(rng, y, y + h);
-        color[i] = fs_canvas_hsv(fs_rng_uniform(rng), fs_paint_range(rng, 0.3f, 0.8f), fs_paint_range(rng, 0.25f, 0.9f));
+        color[i] =
+            fs_canvas_hsv(fs_rng_uniform(rng), fs_paint_range(rng, 0.3f, 0.8f), fs_paint_range(rng, 0.25f, 0.9f));
     }
     float step = fmaxf(1.0f / c->scale, w / 160.0f), edge = 0.03f * fminf(w, h);
     for (float yy = y; yy < y + h; yy += step)

@@ -72,7 +72,8 @@ int fs_path_plan(const Layout *layout, const Spec *spec, Shot **shots, FsError *
     for (int i = 0; i < n; i++) {
         int row = i / per_row, column = i % per_row;
         if (row & 1) column = per_row - 1 - column;
-        double a = per_row > 1 ? (double)column / (per_row - 1) - 0.5 : 0.0, b = rows > 1 ? (double)row / (rows - 1) - 0.5 : 0.0;
+        double a = per_row > 1 ? (double)column / (per_row - 1) - 0.5 : 0.0,
+               b = rows > 1 ? (double)row / (rows - 1) - 0.5 : 0.0;
         shot[i].camera = take(layout, spec, a, b, &rng);
         shot[i].flash = i & 1 ? !shot[i - 1].flash : fs_rng_below(&rng, 2) == 1;
         snprintf(shot[i].name, sizeof shot[i].name, "IMG_%04d", i + 1);
@@ -103,7 +104,8 @@ Camera fs_path_disturbed(const Camera *camera, Rng *rng)
     fs_camera_quat_to_rotation(q, d);
     Camera c = *camera;
     for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) c.w2c[4 * i + j] = d[3 * i] * r[j] + d[3 * i + 1] * r[3 + j] + d[3 * i + 2] * r[6 + j];
+        for (int j = 0; j < 3; j++)
+            c.w2c[4 * i + j] = d[3 * i] * r[j] + d[3 * i + 1] * r[3 + j] + d[3 * i + 2] * r[6 + j];
     for (int i = 0; i < 3; i++)
         c.w2c[4 * i + 3] = -(c.w2c[4 * i] * centre[0] + c.w2c[4 * i + 1] * centre[1] + c.w2c[4 * i + 2] * centre[2]);
     return c;

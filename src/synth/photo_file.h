@@ -6,10 +6,10 @@
 
 typedef struct ShotInfo {
     bool flash;
-    int number;         // of the photo; also its time
+    int number; // of the photo; also its time
     int width, height;
-    double focal_mm;    // true length
-    int focal_35mm;     // in 35 mm film's terms
+    double focal_mm; // true length
+    int focal_35mm;  // in 35 mm film's terms
 } ShotInfo;
 
 // The same for all photos of a capture.

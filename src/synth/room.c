@@ -52,7 +52,8 @@ static void shell(Build *b, Paint wall, Paint floor, float hue)
         Frame f = frame_at(&b->f, vec(x, y, b->high - 0.012f), 0);
         int glow = fs_world_surface(w, (Surface){-1, vec_scale(tint, 0.12f), .glow = 1});
         fs_world_quad(w, &f, vec(0, 0.3f, 0), vec(0.6f, 0, 0), vec(0, -0.3f, 0), glow);
-        fs_world_light(w, &f, vec(0, 0.3f, -0.03f), vec(0.6f, 0, 0), vec(0, -0.3f, 0), vec_scale(tint, 2.2f * b->size * b->size));
+        fs_world_light(w, &f, vec(0, 0.3f, -0.03f), vec(0.6f, 0, 0), vec(0, -0.3f, 0),
+                       vec_scale(tint, 2.2f * b->size * b->size));
     }
     w->fill = vec(0.4f, 0.4f, 0.4f);
 }
@@ -119,7 +120,8 @@ static void classroom(Build *b)
     int seat[3];
     for (int i = 0; i < 3; i++) seat[i] = fs_world_tiled(w, i & 1 ? PAINT_FABRIC : PAINT_STRIPES, -1, 0.25f);
     for (int i = 0; i < 4; i++) {
-        Frame t = stand(b, 1.0f + 1.25f * (float)(i % 2) + 0.25f * (float)(i / 2), i < 2 ? 1.3f : 2.35f, rnd(b, -0.1f, 0.1f));
+        Frame t =
+            stand(b, 1.0f + 1.25f * (float)(i % 2) + 0.25f * (float)(i / 2), i < 2 ? 1.3f : 2.35f, rnd(b, -0.1f, 0.1f));
         fs_things_table(w, &t, 1.05f, 0.6f, 0.74f, b->stock.wood[i & 1]);
         Frame row = frame_at(&t, vec(0, 0, 0.74f), 0);
         fs_things_row(w, &row, -0.45f, 0.3f, 0.45f, 0.26f, &b->stock);
@@ -142,13 +144,15 @@ static void office(Build *b)
     gallery_side(b, 0.6f, 2.6f, 1.7f);
     Frame desk = stand(b, 1.75f, 1.75f, 0.15f);
     fs_things_table(w, &desk, 1.6f, 0.75f, 0.74f, b->stock.wood[1]);
-    Frame top = frame_at(&desk, vec(-0.1f, 0.05f, 0.74f), 0.2f), keys = frame_at(&desk, vec(-0.1f, -0.24f, 0.74f), 0.1f);
+    Frame top = frame_at(&desk, vec(-0.1f, 0.05f, 0.74f), 0.2f),
+          keys = frame_at(&desk, vec(-0.1f, -0.24f, 0.74f), 0.1f);
     fs_things_monitor(w, &top);
     const int side[6] = {b->stock.dark, b->stock.dark, b->stock.dark, b->stock.dark, -1, b->stock.keys};
     fs_world_box6(w, &keys, vec(-0.22f, -0.08f, 0), vec(0.22f, 0.08f, 0.02f), side);
     Frame row = frame_at(&desk, vec(0, 0.15f, 0.74f), 0);
     fs_things_row(w, &row, 0.3f, 0.6f, 0.35f, 0.3f, &b->stock);
-    Frame pile = frame_at(&desk, vec(-0.6f, 0, 0.74f), 0.4f), chair = stand(b, 1.7f, 1.1f, 2.8f), plant = stand(b, 3.2f, 2.5f, 0);
+    Frame pile = frame_at(&desk, vec(-0.6f, 0, 0.74f), 0.4f), chair = stand(b, 1.7f, 1.1f, 2.8f),
+          plant = stand(b, 3.2f, 2.5f, 0);
     fs_things_pile(w, &pile, 6, &b->stock);
     fs_things_chair(w, &chair, b->stock.fabric[0], b->stock.dark);
     fs_things_plant(w, &plant, 1.3f, &b->stock);
@@ -178,7 +182,8 @@ static void living_room(Build *b)
     window_light(b, on_side(b, 1.2f, 1.6f), 1.1f, 1.3f, vec(5.0f, 5.6f, 6.2f));
     int cloth = fs_world_tiled(w, PAINT_FLORAL, -1, 0.4f);
     for (int i = 0; i < 2; i++) {
-        Frame c = frame_at(&b->f, vec(b->side * (b->wide - 0.1f), b->size * (i ? 2.05f : 0.4f), 2.45f), -b->side * 1.5708f);
+        Frame c =
+            frame_at(&b->f, vec(b->side * (b->wide - 0.1f), b->size * (i ? 2.05f : 0.4f), 2.45f), -b->side * 1.5708f);
         fs_things_cloth(w, &c, 0.45f, 2.2f, 0.03f, cloth);
     }
     Frame table = stand(b, 1.5f, 1.55f, 0.2f), rack = stand(b, 3.2f, 2.6f, -0.9f), plant = stand(b, 0.35f, 2.5f, 0);
@@ -208,8 +213,8 @@ static void upper_room(Build *b)
     Frame row = frame_at(&b->f, vec(0, b->depth - 0.14f, 2.35f), 0);
     fs_things_row(w, &row, -1.8f, 1.6f, 0.2f, 0.25f, &b->stock);
     for (int i = -2; i <= 2; i++) // beams under the ceiling
-        fs_world_box(w, &b->f, vec(0.75f * (float)i - 0.05f, 0, b->high - 0.12f), vec(0.75f * (float)i + 0.05f, b->depth, b->high),
-                     b->stock.wood[1]);
+        fs_world_box(w, &b->f, vec(0.75f * (float)i - 0.05f, 0, b->high - 0.12f),
+                     vec(0.75f * (float)i + 0.05f, b->depth, b->high), b->stock.wood[1]);
     Frame lamp = frame_at(&b->f, vec(rnd(b, 0.25f, 0.5f), 0.75f * b->depth, b->high), 0);
     fs_things_pendant(w, &lamp, 0.4f, vec(0.7f, 0.65f, 0.58f));
     fs_world_light(w, &lamp, vec(-0.1f, 0.1f, -0.8f), vec(0.2f, 0, 0), vec(0, -0.2f, 0), vec(16, 15, 13));
@@ -222,8 +227,8 @@ static const struct {
     const char *name;
     void (*build)(Build *b);
 } rooms[ROOMS + 1] = {
-    {"corridor", corridor}, {"classroom", classroom}, {"office", office}, {"living room", living_room},
-    {"room above", upper_room},
+    {"corridor", corridor},       {"classroom", classroom},   {"office", office},
+    {"living room", living_room}, {"room above", upper_room},
 };
 
 void fs_room_build(Layout *layout, const Spec *spec, int which)

@@ -34,8 +34,9 @@ int fs_sensor_expose(const Image *linear, Rng rng, Mosaic *mosaic, FsError *err)
             electrons = electrons < 0 ? 0 : electrons;
             electrons += sqrtf(electrons + READ_NOISE * READ_NOISE) * fs_rng_normal(&rng);
             float value = SENSOR_BLACK + electrons / FULL_WELL * (SENSOR_WHITE - SENSOR_BLACK) + 0.5f;
-            mosaic->px[(size_t)y * (size_t)w + (size_t)x] =
-                (uint16_t)(value < 0 ? 0 : value > SENSOR_WHITE ? SENSOR_WHITE : value);
+            mosaic->px[(size_t)y * (size_t)w + (size_t)x] = (uint16_t)(value < 0              ? 0
+                                                                       : value > SENSOR_WHITE ? SENSOR_WHITE
+                                                                                              : value);
         }
     return 0;
 }
@@ -56,7 +57,8 @@ static Around look_around(const Mosaic *m, int x, int y)
     float v[5][5];
     for (int j = 0; j < 5; j++)
         for (int i = 0; i < 5; i++)
-            v[j][i] = (float)m->px[(size_t)mirror(y + j - 2, m->height) * (size_t)m->width + (size_t)mirror(x + i - 2, m->width)] -
+            v[j][i] = (float)m->px[(size_t)mirror(y + j - 2, m->height) * (size_t)m->width +
+                                   (size_t)mirror(x + i - 2, m->width)] -
                       SENSOR_BLACK;
     Around a = {.centre = v[2][2], .far_x = v[2][0] + v[2][4], .far_y = v[0][2] + v[4][2]};
     a.side_x = v[2][1] + v[2][3];

@@ -11,7 +11,10 @@
 #define SENSOR_WHITE 16383
 // Sensitivity to white of the red, green and blue pixels (the DNG's AsShotNeutral). But for these factors the sensor's
 // primaries are those of sRGB.
-#define SENSOR_NEUTRAL {10.0 / 21.0, 1.0, 2.0 / 3.0}
+#define SENSOR_NEUTRAL                                                                                                 \
+    {                                                                                                                  \
+        10.0 / 21.0, 1.0, 2.0 / 3.0                                                                                    \
+    }
 
 typedef struct Mosaic {
     int width, height;

@@ -59,11 +59,9 @@ static const struct {
     const char *word;
     void (*apply)(Spec *spec);
 } difficulties[] = {
-    {"weak-flash", weak_flash},       {"strong-reflection", strong_reflection},
-    {"few-photos", few_photos},       {"low-texture", low_texture},
-    {"depth-overlap", depth_overlap}, {"frame", frame},
-    {"flash-return", flash_return},   {"bright-near-room", bright_near_room},
-    {"pose-noise", pose_noise},
+    {"weak-flash", weak_flash},     {"strong-reflection", strong_reflection}, {"few-photos", few_photos},
+    {"low-texture", low_texture},   {"depth-overlap", depth_overlap},         {"frame", frame},
+    {"flash-return", flash_return}, {"bright-near-room", bright_near_room},   {"pose-noise", pose_noise},
 };
 #define N_DIFFICULTIES (sizeof difficulties / sizeof *difficulties)
 
@@ -77,8 +75,8 @@ static int apply_word(Spec *spec, const char *word, size_t length, FsError *err)
         }
         snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", difficulties[i].word);
     }
-    return fs_error_set(err, FS_ERR_USAGE, "--hard: no difficulty '%.*s'; known are %s", (int)(length < 60 ? length : 60),
-                        word, known);
+    return fs_error_set(err, FS_ERR_USAGE, "--hard: no difficulty '%.*s'; known are %s",
+                        (int)(length < 60 ? length : 60), word, known);
 }
 
 int fs_spec_read(Spec *spec, const FsSettings *settings, FsError *err)

@@ -1,4 +1,5 @@
-// The order of things: scene, baked light, path, balance, then view by view the layers, the photo, its files, the truth.
+// The order of things: scene, baked light, path, balance, then view by view the layers, the photo, its files, the
+// truth.
 #include "synth/synth.h"
 
 #include <stdlib.h>
@@ -59,7 +60,8 @@ static int write_photo(const Synth *s, int number, const Image *light, FsError *
     Mosaic mosaic = {0};
     Image picture = {0};
     int side = s->spec.width > s->spec.height ? s->spec.width : s->spec.height;
-    ShotInfo info = {shot->flash, number + 1, s->spec.width, s->spec.height, 23.9, (int)(36.0 * shot->camera.fx / side + 0.5)};
+    ShotInfo info = {shot->flash,    number + 1, s->spec.width,
+                     s->spec.height, 23.9,       (int)(36.0 * shot->camera.fx / side + 0.5)};
     unsigned char exif[FS_EXIF_SIZE];
     char *raw = fs_file_path("%s/capture/raw/%s.DNG", s->out, shot->name);
     char *jpeg = fs_file_path("%s/capture/jpeg/%s.JPG", s->out, shot->name);

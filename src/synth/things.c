@@ -35,8 +35,13 @@ void fs_things_stock(World *world, Stock *s)
     s->checker = fs_world_painted(world, PAINT_CHECKER, -1, 0.12f, 0.12f);
     s->leaf = fs_world_color(world, vec(0.32f, 0.5f, 0.24f));
     for (int i = 0; i < 5; i++) {
-        s->glaze[i] = fs_world_painted(world, i == 0 ? PAINT_STRIPES : i == 1 ? PAINT_FLORAL : i == 2 ? PAINT_CHECKER
-                                       : i == 3 ? PAINT_STONE : PAINT_PLAIN, -1, 0.3f, 0.2f);
+        s->glaze[i] = fs_world_painted(world,
+                                       i == 0   ? PAINT_STRIPES
+                                       : i == 1 ? PAINT_FLORAL
+                                       : i == 2 ? PAINT_CHECKER
+                                       : i == 3 ? PAINT_STONE
+                                                : PAINT_PLAIN,
+                                       -1, 0.3f, 0.2f);
         fs_world_edit(world, s->glaze[i])->gloss = 0.15f;
     }
 }
@@ -61,7 +66,8 @@ static int spine(World *w)
 void fs_things_books(World *w, const Frame *f, float length, float height, const Stock *s)
 {
     for (float x = -0.5f * length; x < 0.5f * length - 0.015f;) {
-        float thick = fminf(fs_things_range(w, 0.018f, 0.05f), 0.5f * length - x), h = height * fs_things_range(w, 0.75f, 1.0f);
+        float thick = fminf(fs_things_range(w, 0.018f, 0.05f), 0.5f * length - x),
+              h = height * fs_things_range(w, 0.75f, 1.0f);
         float deep = fs_things_range(w, 0.14f, 0.19f);
         int cloth = spine(w), front = fs_things_pick(w, 3) ? cloth : s->cover[fs_things_pick(w, 4)];
         const int side[6] = {front, -1, cloth, cloth, -1, s->white};
@@ -80,7 +86,8 @@ void fs_things_pile(World *w, const Frame *f, int n, const Stock *s)
 {
     float z = 0;
     for (int i = 0; i < n; i++) {
-        float thick = fs_things_range(w, 0.015f, 0.045f), width = fs_things_range(w, 0.15f, 0.24f), deep = 0.72f * width;
+        float thick = fs_things_range(w, 0.015f, 0.045f), width = fs_things_range(w, 0.15f, 0.24f),
+              deep = 0.72f * width;
         Frame at = frame_at(f, vec(fs_things_range(w, -0.02f, 0.02f), 0, z), fs_things_range(w, -0.4f, 0.4f));
         const int side[6] = {spine(w), -1, s->white, s->white, -1, s->cover[fs_things_pick(w, 4)]};
         fs_world_box6(w, &at, vec(-0.5f * width, -0.5f * deep, 0), vec(0.5f * width, 0.5f * deep, thick), side);
@@ -110,15 +117,17 @@ void fs_things_any(World *w, const Frame *f, float width, float height, const St
     switch (fs_things_pick(w, 11)) {
     case 0: fs_things_vase(w, f, fminf(height, 2.6f * width), s->glaze[fs_things_pick(w, 5)]); break;
     case 1: fs_things_bottle(w, f, fminf(height, 3 * width), s->label[fs_things_pick(w, 8)]); break;
-    case 2: fs_things_tin(w, f, 0.85f * r, fminf(height, 1.8f * width), s->label[fs_things_pick(w, 8)], s->metal); break;
+    case 2:
+        fs_things_tin(w, f, 0.85f * r, fminf(height, 1.8f * width), s->label[fs_things_pick(w, 8)], s->metal);
+        break;
     case 3: fs_things_ball(w, f, fminf(r, 0.5f * height), s->glaze[fs_things_pick(w, 3)]); break;
     case 4: fs_things_tin(w, f, r, fminf(0.8f * height, 0.8f * width), s->basket, s->basket); break;
     case 5: fs_things_bag(w, f, 1.05f * width, fminf(height, 1.3f * width), s->fabric[fs_things_pick(w, 4)]); break;
     case 6: fs_things_pile(w, f, 2 + fs_things_pick(w, 4), s); break;
     case 7: fs_things_books(w, f, width, fminf(height, 0.28f), s); break;
     default:
-        fs_things_carton(w, &turned, 0.85f * width, fminf(0.8f * width, 0.25f),
-                         height * fs_things_range(w, 0.6f, 1.0f), s);
+        fs_things_carton(w, &turned, 0.85f * width, fminf(0.8f * width, 0.25f), height * fs_things_range(w, 0.6f, 1.0f),
+                         s);
     }
 }
 

@@ -40,7 +40,8 @@ void fs_things_ball(World *w, const Frame *f, float radius, int surface)
 void fs_things_tin(World *w, const Frame *f, float radius, float height, int surface, int lid)
 {
     fs_things_turned(w, f, (Knot[]){{radius, 0}, {radius, height}}, 2, 28, surface);
-    fs_things_turned(w, f, (Knot[]){{radius, height}, {0.94f * radius, height + 0.002f}, {0, height + 0.002f}}, 3, 28, lid);
+    fs_things_turned(w, f, (Knot[]){{radius, height}, {0.94f * radius, height + 0.002f}, {0, height + 0.002f}}, 3, 28,
+                     lid);
 }
 
 void fs_things_rod(World *w, Vec from, Vec to, float radius, int surface)
@@ -80,8 +81,15 @@ void fs_things_vase(World *w, const Frame *f, float height, int surface)
 void fs_things_bottle(World *w, const Frame *f, float height, int surface)
 {
     float r = fs_things_range(w, 0.13f, 0.17f) * height;
-    const Knot k[] = {{r, 0}, {r, 0.3f * height}, {r, 0.58f * height}, {0.85f * r, 0.66f * height}, {0.35f * r, 0.76f * height},
-                      {0.33f * r, 0.9f * height}, {0.42f * r, 0.92f * height}, {0.42f * r, height}, {0, height}};
+    const Knot k[] = {{r, 0},
+                      {r, 0.3f * height},
+                      {r, 0.58f * height},
+                      {0.85f * r, 0.66f * height},
+                      {0.35f * r, 0.76f * height},
+                      {0.33f * r, 0.9f * height},
+                      {0.42f * r, 0.92f * height},
+                      {0.42f * r, height},
+                      {0, height}};
     fs_things_turned(w, f, k, 9, 24, surface);
 }
 
@@ -123,7 +131,8 @@ void fs_things_bag(World *w, const Frame *f, float width, float height, int surf
 static Vec cloth_at(const void *context, float u, float v)
 {
     const float *size = context; // width, height, fold, phase
-    float wave = sinf(u * size[0] * 34.0f + size[3]) * 0.6f + sinf(u * size[0] * 15.0f + 2.1f * size[3] + 1.5f * v) * 0.7f;
+    float wave =
+        sinf(u * size[0] * 34.0f + size[3]) * 0.6f + sinf(u * size[0] * 15.0f + 2.1f * size[3] + 1.5f * v) * 0.7f;
     return vec(size[0] * (u - 0.5f), size[2] * wave * (1.0f - 0.35f * v), -size[1] * (1.0f - v));
 }
 
@@ -132,7 +141,8 @@ void fs_things_cloth(World *w, const Frame *f, float width, float height, float 
     const float size[4] = {width, height, fold, fs_things_range(w, 0, 6)};
     int nu = (int)fminf(96.0f, 16 + 50 * width);
     float repeat = w->failed ? 0 : fs_world_edit(w, surface)->repeat; // a banner's picture covers it once
-    fs_world_sheet(w, f, nu, 8, repeat > 0 ? width / repeat : 1, repeat > 0 ? height / repeat : 1, cloth_at, size, surface);
+    fs_world_sheet(w, f, nu, 8, repeat > 0 ? width / repeat : 1, repeat > 0 ? height / repeat : 1, cloth_at, size,
+                   surface);
 }
 
 typedef struct Leaf {
@@ -150,8 +160,14 @@ static Vec leaf_at(const void *context, float u, float v)
 void fs_things_plant(World *w, const Frame *f, float height, const Stock *s)
 {
     float pot = 0.16f * height + 0.03f;
-    fs_things_turned(w, f, (Knot[]){{0.7f * pot, 0}, {pot, 1.5f * pot}, {1.08f * pot, 1.55f * pot}, {1.08f * pot, 1.8f * pot},
-                                    {0.9f * pot, 1.8f * pot}, {0, 1.7f * pot}}, 6, 20, s->glaze[fs_things_pick(w, 5)]);
+    fs_things_turned(w, f,
+                     (Knot[]){{0.7f * pot, 0},
+                              {pot, 1.5f * pot},
+                              {1.08f * pot, 1.55f * pot},
+                              {1.08f * pot, 1.8f * pot},
+                              {0.9f * pot, 1.8f * pot},
+                              {0, 1.7f * pot}},
+                     6, 20, s->glaze[fs_things_pick(w, 5)]);
     int leaves = 16 + fs_things_pick(w, 10);
     for (int i = 0; i < leaves; i++) {
         Leaf leaf = {.length = 0.75f * height * fs_things_range(w, 0.5f, 1.0f), .width = 0.05f * height};

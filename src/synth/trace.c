@@ -15,7 +15,7 @@ typedef struct View {
     const Lighting *light;
     Vec eye, right, down, ahead; // of the camera
     float fx, fy, cx, cy;
-    float spread;                // width of a sample at distance 1
+    float spread; // width of a sample at distance 1
     Vec flash, mirrored_flash;
 } View;
 
@@ -65,7 +65,8 @@ static float reflectance(float cosine, float n)
 
 static Vec pixel_ray(const View *v, float x, float y)
 {
-    return vec_unit(vec_add(v->ahead, vec_add(vec_scale(v->right, (x - v->cx) / v->fx), vec_scale(v->down, (y - v->cy) / v->fy))));
+    return vec_unit(
+        vec_add(v->ahead, vec_add(vec_scale(v->right, (x - v->cx) / v->fx), vec_scale(v->down, (y - v->cy) / v->fy))));
 }
 
 // How far along d the pane is; huge when the ray does not meet it.
@@ -96,7 +97,8 @@ static bool search(const World *world, Vec o, Vec d, int guess, Hit *hit)
     return fs_bvh_hit(&world->bvh, o, d, hit);
 }
 
-static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool flash, float through, int shadow, Sample *s)
+static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool flash, float through, int shadow,
+                         Sample *s)
 {
     const World *w = &v->layout->behind;
     const Surface *surface = fs_world_surface_of(w, hit);
@@ -114,8 +116,7 @@ static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool 
     s->met.shadow = in_shadow(w, at, normal, to, shadow);
     if (s->met.shadow) return;
     to = vec_unit(to);
-    if (!surface->in_front)
-        factor *= 1 - reflectance(vec_dot(to, v->layout->pane_normal), v->light->refraction);
+    if (!surface->in_front) factor *= 1 - reflectance(vec_dot(to, v->layout->pane_normal), v->light->refraction);
     Vec sum = vec_mad(plain, albedo, factor * through);
     if (surface->gloss > 0) { // a soft highlight
         float h = vec_dot(vec_unit(vec_sub(to, d)), normal), h2 = h * h, h8 = h2 * h2 * h2 * h2;
@@ -159,7 +160,8 @@ static Sample take_sample(const View *v, float x, float y, unsigned want, Met gu
     float beta = bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
     if (found && want & (1 << TRACE_T_N | 1 << TRACE_T_F))
         shade_behind(v, d, &hit, jitter, want & 1 << TRACE_T_F, 1 - beta, guess.shadow, &s);
-    if (!bare && want & (1 << TRACE_R_N | 1 << TRACE_R_F)) shade_room(v, d, pane, want & 1 << TRACE_R_F, beta, guess.room, &s);
+    if (!bare && want & (1 << TRACE_R_N | 1 << TRACE_R_F))
+        shade_room(v, d, pane, want & 1 << TRACE_R_F, beta, guess.room, &s);
     return s;
 }
 
@@ -265,8 +267,8 @@ static void geometry_job(void *context, int y, int worker)
     }
 }
 
-int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads, Image *depth,
-                      Image *beta, FsError *err)
+int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
+                      Image *depth, Image *beta, FsError *err)
 {
     int rc = 0;
     if (depth) TRY(fs_image_new(depth, camera->width, camera->height, 1, err));
@@ -305,7 +307,8 @@ static Means mean_of(const Traced *t)
     return m;
 }
 
-// Means of all four layers over a few of the cameras, at a small size; bright: the 99.5th percentile of photos with flash.
+// Means of all four layers over a few of the cameras, at a small size; bright: the 99.5th percentile of photos with
+// flash.
 static int probe(const Layout *layout, const Spec *spec, const Lighting *light, const Camera *camera, int n,
                  Threads *threads, Means *means, FsError *err)
 {
@@ -333,7 +336,8 @@ int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camer
     int rc = probe(layout, spec, &unit, camera, n, threads, &m, err);
     if (rc < 0) return rc;
     double t = fmax(m.layer[TRACE_T_N], 1e-9), r = fmax(m.layer[TRACE_R_N], 1e-9);
-    double flash = fmax(m.layer[TRACE_T_F] - m.layer[TRACE_T_N], 1e-9), back = fmax(m.layer[TRACE_R_F] - m.layer[TRACE_R_N], 1e-9);
+    double flash = fmax(m.layer[TRACE_T_F] - m.layer[TRACE_T_N], 1e-9),
+           back = fmax(m.layer[TRACE_R_F] - m.layer[TRACE_R_N], 1e-9);
     *lighting = unit;
     lighting->behind = (float)(target * (1 - spec->reflection) / t);
     lighting->room = (float)(target * spec->reflection / r);

@@ -9,12 +9,12 @@
 
 // How bright everything is; found by fs_trace_balance.
 typedef struct Lighting {
-    float behind, room;      // scale of the baked ambient light of both worlds
-    float flash;             // radiant intensity of the flash
-    float even;              // flash light after many bounces behind the pane, as a share of the ambient light there
-    float flash_back;        // of the flash's mirror image, as the room sees it
-    float even_back;         // flash light that fills the room after many bounces, as a share of its ambient light
-    float refraction;        // index that gives the pane its reflectance
+    float behind, room; // scale of the baked ambient light of both worlds
+    float flash;        // radiant intensity of the flash
+    float even;         // flash light after many bounces behind the pane, as a share of the ambient light there
+    float flash_back;   // of the flash's mirror image, as the room sees it
+    float even_back;    // flash light that fills the room after many bounces, as a share of its ambient light
+    float refraction;   // index that gives the pane its reflectance
 } Lighting;
 
 // Layers of a view, linear; any may be left out (px NULL).
@@ -32,7 +32,7 @@ int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camer
 int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, const Camera *camera, int number,
                   unsigned want, Threads *threads, Traced *traced, FsError *err);
 // z-depth of the transmitted scene and reflectance of the pane, at pixel centres (either may be NULL).
-int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads, Image *depth,
-                      Image *beta, FsError *err);
+int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
+                      Image *depth, Image *beta, FsError *err);
 
 #endif

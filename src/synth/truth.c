@@ -46,8 +46,9 @@ static int write_json(const char *dir, const char *scene, const Shot *shot, int 
 {
     json_t *root = json_object(), *images = json_array();
     json_object_set_new(root, "scene", json_string(scene));
-    json_object_set_new(root, "note", json_string("w2c: world-to-camera, COLMAP axes (x right, y down, z forward), metres; "
-                                                  "pixel centres at +0.5"));
+    json_object_set_new(root, "note",
+                        json_string("w2c: world-to-camera, COLMAP axes (x right, y down, z forward), metres; "
+                                    "pixel centres at +0.5"));
     for (int i = 0; i < n; i++) json_array_append_new(images, shot_json(&shot[i]));
     json_object_set_new(root, "images", images);
     char *text = json_dumps(root, JSON_INDENT(1)), *path = fs_file_path("%s/cameras.json", dir);

@@ -36,7 +36,8 @@ static bool reserve(World *world, void *array, int *capacity, int n, size_t size
 
 int fs_world_texture(World *world, Paint paint, float hue, float w_m, float h_m)
 {
-    if (!reserve(world, &world->texture, &world->texture_capacity, world->n_textures, sizeof *world->texture)) return -1;
+    if (!reserve(world, &world->texture, &world->texture_capacity, world->n_textures, sizeof *world->texture))
+        return -1;
     Texture *t = &world->texture[world->n_textures];
     if (fs_paint_texture(t, paint, hue, 100 * w_m, 100 * h_m, world->px_per_cm, &world->rng) < 0) {
         fs_texture_free(t);
@@ -181,9 +182,18 @@ static void add_triangle(World *world, const Vec p[3], const int point[3], const
     Vec n[3];
     for (int i = 0; i < 3; i++) n[i] = world->point[point[i]].normal;
     add_prim(world, shape,
-             (PrimLook){.normal = n[0], .normal_a = vec_sub(n[1], n[0]), .normal_b = vec_sub(n[2], n[0]),
-                        .u = uv[0], .v = uv[1], .u_a = uv[2] - uv[0], .v_a = uv[3] - uv[1], .u_b = uv[4] - uv[0],
-                        .v_b = uv[5] - uv[1], .surface = surface, .light = point[0], .light_a = point[1],
+             (PrimLook){.normal = n[0],
+                        .normal_a = vec_sub(n[1], n[0]),
+                        .normal_b = vec_sub(n[2], n[0]),
+                        .u = uv[0],
+                        .v = uv[1],
+                        .u_a = uv[2] - uv[0],
+                        .v_a = uv[3] - uv[1],
+                        .u_b = uv[4] - uv[0],
+                        .v_b = uv[5] - uv[1],
+                        .surface = surface,
+                        .light = point[0],
+                        .light_a = point[1],
                         .light_b = point[2]});
 }
 

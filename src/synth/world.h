@@ -20,11 +20,11 @@ typedef struct Surface {
 
 // What shading needs of a primitive; the corners are in the hierarchy's PrimShape.
 typedef struct PrimLook {
-    Vec normal, normal_a, normal_b;   // at corner 0, and its change along both edges
-    float u, v, u_a, v_a, u_b, v_b;   // texture coordinates likewise
+    Vec normal, normal_a, normal_b; // at corner 0, and its change along both edges
+    float u, v, u_a, v_a, u_b, v_b; // texture coordinates likewise
     float texels_per_metre;
     int surface;
-    int light, light_a, light_b;      // triangle: three light points; parallelogram: first of a grid of a x b points
+    int light, light_a, light_b; // triangle: three light points; parallelogram: first of a grid of a x b points
 } PrimLook;
 
 typedef struct LightPoint {
@@ -49,13 +49,13 @@ typedef struct World {
     int n_textures, texture_capacity;
     AreaLight light[16];
     int n_lights;
-    Vec fill;     // light that comes from everywhere, linear
+    Vec fill; // light that comes from everywhere, linear
     Bvh bvh;
-    bool failed;  // out of memory while building; the builder calls below never fail themselves
+    bool failed; // out of memory while building; the builder calls below never fail themselves
     // for the builders:
     Rng rng;
-    float px_per_cm;   // of textures
-    float light_step;  // metres between baked light points on flat faces
+    float px_per_cm;    // of textures
+    float light_step;   // metres between baked light points on flat faces
     float texture_keep; // 0..1: share of rich textures kept (the rest become plain)
 } World;
 
@@ -66,12 +66,13 @@ int fs_world_surface(World *world, Surface surface);                            
 int fs_world_painted(World *world, Paint paint, float hue, float w_m, float h_m);
 // Painted as a square of `repeat` metres that tiles the face.
 int fs_world_tiled(World *world, Paint paint, float hue, float repeat);
-int fs_world_color(World *world, Color coded); // plain
+int fs_world_color(World *world, Color coded);     // plain
 Surface *fs_world_edit(World *world, int surface); // never NULL
 
 // All positions are in the frame; normals face edge_a x edge_b.
 void fs_world_quad(World *world, const Frame *f, Vec corner, Vec edge_a, Vec edge_b, int surface);
-// Box from low to high corner; every side has its own surface (side[0..5]: front -y, back, left -x, right, bottom, top).
+// Box from low to high corner; every side has its own surface (side[0..5]: front -y, back, left -x, right, bottom,
+// top).
 void fs_world_box6(World *world, const Frame *f, Vec low, Vec high, const int side[6]);
 void fs_world_box(World *world, const Frame *f, Vec low, Vec high, int surface);
 // The inside of a box: walls front (-y side), back, left, right, floor, ceiling; -1 leaves a side open.
@@ -87,7 +88,8 @@ int fs_world_finish(World *world, FsError *err); // builds the hierarchy
 
 // Ambient light at a point of a primitive, and its colour.
 Vec fs_world_ambient(const World *world, const Hit *hit);
-Vec fs_world_albedo(const World *world, const Hit *hit, float spread_m); // spread_m: width of the looked-up area, metres
+Vec fs_world_albedo(const World *world, const Hit *hit,
+                    float spread_m); // spread_m: width of the looked-up area, metres
 Vec fs_world_normal(const World *world, const Hit *hit);
 static inline const Surface *fs_world_surface_of(const World *world, const Hit *hit)
 {
