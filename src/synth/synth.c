@@ -40,16 +40,32 @@ fail:
     return rc;
 }
 
+// An earlier capture in the same folder is replaced, anything else there is left alone.
 static int make_folders(const Synth *s, FsError *err)
 {
-    static const char *const folders[] = {"capture/raw", "capture/jpeg", "truth"};
+    static const char *const folders[] = {"capture/raw", "capture/jpeg", "truth", "capture"};
+    char *path[4] = {0}, *cameras = fs_file_path("%s/cameras.json", s->truth);
     int rc = 0;
-    for (int i = 0; i < 3 && rc >= 0; i++) {
-        char *path = fs_file_path("%s/%s", s->out, folders[i]);
-        rc = path ? fs_file_mkdirs(path, err) : fs_error_memory(err);
-        free(path);
+    for (int i = 0; i < 4; i++) path[i] = fs_file_path("%s/%s", s->out, folders[i]);
+    if (!cameras || !path[0] || !path[1] || !path[2] || !path[3]) {
+        rc = fs_error_memory(err);
+        goto fail;
     }
-    return rc < 0 ? rc : fs_truth_folders(s->truth, err);
+    if (fs_file_exists(cameras)) {
+        fs_file_remove_tree(path[3]);
+        fs_file_remove_tree(path[2]);
+    } else if (fs_file_exists(path[3]) || fs_file_exists(path[2])) {
+        rc = fs_error_set(err, FS_ERR_INPUT,
+                          "%s: has a capture or truth folder that synth did not make; name another folder", s->out);
+        goto fail;
+    }
+    for (int i = 0; i < 3; i++) TRY(fs_file_mkdirs(path[i], err));
+    TRY(fs_truth_cameras(s->truth, s->layout.name, s->shot, s->n, &s->spec, err));
+    TRY(fs_truth_folders(s->truth, err));
+fail:
+    for (int i = 0; i < 4; i++) free(path[i]);
+    free(cameras);
+    return rc;
 }
 
 // Exposes a view's light and writes it as a RAW and a JPEG file.
@@ -136,7 +152,6 @@ int fs_synth_run(const char *out, const FsSettings *settings, const Log *log, Fs
         }
         TRY(make_view(&s, i, err));
     }
-    TRY(fs_truth_cameras(s.truth, s.layout.name, s.shot, s.n, &s.spec, err));
     fs_log_progress(log, "synth", s.n, s.n, "");
     fs_log_info(log, "synth: %d photos in %s/capture/raw and jpeg, ground truth in %s", s.spec.photos, out, s.truth);
     rc = 0;

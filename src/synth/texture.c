@@ -106,9 +106,9 @@ int fs_texture_new(Texture *texture, const Canvas *canvas)
     }
     texture->mean = vec((float)(sum[0] / (double)n), (float)(sum[1] / (double)n), (float)(sum[2] / (double)n));
     for (int l = 1; l < TEXTURE_LEVELS; l++) {
-        int w = texture->width[l - 1] / 2, h = texture->height[l - 1] / 2;
-        if (w < 1 || h < 1) break;
-        if (new_level(texture, l, w, h) < 0) return -1;
+        int w = texture->width[l - 1], h = texture->height[l - 1];
+        if (w == 1 && h == 1) break;
+        if (new_level(texture, l, w > 1 ? w / 2 : 1, h > 1 ? h / 2 : 1) < 0) return -1;
         halve(texture, l);
     }
     return 0;
