@@ -111,7 +111,6 @@ void fs_info_results(const char *out, const Log *log)
         bool whole; // name the folder, not one file in it
     } results[] = {
         {"", "html", "everything on one page", false},
-        {"", "html", "the page that shows everything", false},
         {"", "png", "photos and layers side by side", false},
         {"progress", "png", "photo, composite and layers at the end of training", false},
         {"renders/T_N", "png", "what is behind the glass", true},
