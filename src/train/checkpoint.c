@@ -32,6 +32,60 @@ static int each_moment(const Trainer *trainer, const char *dir, bool write, FsEr
     return rc;
 }
 
+// One array as it lies in memory. Reading: *array is replaced; a file that is not there leaves it NULL.
+static int each_array(const char *dir, int layer, const char *what, void **array, size_t size, bool write, FsError *err)
+{
+    char *path = fs_file_path("%s/%s_%s.bin", dir, fs_layers[layer].name, what), *data = NULL;
+    size_t found = 0;
+    int rc = path ? 0 : fs_error_memory(err);
+    if (rc == 0 && write) {
+        rc = fs_file_write(path, *array, size, err);
+    } else if (rc == 0) {
+        free(*array);
+        *array = NULL;
+        if (fs_file_exists(path)) rc = fs_file_read(path, size, &data, &found, err);
+        if (rc == 0 && data && found != size) {
+            free(data);
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s: %zu bytes, expected %zu; remove the checkpoint", path, found, size);
+        } else if (rc == 0) {
+            *array = data;
+        }
+    }
+    free(path);
+    return rc;
+}
+
+static int check_neighbours(const char *dir, int layer, const CloudState *state, int n, FsError *err)
+{
+    for (int i = 0; state->neighbour && i < n * TRAIN_NEIGHBOURS; i++)
+        if (state->neighbour[i] < 0 || state->neighbour[i] >= n)
+            return fs_error_set(err, FS_ERR_INPUT, "%s/%s_neighbours.bin: not of this cloud; remove the checkpoint", dir,
+                                fs_layers[layer].name);
+    return 0;
+}
+
+// What lasts from one densification to the next: whose gains are compared, and how far Gaussians were pulled on screen.
+static int each_statistic(Trainer *trainer, const char *dir, bool write, FsError *err)
+{
+    int rc = 0;
+    for (int l = 0; l < LAYERS && rc == 0; l++) {
+        CloudState *state = &trainer->state[l];
+        int n = trainer->scene.cloud[l].n;
+        void *neighbour = state->neighbour, *sum = state->screen_sum, *count = state->screen_count;
+        bool counted = write ? sum && state->stats_capacity == n : true;
+        if (n == 0) continue;
+        if (neighbour || !write)
+            rc = each_array(dir, l, "neighbours", &neighbour, sizeof(int) * TRAIN_NEIGHBOURS * (size_t)n, write, err);
+        if (rc == 0 && counted) rc = each_array(dir, l, "screen_sum", &sum, sizeof(float) * (size_t)n, write, err);
+        if (rc == 0 && counted) rc = each_array(dir, l, "screen_count", &count, sizeof(int) * (size_t)n, write, err);
+        if (write) continue;
+        state->neighbour = neighbour, state->screen_sum = sum, state->screen_count = count;
+        state->stats_capacity = sum && count ? n : 0;
+        if (rc == 0) rc = check_neighbours(dir, l, state, n, err);
+    }
+    return rc;
+}
+
 static json_t *numbers(const double *x, int n)
 {
     json_t *list = json_array();
@@ -63,6 +117,7 @@ int fs_checkpoint_write(const Trainer *trainer, FsError *err)
     TRY(fs_file_mkdirs(fresh, err));
     TRY(fs_scene_write(&trainer->scene, fresh, err));
     TRY(each_moment(trainer, fresh, true, err));
+    TRY(each_statistic((Trainer *)trainer, fresh, true, err));
     TRY(write_state(trainer, fresh, err));
     fs_file_remove_tree(old);
     if (fs_file_exists(dir)) TRY(fs_file_rename(dir, old, err));
@@ -112,6 +167,7 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
             fs_scene_free(&trainer->scene);
             TRY(fs_scene_read(&trainer->scene, dir, err));
             TRY(each_moment(trainer, dir, false, err));
+            TRY(each_statistic(trainer, dir, false, err));
             TRY(read_state(trainer, dir, err));
             rc = 1;
         }

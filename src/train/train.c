@@ -89,7 +89,7 @@ static int train_loop(Trainer *trainer, FsError *err)
     int rc = 0;
     double begin = now();
     trainer->first_step = trainer->step;
-    TRY(fs_gains_find_neighbours(trainer, err));
+    if (!trainer->state[LAYER_T_N].neighbour) TRY(fs_gains_find_neighbours(trainer, err)); // else a checkpoint's
     while (trainer->step < trainer->set->steps) {
         if (fs_log_cancelled(&trainer->project->log)) {
             TRY(fs_checkpoint_write(trainer, err));
