@@ -76,8 +76,8 @@ static const FsOption table[] = {
     FLOAT("gain-smooth", gain_smooth, TRAIN, "0.005", 0, 1000, "X", "weight of the smoothness of the flash gain over neighbours"),
     FLOAT("opacity-reg", opacity_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean opacity"),
     FLOAT("scale-reg", scale_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean scale"),
-    FLOAT("slope-floor", slope_floor, TRAIN, "0.02", 0, 10, "X", "least slope of the tone curve in gradients, so that a black layer can brighten"),
-    FLOAT("darkest", darkest, TRAIN, "0.1", 0, 1, "X", "darkest tone-mapped colour of a Gaussian"),
+    FLOAT("slope-floor", slope_floor, TRAIN, "0.005", 0, 10, "X", "least slope of the tone curve in gradients, so that a black layer can brighten"),
+    FLOAT("darkest", darkest, TRAIN, "0.2", 0, 1, "X", "darkest tone-mapped colour of a Gaussian"),
     FLOAT("rate-scale", rate_scale, TRAIN, "2", 0, 100, "X", "factor on 3DGS's learning rates of scales, rotations, colours and gains"),
     FLOAT("means-rate", means_rate, TRAIN, "2.4e-3", 0, 1, "X", "first learning rate of positions, in scene extents"),
 
