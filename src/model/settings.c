@@ -73,7 +73,7 @@ static const FsOption table[] = {
     FLOAT("linearity", linearity, TRAIN, "0", 0, 1000, "X", "weight of Pearson's correlation of T_N and T_F (separate geometry)"),
     FLOAT("beta-smooth", beta_smooth, TRAIN, "0", 0, 1000, "X", "weight of the smoothness of a beta cloud"),
     FLOAT("depth-smooth", depth_smooth, TRAIN, "0", 0, 1000, "X", "weight of the smoothness of depth"),
-    FLOAT("gain-smooth", gain_smooth, TRAIN, "0.005", 0, 1000, "X", "weight of the smoothness of the flash gain over neighbours"),
+    FLOAT("gain-smooth", gain_smooth, TRAIN, "0.001", 0, 1000, "X", "weight of the smoothness of the flash gain over neighbours"),
     FLOAT("opacity-reg", opacity_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean opacity"),
     FLOAT("scale-reg", scale_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean scale"),
     FLOAT("slope-floor", slope_floor, TRAIN, "0.005", 0, 10, "X", "least slope of the tone curve in gradients, so that a black layer can brighten"),
@@ -124,7 +124,7 @@ static const struct {
 static const struct {
     const char *preset, *name, *value;
 } preset_values[] = {
-    {"preview", "steps", "3000"},       {"preview", "long-edge", "600"},   {"preview", "max-splats", "60000"},
+    {"preview", "steps", "3000"},       {"preview", "long-edge", "600"},   {"preview", "max-splats", "40000"},
     {"standard", "steps", "10000"},     {"paper", "steps", "5000"},        {"paper", "geometry", "separate"},
     {"paper", "beta", "cloud"},         {"paper", "init-count", "350000"}, {"paper", "max-splats", "500000"},
     {"paper", "densify", "fsgs"},       {"paper", "rgb-weight", "2"},      {"paper", "linearity", "0.001"},

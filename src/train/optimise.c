@@ -122,7 +122,7 @@ static void update_job(void *context, int job, int worker)
     }
     if (l != LAYER_BETA) clamp_field(cloud->field[CLOUD_COLORS] + 3 * begin, 3 * (size_t)(end - begin),
                                      (float)t->set->darkest, 4);
-    if (cloud->width[CLOUD_GAINS]) clamp_field(cloud->field[CLOUD_GAINS] + begin, (size_t)(end - begin), -2.0f, 2.0f);
+    if (cloud->width[CLOUD_GAINS]) clamp_field(cloud->field[CLOUD_GAINS] + begin, (size_t)(end - begin), -3.0f, 3.0f);
     if (strcmp(t->set->densify, "relocate") == 0) explore(t, cloud, l, begin, end, u->means_rate);
 }
 
