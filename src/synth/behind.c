@@ -31,12 +31,13 @@ static void hang(Build *b, float x, float y, float z, float width, float height,
 static void hall(Build *b, float depth, Paint wall, float hue, float repeat)
 {
     World *w = b->w;
+    if (w->texture_keep < 1) wall = PAINT_PLAIN; // a scene poor in texture has smooth walls
     int paper = fs_world_tiled(w, wall, hue, repeat), floor = fs_world_tiled(w, PAINT_CARPET, -1, 0.8f);
     int ceiling = fs_world_tiled(w, PAINT_PLASTER, 0.1f, 1.5f);
     const int side[6] = {-1, paper, paper, paper, floor, ceiling};
     fs_world_room(w, &b->f, vec(-3.2f, 0, 0), vec(3.2f, depth, 2.75f), side);
-    Vec warm = vec(rnd(b, 5.2f, 6.2f), 5.6f, rnd(b, 4.6f, 5.8f));
-    float tilt = rnd(b, -0.4f, 0.4f);
+    float red = rnd(b, 5.2f, 6.2f), blue = rnd(b, 4.6f, 5.8f), tilt = rnd(b, -0.4f, 0.4f);
+    Vec warm = vec(red, 5.6f, blue);
     float deep = fminf(0.5f, 0.5f * depth);
     fs_world_light(w, &b->f, vec(b->side * (0.4f + tilt) - 0.7f, 0.15f + deep, 2.7f), vec(1.4f, 0, 0), vec(0, -deep, 0),
                    warm);
@@ -118,9 +119,10 @@ static void display_case(Build *b)
               y = -0.3f + 0.19f * (float)(i / 8) + rnd(b, -0.04f, 0.04f);
         Frame f = frame_at(&b->f, vec(x, y, floor), rnd(b, -1.5f, 1.5f));
         float size = rnd(b, 0.07f, 0.15f), high = rnd(b, 0.02f, 0.09f) * fminf(b->deep, 1.6f);
+        int glaze = b->stock.glaze[fs_things_pick(w, 5)];
         switch (fs_things_pick(w, 9)) {
-        case 0: fs_things_ring(w, &f, 0.5f * size, rnd(b, 0.012f, 0.025f), b->stock.glaze[fs_things_pick(w, 5)]); break;
-        case 1: fs_things_ball(w, &f, rnd(b, 0.02f, 0.045f), b->stock.glaze[fs_things_pick(w, 4)]); break;
+        case 0: fs_things_ring(w, &f, 0.5f * size, rnd(b, 0.012f, 0.025f), glaze); break;
+        case 1: fs_things_ball(w, &f, rnd(b, 0.02f, 0.045f), glaze); break;
         case 2: fs_things_pile(w, &f, 1 + fs_things_pick(w, 3), &b->stock); break;
         case 3: {
             const int key[6] = {b->stock.dark, b->stock.dark, b->stock.dark, b->stock.dark, -1, b->stock.keys};
@@ -162,7 +164,8 @@ static void cabinet(Build *b)
     for (int layer = 0; layer < 3; layer++) { // cartons on cartons
         float high = 0.0f;
         for (float x = 0.0f + 0.18f * (float)layer; x < 2.0f - 0.15f * (float)layer; x += rnd(b, 0.24f, 0.34f)) {
-            Frame c = at(b, x, front + 0.22f + rnd(b, -0.05f, 0.08f), at_layer, rnd(b, -0.25f, 0.25f));
+            float y = front + 0.22f + rnd(b, -0.05f, 0.08f);
+            Frame c = at(b, x, y, at_layer, rnd(b, -0.25f, 0.25f));
             float h = rnd(b, 0.15f, 0.24f);
             high = fmaxf(high, 0.15f);
             if (layer == 2 || fs_things_pick(w, 5) == 0)
@@ -197,7 +200,8 @@ static void shop_window(Build *b)
         Frame f = at(b, i == 0 ? -0.35f : 1.25f + 0.95f * (float)i, wall - 0.12f, 2.5f, 0);
         fs_things_cloth(w, &f, i == 0 ? 0.6f : 0.45f, 2.4f, 0.035f, velvet);
     }
-    Frame f = at(b, rnd(b, 1.5f, 1.7f), wall - 0.35f, 2.15f, rnd(b, -0.3f, 0.1f));
+    float hung = rnd(b, 1.5f, 1.7f);
+    Frame f = at(b, hung, wall - 0.35f, 2.15f, rnd(b, -0.3f, 0.1f));
     fs_things_cloth(w, &f, 0.8f, 1.2f, 0.012f, banner);
     for (int i = 0; i < 9; i++) { // pedestals of several heights, one thing on each
         float x = -0.25f + 0.34f * (float)(i % 5) + 0.42f * (float)(i / 5) + rnd(b, -0.05f, 0.05f);
@@ -206,9 +210,10 @@ static void shop_window(Build *b)
         int body = i % 3 == 0 ? b->stock.wood[i & 1] : i % 3 == 1 ? b->stock.fabric[i & 3] : b->stock.label[i & 7];
         fs_world_box(w, &p, vec(-0.11f, -0.11f, 0), vec(0.11f, 0.11f, h), body);
         Frame on = frame_at(&p, vec(0, 0, h), 0);
+        int glaze = b->stock.glaze[fs_things_pick(w, 4)];
         switch (i % 6) {
-        case 0: fs_things_vase(w, &on, rnd(b, 0.28f, 0.38f), b->stock.glaze[fs_things_pick(w, 4)]); break;
-        case 1: fs_things_ball(w, &on, rnd(b, 0.09f, 0.12f), b->stock.glaze[fs_things_pick(w, 4)]); break;
+        case 0: fs_things_vase(w, &on, rnd(b, 0.28f, 0.38f), glaze); break;
+        case 1: fs_things_ball(w, &on, rnd(b, 0.09f, 0.12f), glaze); break;
         case 2: fs_things_bag(w, &on, 0.22f, 0.28f, b->stock.fabric[fs_things_pick(w, 4)]); break;
         case 3: fs_things_plant(w, &on, rnd(b, 0.3f, 0.4f), &b->stock); break;
         case 4: fs_things_cushion(w, &on, 0.3f, 0.26f, 0.13f, b->stock.fabric[fs_things_pick(w, 4)]); break;
@@ -261,18 +266,18 @@ void fs_behind_build(Layout *layout, const Spec *spec, int which)
 }
 
 // Bars of the window the pane is set in, where they cross the picture at its left or right and below.
-void fs_behind_frame(Layout *l, const Spec *spec)
+void fs_behind_frame(Layout *l)
 {
     World *w = &l->behind;
     int bar = fs_world_tiled(w, PAINT_WOOD, -1, 0.84f);
     fs_world_edit(w, bar)->in_front = true;
-    Vec up = fabsf(l->pane_normal.z) > 0.5f ? vec(0, 1, 0) : vec(0, 0, 1);
+    bool flat = fabsf(l->pane_normal.z) > 0.5f;
     Frame f = {.o = l->pane_point, .y = vec_scale(l->pane_normal, -1)};
-    f.x = vec_unit(vec_cross(f.y, up));
+    f.x = vec_unit(vec_cross(f.y, flat ? vec(0, 1, 0) : vec(0, 0, 1)));
     f.z = vec_cross(f.x, f.y);
-    float away = vec_length(vec_sub(l->stand, l->pane_point)),
-          half = 0.46f * away * (float)spec->width / (float)(spec->width + 1);
-    float x = -0.62f * half * l->side, z = -0.5f * half;
-    fs_world_box(w, &f, vec(x - 0.03f, -0.025f, -2), vec(x + 0.03f, 0.02f, 2), bar);
-    fs_world_box(w, &f, vec(-3, -0.03f, z - 0.035f), vec(3, 0.02f, z + 0.035f), bar);
+    float half = 0.46f * vec_length(vec_sub(l->stand, l->pane_point)),
+          thick = flat ? 0.014f : 0.03f; // of the picture, of the bars
+    float x = -0.62f * half * l->side, z = flat ? -0.75f * half : -0.5f * half;
+    fs_world_box(w, &f, vec(x - thick, -thick, -2), vec(x + thick, 0.02f, 2), bar);
+    fs_world_box(w, &f, vec(-3, -1.1f * thick, z - thick), vec(3, 0.02f, z + thick), bar);
 }

@@ -16,7 +16,7 @@ int fs_layout_build(Layout *layout, const Spec *spec, FsError *err)
     world_begin(&layout->room, 2 * (uint64_t)spec->seed + 2, spec, 3.5f, 0.08f);
     layout->behind.texture_keep = spec->texture_keep;
     fs_behind_build(layout, spec, which);
-    if (spec->frame) fs_behind_frame(layout, spec);
+    if (spec->frame) fs_behind_frame(layout);
     fs_room_build(layout, spec, which == LAYOUT_CASE ? ROOMS : room);
     TRY(fs_world_finish(&layout->behind, err));
     TRY(fs_world_finish(&layout->room, err));

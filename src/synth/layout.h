@@ -23,7 +23,7 @@ void fs_layout_free(Layout *layout);
 // behind.c: one function per transmitted scene; room.c: the mirrored rooms. Both fill in what they know.
 void fs_behind_build(Layout *layout, const Spec *spec, int which);
 void fs_room_build(Layout *layout, const Spec *spec, int which);
-void fs_behind_frame(Layout *layout, const Spec *spec); // the pane's own frame, in view
+void fs_behind_frame(Layout *layout); // the pane's own frame, in view
 #define LAYOUTS 5
 #define LAYOUT_CASE 2
 #define ROOMS 4

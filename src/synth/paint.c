@@ -14,6 +14,13 @@ static void grain(Canvas *c, float amplitude, Rng *rng) // keeps flat areas from
     fs_canvas_noise(c, 0.4f * c->w + 0.1f, 0.4f * c->h + 0.1f, 2, amplitude, WHITE, rng);
 }
 
+// One hue (any when negative), saturation and value from ranges.
+static Color tone(Rng *rng, float hue, float s0, float s1, float v0, float v1)
+{
+    if (hue < 0) hue = fs_rng_uniform(rng);
+    return fs_paint_color(rng, vec(hue, s0, v0), vec(hue, s1, v1));
+}
+
 static void poster(Canvas *c, float hue, Rng *rng)
 {
     Palette p = fs_paint_palette(hue, rng);
@@ -93,7 +100,7 @@ static void label(Canvas *c, float hue, Rng *rng)
     float w = c->w, h = c->h, band = h * fs_paint_range(rng, 0.3f, 0.5f), y = h * fs_paint_range(rng, 0.1f, 0.4f);
     if (fs_rng_below(rng, 2))
         for (int i = 0; i < 24; i++)
-            fs_canvas_disc(c, fs_paint_range(rng, 0, w), fs_paint_range(rng, 0, h), 0.05f * w,
+            fs_canvas_disc(c, w * fs_rng_uniform(rng), h * (float)i / 24, 0.05f * w,
                            fs_canvas_mix(p.main, p.accent, 0.6f));
     else
         for (float x = 0; x < w; x += 0.14f * w)
@@ -182,7 +189,7 @@ static void floral(Canvas *c, float hue, Rng *rng)
 static void wood(Canvas *c, float hue, Rng *rng)
 {
     float h = hue < 0 ? fs_paint_range(rng, 0.05f, 0.1f) : 0.04f + 0.07f * hue;
-    fs_canvas_fill(c, fs_canvas_hsv(h, fs_paint_range(rng, 0.35f, 0.55f), fs_paint_range(rng, 0.42f, 0.62f)));
+    fs_canvas_fill(c, tone(rng, h, 0.35f, 0.55f, 0.42f, 0.62f));
     fs_canvas_noise(c, 1.2f, 26.0f, 4, 0.22f, vec(1, 0.85f, 0.7f), rng);
     fs_canvas_noise(c, 0.3f, 7.0f, 2, 0.1f, WHITE, rng);
     for (float x = 0; x < c->w; x += 14.0f) fs_canvas_rect(c, x, 0, 0.25f, c->h, fs_canvas_hsv(h, 0.5f, 0.24f));
@@ -190,8 +197,7 @@ static void wood(Canvas *c, float hue, Rng *rng)
 
 static void plaster(Canvas *c, float hue, Rng *rng)
 {
-    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? fs_rng_uniform(rng) : hue, fs_paint_range(rng, 0.06f, 0.2f),
-                                    fs_paint_range(rng, 0.7f, 0.84f)));
+    fs_canvas_fill(c, tone(rng, hue, 0.06f, 0.2f, 0.7f, 0.84f));
     fs_canvas_noise(c, 40.0f, 40.0f, 4, 0.1f, WHITE, rng);
     fs_canvas_noise(c, 1.2f, 1.2f, 3, 0.07f, WHITE, rng);
 }
@@ -233,8 +239,7 @@ static void brick(Canvas *c, float hue, Rng *rng)
     for (float y = 0; y < c->h; y += 7.5f, row++)
         for (float x = row & 1 ? -12.0f : 0.0f; x < c->w; x += 24.0f)
             fs_canvas_rect(c, x + 0.5f, y + 0.5f, 23, 6.5f,
-                           fs_canvas_hsv(h + fs_paint_range(rng, -0.02f, 0.02f), fs_paint_range(rng, 0.25f, 0.5f),
-                                         fs_paint_range(rng, 0.42f, 0.68f)));
+                           fs_paint_color(rng, vec(h - 0.02f, 0.25f, 0.42f), vec(h + 0.02f, 0.5f, 0.68f)));
     fs_canvas_noise(c, 2.5f, 2.5f, 4, 0.13f, WHITE, rng);
 }
 
@@ -254,7 +259,7 @@ static void tiles(Canvas *c, float hue, Rng *rng)
 
 static void carpet(Canvas *c, float hue, Rng *rng)
 {
-    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? fs_rng_uniform(rng) : hue, 0.25f, fs_paint_range(rng, 0.4f, 0.52f)));
+    fs_canvas_fill(c, tone(rng, hue, 0.25f, 0.25f, 0.4f, 0.52f));
     fs_canvas_noise(c, 0.5f, 0.5f, 2, 0.25f, vec(1, 0.95f, 0.9f), rng);
     fs_canvas_noise(c, 6.0f, 6.0f, 4, 0.2f, WHITE, rng);
 }
@@ -263,9 +268,10 @@ static void stone(Canvas *c, float hue, Rng *rng)
 {
     fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? 0.6f : hue, 0.06f, fs_paint_range(rng, 0.46f, 0.56f)));
     fs_canvas_noise(c, 5.0f, 5.0f, 5, 0.22f, WHITE, rng);
-    for (int i = 0, n = (int)(c->w * c->h * 0.25f); i < n; i++)
-        fs_canvas_disc(c, fs_paint_range(rng, 0, c->w), fs_paint_range(rng, 0, c->h), fs_paint_range(rng, 0.08f, 0.35f),
-                       fs_canvas_hsv(0.6f, 0.08f, fs_paint_range(rng, 0.22f, 0.78f)));
+    for (int i = 0, n = (int)(c->w * c->h * 0.25f); i < n; i++) {
+        float x = fs_paint_range(rng, 0, c->w), y = fs_paint_range(rng, 0, c->h), r = fs_paint_range(rng, 0.08f, 0.35f);
+        fs_canvas_disc(c, x, y, r, tone(rng, 0.6f, 0.08f, 0.08f, 0.22f, 0.78f));
+    }
 }
 
 static void stripes(Canvas *c, float hue, Rng *rng)
@@ -298,8 +304,8 @@ static void metal(Canvas *c, float hue, Rng *rng)
     fs_canvas_noise(c, 20.0f, 0.2f, 3, 0.09f, WHITE, rng);
     for (int i = 0; i < 25; i++) {
         float x = fs_paint_range(rng, 0, c->w), y = fs_paint_range(rng, 0, c->h);
-        fs_canvas_line(c, x, y, x + fs_paint_range(rng, -3, 3), y + fs_paint_range(rng, -1, 1), 0.06f,
-                       vec(0.35f, 0.35f, 0.36f));
+        float dx = fs_paint_range(rng, -3, 3), dy = fs_paint_range(rng, -1, 1);
+        fs_canvas_line(c, x, y, x + dx, y + dy, 0.06f, vec(0.35f, 0.35f, 0.36f));
     }
 }
 
@@ -373,8 +379,7 @@ static void keys(Canvas *c, float hue, Rng *rng)
 
 static void plain(Canvas *c, float hue, Rng *rng)
 {
-    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? fs_rng_uniform(rng) : hue, fs_paint_range(rng, 0.05f, 0.35f),
-                                    fs_paint_range(rng, 0.55f, 0.75f)));
+    fs_canvas_fill(c, tone(rng, hue, 0.05f, 0.35f, 0.55f, 0.75f));
     fs_canvas_noise(c, 60.0f, 60.0f, 2, 0.03f, WHITE, rng);
 }
 

@@ -10,17 +10,23 @@ float fs_paint_range(Rng *rng, float low, float high)
     return low + (high - low) * fs_rng_uniform(rng);
 }
 
+Color fs_paint_color(Rng *rng, Vec low_hsv, Vec high_hsv)
+{
+    float h = fs_paint_range(rng, low_hsv.x, high_hsv.x), s = fs_paint_range(rng, low_hsv.y, high_hsv.y);
+    float v = fs_paint_range(rng, low_hsv.z, high_hsv.z);
+    return fs_canvas_hsv(h, s, v);
+}
+
 Palette fs_paint_palette(float hue, Rng *rng)
 {
     float h = hue < 0 ? fs_rng_uniform(rng) : hue + fs_paint_range(rng, -0.04f, 0.04f);
     float other = h + fs_paint_range(rng, 0.3f, 0.7f);
-    Palette p = {
-        .paper = fs_canvas_hsv(h + 0.05f, fs_paint_range(rng, 0.03f, 0.16f), fs_paint_range(rng, 0.78f, 0.9f)),
-        .ink = fs_canvas_hsv(h, 0.3f, fs_paint_range(rng, 0.15f, 0.28f)),
-        .main = fs_canvas_hsv(h, fs_paint_range(rng, 0.35f, 0.75f), fs_paint_range(rng, 0.5f, 0.82f)),
-        .second = fs_canvas_hsv(other, fs_paint_range(rng, 0.35f, 0.7f), fs_paint_range(rng, 0.55f, 0.85f)),
-        .accent = fs_canvas_hsv(other + 0.2f, fs_paint_range(rng, 0.55f, 0.85f), fs_paint_range(rng, 0.55f, 0.85f)),
-    };
+    Palette p;
+    p.paper = fs_paint_color(rng, vec(h + 0.05f, 0.03f, 0.78f), vec(h + 0.05f, 0.16f, 0.9f));
+    p.ink = fs_paint_color(rng, vec(h, 0.3f, 0.15f), vec(h, 0.3f, 0.28f));
+    p.main = fs_paint_color(rng, vec(h, 0.35f, 0.5f), vec(h, 0.75f, 0.82f));
+    p.second = fs_paint_color(rng, vec(other, 0.35f, 0.55f), vec(other, 0.7f, 0.85f));
+    p.accent = fs_paint_color(rng, vec(other + 0.2f, 0.55f, 0.55f), vec(other + 0.2f, 0.85f, 0.85f));
     return p;
 }
 
@@ -31,6 +37,13 @@ float fs_paint_heading(Canvas *c, float x, float y, float w, float h, int words,
     float height = fminf(h, h * w / fmaxf(fs_canvas_text_width(text, h), 1e-3f));
     fs_canvas_text(c, x, y, height, height * fs_paint_range(rng, 0.13f, 0.24f), text, color);
     return height;
+}
+
+static void mark(Canvas *c, float x, float y, float line, Color color, Rng *rng)
+{
+    float drop = fs_paint_range(rng, 0.0f, 0.4f), w = fs_paint_range(rng, 0.3f, 0.6f),
+          h = fs_paint_range(rng, 0.5f, 0.9f);
+    fs_canvas_rect(c, x, y + line * drop, line * w, line * h, color);
 }
 
 void fs_paint_column(Canvas *c, float x, float y, float w, float h, float line, Color color, Rng *rng)
@@ -46,9 +59,7 @@ void fs_paint_column(Canvas *c, float x, float y, float w, float h, float line, 
                 fs_canvas_text(c, xx, yy, line, 0.16f * line, word, color);
             else
                 for (float g = 0; g < width - 0.5f * line; g += 0.75f * line) // letters too small to draw: uneven marks
-                    fs_canvas_rect(c, xx + g, yy + line * fs_paint_range(rng, 0.0f, 0.4f),
-                                   line * fs_paint_range(rng, 0.3f, 0.6f), line * fs_paint_range(rng, 0.5f, 0.9f),
-                                   color);
+                    mark(c, xx + g, yy, line, color, rng);
             xx += width + 0.6f * line;
         }
     }
@@ -61,7 +72,7 @@ void fs_paint_chart(Canvas *c, float x, float y, float w, float h, const Palette
     int bars = 4 + fs_rng_below(rng, 5);
     for (int i = 0; i < bars; i++) {
         float bh = h * fs_paint_range(rng, 0.1f, 0.85f), bw = 0.9f * w / (float)bars;
-        Color color = fs_canvas_hsv(fs_rng_uniform(rng), 0.6f, fs_paint_range(rng, 0.4f, 0.85f));
+        Color color = fs_paint_color(rng, vec(0, 0.6f, 0.4f), vec(1, 0.6f, 0.85f));
         fs_canvas_rect(c, x + 0.05f * w + bw * (float)i + 0.15f * bw, y + 0.95f * h - bh, 0.7f * bw, bh, color);
     }
     float px = x + 0.06f * w, py = y + h * fs_paint_range(rng, 0.2f, 0.7f);
@@ -96,8 +107,7 @@ static void shapes(Canvas *c, float x, float y, float w, float h, const Palette 
     fs_canvas_gradient(c, x, y, w, h, p->main, p->second);
     float least = fminf(w, h);
     for (int i = 0; i < 14; i++) {
-        Color color =
-            fs_canvas_hsv(fs_rng_uniform(rng), fs_paint_range(rng, 0.2f, 0.8f), fs_paint_range(rng, 0.2f, 0.9f));
+        Color color = fs_paint_color(rng, vec(0, 0.2f, 0.2f), vec(1, 0.8f, 0.9f));
         float r = least * fs_paint_range(rng, 0.04f, 0.18f), cx = fs_paint_range(rng, x + r, x + w - r),
               cy = fs_paint_range(rng, y + r, y + h - r);
         switch (fs_rng_below(rng, 4)) {
@@ -137,8 +147,7 @@ static void blobs(Canvas *c, float x, float y, float w, float h, const Palette *
     for (int i = 0; i < N; i++) {
         cx[i] = fs_paint_range(rng, x, x + w);
         cy[i] = fs_paint_range(rng, y, y + h);
-        color[i] =
-            fs_canvas_hsv(fs_rng_uniform(rng), fs_paint_range(rng, 0.3f, 0.8f), fs_paint_range(rng, 0.25f, 0.9f));
+        color[i] = fs_paint_color(rng, vec(0, 0.3f, 0.25f), vec(1, 0.8f, 0.9f));
     }
     float step = fmaxf(1.0f / c->scale, w / 160.0f), edge = 0.03f * fminf(w, h);
     for (float yy = y; yy < y + h; yy += step)

@@ -46,7 +46,8 @@ static void shell(Build *b, Paint wall, Paint floor, float hue)
     float x0 = b->side > 0 ? -2.6f : -b->wide, x1 = b->side > 0 ? b->wide : 2.6f;
     fs_world_room(w, &b->f, vec(x0, 0, 0), vec(x1, b->depth, b->high), side);
     fs_world_box(w, &b->f, vec(x0, b->depth - 0.02f, 0), vec(x1, b->depth, 0.1f), skirting);
-    Vec tint = vec(rnd(b, 4.6f, 6.0f), 5.2f, rnd(b, 4.8f, 6.2f));
+    float red = rnd(b, 4.6f, 6.0f), blue = rnd(b, 4.8f, 6.2f);
+    Vec tint = vec(red, 5.2f, blue);
     for (int i = 0; i < 3; i++) { // lamps in the ceiling, seen as bright panels
         float x = b->side * b->size * (0.6f + 1.0f * (float)i) - 0.3f, y = b->depth * (i & 1 ? 0.62f : 0.4f);
         Frame f = frame_at(&b->f, vec(x, y, b->high - 0.012f), 0);
@@ -125,7 +126,8 @@ static void classroom(Build *b)
         fs_things_table(w, &t, 1.05f, 0.6f, 0.74f, b->stock.wood[i & 1]);
         Frame row = frame_at(&t, vec(0, 0, 0.74f), 0);
         fs_things_row(w, &row, -0.45f, 0.3f, 0.45f, 0.26f, &b->stock);
-        Frame c = frame_at(&t, vec(rnd(b, -0.2f, 0.2f), -0.48f, 0), 3.1416f + rnd(b, -0.4f, 0.4f));
+        float aside = rnd(b, -0.2f, 0.2f);
+        Frame c = frame_at(&t, vec(aside, -0.48f, 0), 3.1416f + rnd(b, -0.4f, 0.4f));
         fs_things_chair(w, &c, seat[i % 3], b->stock.dark);
     }
     Frame rack = stand(b, 3.35f, 2.65f, -1.2f);

@@ -58,7 +58,7 @@ void fs_things_carton(World *w, const Frame *f, float width, float depth, float 
 static int spine(World *w)
 {
     Surface cloth = {.texture = -1, .gloss = 0.05f};
-    Color c = fs_canvas_hsv(fs_things_range(w, 0, 1), fs_things_range(w, 0.2f, 0.7f), fs_things_range(w, 0.3f, 0.8f));
+    Color c = fs_paint_color(&w->rng, vec(0, 0.2f, 0.3f), vec(1, 0.7f, 0.8f));
     cloth.tint = vec(c.x * c.x, c.y * c.y, c.z * c.z);
     return fs_world_surface(w, cloth);
 }
@@ -88,8 +88,10 @@ void fs_things_pile(World *w, const Frame *f, int n, const Stock *s)
     for (int i = 0; i < n; i++) {
         float thick = fs_things_range(w, 0.015f, 0.045f), width = fs_things_range(w, 0.15f, 0.24f),
               deep = 0.72f * width;
-        Frame at = frame_at(f, vec(fs_things_range(w, -0.02f, 0.02f), 0, z), fs_things_range(w, -0.4f, 0.4f));
-        const int side[6] = {spine(w), -1, s->white, s->white, -1, s->cover[fs_things_pick(w, 4)]};
+        float aside = fs_things_range(w, -0.02f, 0.02f);
+        Frame at = frame_at(f, vec(aside, 0, z), fs_things_range(w, -0.4f, 0.4f));
+        int cloth = spine(w), cover = s->cover[fs_things_pick(w, 4)];
+        const int side[6] = {cloth, -1, s->white, s->white, -1, cover};
         fs_world_box6(w, &at, vec(-0.5f * width, -0.5f * deep, 0), vec(0.5f * width, 0.5f * deep, thick), side);
         z += thick;
     }
