@@ -96,6 +96,28 @@ class Job(unittest.TestCase):
         for stage in ("ingest", "poses", "initialise", "train", "render", "export"):
             self.assertRegex(text, rf"(?m)^  {stage} +done")
 
+    def test_damaged_project(self):
+        """What an earlier stage left is damaged: one line names the file, nothing crashes, the rest is kept."""
+        cases = (("views.json", "render"), ("views.json", "train"), ("clouds/T_N.ply", "render"), ("clouds/R.ply", "export"),
+                 ("clouds/model.json", "render"), ("start/R.ply", "train"), ("start/model.json", "train"),
+                 ("images/IMG_0001.tif", "train"), ("images/IMG_0001_mask.png", "train"),
+                 ("sparse/points3D.txt", "initialise"), ("checkpoint/state.json", "train --resume"),
+                 ("checkpoint/T_N_m.ply", "train --resume"), ("checkpoint/T_N_neighbours.bin", "train --resume"))
+        for name, words in cases:
+            copy = self.dir / "damaged"
+            shutil.copytree(self.out, copy)
+            data = (copy / name).read_bytes()
+            stage, *options = words.split()
+            for damaged in (b"", data[:len(data) // 2], b"\xff" * len(data)):
+                (copy / name).write_bytes(damaged)
+                process = subprocess.run(command(stage, copy, "--force", *options, *(TRAIN if stage == "train" else [])),
+                                         capture_output=True, text=True, timeout=600, check=False)
+                with self.subTest(name=name, words=words, size=len(damaged)):
+                    self.assertEqual(process.returncode, 1, process.stdout + process.stderr)
+                    line = next(l for l in process.stderr.splitlines() if l.startswith("flashsplat: "))
+                    self.assertIn(str(copy / pathlib.Path(name).parts[0]), line)
+            shutil.rmtree(copy)
+
     def interrupted(self, out, how):
         """A training that `how` ends after its first checkpoint, then is taken up again."""
         shutil.copytree(self.out, out, ignore=shutil.ignore_patterns("checkpoint", "clouds", "export", "renders"))
