@@ -59,7 +59,7 @@ typedef struct Terminal {
     double stage_start, last_shown;
     int64_t first_done;
 } Terminal;
-void cli_terminal_start(Terminal *terminal, const Invocation *invocation); // also catches SIGINT and SIGTERM
+void cli_terminal_start(Terminal *terminal, const Invocation *invocation); // also catches SIGINT, SIGTERM and SIGHUP
 FsCallbacks cli_terminal_callbacks(Terminal *terminal);
 void cli_terminal_finish(Terminal *terminal);
 

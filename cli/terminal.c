@@ -1,5 +1,5 @@
 // What a person sees while a command works: log lines, a progress bar on a terminal and plain lines elsewhere, and
-// what Ctrl-C does: the first lets the stage save what it has, the second ends the program at once.
+// what Ctrl-C (or SIGTERM, SIGHUP) does: the first lets the stage save what it has, the second ends the program at once.
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -143,8 +143,11 @@ void cli_terminal_start(Terminal *terminal, const Invocation *in)
     terminal->tty = isatty(STDERR_FILENO) && term && strcmp(term, "dumb") != 0;
     struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
     sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    for (size_t i = 0; i < sizeof signals / sizeof *signals; i++) {
+        struct sigaction old;
+        if (sigaction(signals[i], NULL, &old) == 0 && old.sa_handler != SIG_IGN) sigaction(signals[i], &action, NULL);
+    } // one that is ignored, as nohup and shells in the background do, stays so
 }
 
 FsCallbacks cli_terminal_callbacks(Terminal *terminal)
