@@ -124,24 +124,22 @@ static void sort_job(void *context, int job, int worker)
     RasterTask *task = task_of(context, job, &own);
     RasterWork *w = task->work;
     int n = 0;
-    for (int i = 0; i < w->n; i++) {
-        if (w->splats[i].tile[0] == w->splats[i].tile[2]) continue;
-        memcpy(&w->key[n], &w->splats[i].depth, sizeof(float)); // positive floats sort as integers
-        w->order[n++] = (uint32_t)i;
-    }
-    radix_pass(w->key, w->order, w->spare_key, w->spare, n, 0);
-    radix_pass(w->spare_key, w->spare, w->key, w->order, n, 11);
-    radix_pass(w->key, w->order, w->spare_key, w->spare, n, 22);
-    task->n_visible = n;
     memset(w->band_splat_start, 0, sizeof(int) * (size_t)(w->tiles_y + 1));
     memset(w->band_bound, 0, sizeof(int) * (size_t)(w->tiles_y + 1));
-    for (int i = 0; i < n; i++) {
-        const Splat *s = &w->splats[w->spare[i]];
+    for (int i = 0; i < w->n; i++) {
+        const Splat *s = &w->splats[i];
+        if (s->tile[0] == s->tile[2]) continue;
+        memcpy(&w->key[n], &s->depth, sizeof(float)); // positive floats sort as integers
+        w->order[n++] = (uint32_t)i;
         for (int y = s->tile[1]; y < s->tile[3]; y++) {
             w->band_splat_start[y + 1]++;
             w->band_bound[y + 1] += s->tile[2] - s->tile[0];
         }
     }
+    radix_pass(w->key, w->order, w->spare_key, w->spare, n, 0);
+    radix_pass(w->spare_key, w->spare, w->key, w->order, n, 11);
+    radix_pass(w->key, w->order, w->spare_key, w->spare, n, 22);
+    task->n_visible = n;
     for (int y = 0; y < w->tiles_y; y++) {
         w->band_splat_start[y + 1] += w->band_splat_start[y];
         w->band_bound[y + 1] += w->band_bound[y];
@@ -158,6 +156,7 @@ static void list_job(void *context, int job, int worker)
     memcpy(at, w->band_splat_start, sizeof(int) * (size_t)w->tiles_y);
     for (int i = 0; i < task->n_visible; i++) {
         uint32_t id = w->spare[i];
+        if (i + 16 < task->n_visible) __builtin_prefetch(&w->splats[w->spare[i + 16]]);
         for (int y = w->splats[id].tile[1]; y < w->splats[id].tile[3]; y++) w->band_splat[at[y]++] = id;
     }
     memset(w->tile_count, 0, sizeof(int) * (size_t)(w->tiles_x * w->tiles_y));
@@ -176,11 +175,16 @@ static void band_job(void *context, int job, int worker)
     for (int i = w->band_splat_start[y]; i < w->band_splat_start[y + 1]; i++) {
         uint32_t id = w->band_splat[i];
         const Splat *s = &w->splats[id];
-        for (int x = s->tile[0]; x < s->tile[2]; x++) {
-            uint32_t mask = run->kernels->raster->cover(s, x * FS_TILE, y * FS_TILE, FS_T_MIN);
-            if (!mask) continue;
-            *out++ = (BandEntry){id, mask, (uint32_t)x};
-            count[x]++;
+        if (i + 8 < w->band_splat_start[y + 1]) __builtin_prefetch(&w->splats[w->band_splat[i + 8]]);
+        uint32_t mask[64];
+        for (int x0 = s->tile[0]; x0 < s->tile[2]; x0 += 64) {
+            int tiles = s->tile[2] - x0 < 64 ? s->tile[2] - x0 : 64;
+            run->kernels->raster->cover(s, x0 * FS_TILE, y * FS_TILE, tiles, FS_T_MIN, mask);
+            for (int k = 0; k < tiles; k++) {
+                if (!mask[k]) continue;
+                *out++ = (BandEntry){id, mask[k], (uint32_t)(x0 + k)};
+                count[x0 + k]++;
+            }
         }
     }
     w->band_entries[y] = (int)(out - (w->band_entry + w->band_bound[y]));
@@ -240,15 +244,23 @@ static void tile_to_planes(const RasterTile *tile, const float *from, const Plan
 
 static void planes_to_tile(const RasterTile *tile, const Planes *from, float *to) // 0 outside the image
 {
+    bool whole = tile->x0 + FS_TILE <= from->width && tile->y0 + FS_TILE <= from->height;
     for (int c = 0; c < from->channels; c++)
-        for (int y = 0; y < FS_TILE; y++)
-            for (int half = 0; half < 2; half++) {
-                float *row = to + c * FS_TILE_PIXELS + half * 128 + y * 8;
-                int x = tile->x0 + 8 * half, inside = tile->y0 + y < from->height ? from->width - x : 0;
-                memset(row, 0, sizeof(float) * 8);
-                if (inside > 0)
-                    memcpy(row, fs_planes_row(from, c, tile->y0 + y) + x, sizeof(float) * (size_t)(inside < 8 ? inside : 8));
+        for (int y = 0; y < FS_TILE; y++) {
+            float *left = to + c * FS_TILE_PIXELS + y * 8, *right = left + 128;
+            if (whole) {
+                const float *in = fs_planes_row(from, c, tile->y0 + y) + tile->x0;
+                memcpy(left, in, sizeof(float) * 8);
+                memcpy(right, in + 8, sizeof(float) * 8);
+                continue;
             }
+            int inside = tile->y0 + y < from->height ? from->width - tile->x0 : 0;
+            if (inside > FS_TILE) inside = FS_TILE;
+            float row[FS_TILE] = {0};
+            if (inside > 0) memcpy(row, fs_planes_row(from, c, tile->y0 + y) + tile->x0, sizeof(float) * (size_t)inside);
+            memcpy(left, row, sizeof(float) * 8);
+            memcpy(right, row + 8, sizeof(float) * 8);
+        }
 }
 
 static void forward_job(void *context, int job, int worker)
@@ -277,10 +289,12 @@ static void backward_job(void *context, int job, int worker)
     _Alignas(64) float d_feature[FS_FEATURES_MAX * FS_TILE_PIXELS], d_transmittance[FS_TILE_PIXELS];
     if (!tile.n) return;
     planes_to_tile(&tile, &task->feature, feature);
-    planes_to_tile(&tile, &task->transmittance, transmittance);
     planes_to_tile(&tile, &task->d_feature, d_feature);
-    if (task->use_d_transmittance) planes_to_tile(&tile, &task->d_transmittance, d_transmittance);
-    run->kernels->raster->backward(&tile, feature, transmittance, d_feature,
+    if (task->use_d_transmittance) {
+        planes_to_tile(&tile, &task->transmittance, transmittance);
+        planes_to_tile(&tile, &task->d_transmittance, d_transmittance);
+    }
+    run->kernels->raster->backward(&tile, feature, task->use_d_transmittance ? transmittance : NULL, d_feature,
                                    task->use_d_transmittance ? d_transmittance : NULL, task->work->record);
 }
 

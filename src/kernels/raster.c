@@ -11,20 +11,22 @@
 static int group_x(int pixel) { return pixel / 128 * 8 + pixel % 8; }
 static int group_y(int pixel) { return pixel % 128 / 8; }
 
-static uint32_t cover(const Splat *s, int x0, int y0, float t_min)
+static void cover(const Splat *s, int x0, int y0, int tiles, float t_min, uint32_t *mask)
 {
     const float margin = 1e-3f;
-    uint32_t mask = 0;
+    memset(mask, 0, sizeof *mask * (size_t)tiles);
     for (int row = 0; row < FS_TILE; row++) {
         float dy = (float)(y0 + row) + 0.5f - s->y;
         float disc = s->b * s->b * dy * dy - 4 * s->a * (s->c * dy * dy + s->l - t_min);
         if (!(disc >= 0)) continue;
         float half = sqrtf(disc) / (-2 * s->a), mid = s->x - s->b * dy / (2 * s->a) - (float)x0;
         float lo = mid - half - margin, hi = mid + half + margin;
-        if (lo <= 7.5f && hi >= 0.5f) mask |= 1u << row;
-        if (lo <= 15.5f && hi >= 8.5f) mask |= 1u << (16 + row);
+        for (int i = 0; i < tiles; i++) {
+            float x = (float)(i * FS_TILE);
+            if (lo <= x + 7.5f && hi >= x + 0.5f) mask[i] |= 1u << row;
+            if (lo <= x + 15.5f && hi >= x + 8.5f) mask[i] |= 1u << (16 + row);
+        }
     }
-    return mask;
 }
 
 // log2 of alpha at a pixel; its offset from the mean in d.

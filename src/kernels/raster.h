@@ -55,12 +55,13 @@ typedef struct RasterTile {
 } RasterTile;
 
 typedef struct RasterKernels {
-    // Groups of the tile at (x0, y0) that the splat's ellipse t >= t_min touches (may say yes a hair too often).
-    uint32_t (*cover)(const Splat *splat, int x0, int y0, float t_min);
+    // mask[i]: groups that the splat's ellipse t >= t_min touches in tile i of a row of `tiles`, of which the first is
+    // at (x0, y0) (may say yes a hair too often).
+    void (*cover)(const Splat *splat, int x0, int y0, int tiles, float t_min, uint32_t *mask);
     // feature (features, 256), transmittance (256), all in group order. Returns the pairs that contributed.
     long (*forward)(const RasterTile *tile, float *feature, float *transmittance);
-    // Takes forward's results and their gradients d_feature (features, 256), d_transmittance (256, or NULL);
-    // writes records[entry.slot] (FS_RECORD floats each).
+    // Takes forward's results and their gradients d_feature (features, 256), d_transmittance (256, or NULL: then
+    // transmittance is not read); writes records[entry.slot] (FS_RECORD floats each).
     void (*backward)(const RasterTile *tile, const float *feature, const float *transmittance, const float *d_feature,
                      const float *d_transmittance, float *records);
 } RasterKernels;

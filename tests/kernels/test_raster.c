@@ -43,7 +43,8 @@ static void make(Case *c, int n, int features, bool cut)
             c->splats[i].l = fminf(c->splats[i].l - 2, -0.2f);
     for (int i = 0; i < SPLATS; i++) {
         uint32_t id = (uint32_t)(SPLATS - 1 - i);
-        uint32_t mask = cut ? fs_raster_scalar.cover(&c->splats[id], X0, Y0, FS_T_MIN) : 0xffffffffu;
+        uint32_t mask = 0xffffffffu;
+        if (cut) fs_raster_scalar.cover(&c->splats[id], X0, Y0, 1, FS_T_MIN, &mask);
         c->entry[i] = (TileEntry){id, mask, (uint32_t)((i * 7) % SPLATS)};
     }
     c->tile =
@@ -124,7 +125,9 @@ static void check_cover(void)
         int extra = 0, groups = 0;
         for (int i = 0; i < SPLATS; i++) {
             const Splat *s = &c->splats[i];
-            uint32_t mask = fs_kernels_at(level).raster->cover(s, X0, Y0, FS_T_MIN);
+            uint32_t row[2], mask; // as the second of two tiles
+            fs_kernels_at(level).raster->cover(s, X0 - FS_TILE, Y0, 2, FS_T_MIN, row);
+            mask = row[1];
             for (int g = 0; g < 32; g++) {
                 double best = -1e9;
                 for (int l = 0; l < 8; l++) {
