@@ -10,10 +10,14 @@
 #define STRIP 16 // rows per job
 
 const RenderLayerInfo fs_render_layers[RENDER_LAYERS] = {
-    [RENDER_T_N] = {"T_N", 3, false},         [RENDER_T_F] = {"T_F", 3, false},
-    [RENDER_R] = {"R", 3, false},             [RENDER_R_SCENE] = {"R_scene", 3, false},
-    [RENDER_BETA] = {"beta", 1, false},       [RENDER_I_N] = {"I_N", 3, false},
-    [RENDER_I_F] = {"I_F", 3, false},         [RENDER_DEPTH_T] = {"depth_T", 1, true},
+    [RENDER_T_N] = {"T_N", 3, false},
+    [RENDER_T_F] = {"T_F", 3, false},
+    [RENDER_R] = {"R", 3, false},
+    [RENDER_R_SCENE] = {"R_scene", 3, false},
+    [RENDER_BETA] = {"beta", 1, false},
+    [RENDER_I_N] = {"I_N", 3, false},
+    [RENDER_I_F] = {"I_F", 3, false},
+    [RENDER_DEPTH_T] = {"depth_T", 1, true},
     [RENDER_DEPTH_R] = {"depth_R", 1, true},
 };
 
@@ -44,7 +48,7 @@ void fs_engine_free(Engine *engine)
 Planes fs_engine_planes(Engine *engine, const Camera *camera, int channels)
 {
     Planes p = {camera->width, camera->height, channels, fs_planes_stride(camera->width), NULL};
-    p.px = ARENA_NEW(&engine->arena, float, (size_t)channels * (size_t)p.height * (size_t)p.stride);
+    p.px = ARENA_NEW(&engine->arena, float, (size_t)channels *(size_t)p.height *(size_t)p.stride);
     return p;
 }
 
@@ -82,8 +86,13 @@ static void compose_job(void *context, int job, int worker)
         fs_engine_sigmoid(&v->engine->task[LAYER_BETA].feature, &v->beta[0], y0, y1);
     fs_engine_scale(&v->beta[0], (float)(1 + v->scene->flash_return), &v->beta[1], y0, y1);
     for (int f = 0; f < 2; f++) {
-        ComposeArgs args = {.T = &v->T[f], .R = &v->R, .beta = &v->beta[f], .I = &v->I[f], .T_linear = &v->linear[f],
-                            .R_linear = &v->linear[2], .I_linear = &v->I_linear[f],
+        ComposeArgs args = {.T = &v->T[f],
+                            .R = &v->R,
+                            .beta = &v->beta[f],
+                            .I = &v->I[f],
+                            .T_linear = &v->linear[f],
+                            .R_linear = &v->linear[2],
+                            .I_linear = &v->I_linear[f],
                             .tau = v->scene->pane_beta ? &v->tau : NULL};
         v->engine->kernels.compose->forward(&args, y0, y1);
     }
@@ -168,8 +177,8 @@ int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, R
         RenderLayer layer;
         const Planes *planes, *times;
     } copies[] = {
-        {RENDER_T_N, &v.linear[0], NULL},     {RENDER_T_F, &v.linear[1], NULL},   {RENDER_R, &v.linear[2], &v.beta[0]},
-        {RENDER_R_SCENE, &v.linear[2], NULL}, {RENDER_BETA, &v.beta[0], NULL},       {RENDER_I_N, &v.I_linear[0], NULL},
+        {RENDER_T_N, &v.linear[0], NULL},     {RENDER_T_F, &v.linear[1], NULL}, {RENDER_R, &v.linear[2], &v.beta[0]},
+        {RENDER_R_SCENE, &v.linear[2], NULL}, {RENDER_BETA, &v.beta[0], NULL},  {RENDER_I_N, &v.I_linear[0], NULL},
         {RENDER_I_F, &v.I_linear[1], NULL},
     };
     int rc = 0;

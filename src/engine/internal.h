@@ -15,8 +15,8 @@ struct Engine {
     Arena arena; // planes of the present view
 };
 
-Planes fs_engine_planes(Engine *engine, const Camera *camera, int channels); // from the arena, not cleared
-ShadeLight fs_engine_light(const Scene *scene, const Camera *camera);        // the flash at a camera
+Planes fs_engine_planes(Engine *engine, const Camera *camera, int channels);             // from the arena, not cleared
+ShadeLight fs_engine_light(const Scene *scene, const Camera *camera);                    // the flash at a camera
 void fs_engine_scale(const Planes *in, float factor, const Planes *out, int y0, int y1); // 1 plane
 void fs_engine_sigmoid(const Planes *logit, const Planes *out, int y0, int y1);
 

@@ -14,7 +14,8 @@ static Rays rays_of(const Camera *camera)
         const double *m = camera->w2c;
         r.dx[k] = (float)(m[k] / camera->fx);
         r.dy[k] = (float)(m[4 + k] / camera->fy);
-        r.base[k] = (float)(m[8 + k] + (0.5 - camera->cx) / camera->fx * m[k] + (0.5 - camera->cy) / camera->fy * m[4 + k]);
+        r.base[k] =
+            (float)(m[8 + k] + (0.5 - camera->cx) / camera->fx * m[k] + (0.5 - camera->cy) / camera->fy * m[4 + k]);
     }
     return r;
 }
@@ -36,8 +37,8 @@ static float cosine(const Rays *rays, const float n[3], int x, int y, float ray[
 
 static void unit_normal(const Pane *pane, float n[3])
 {
-    double length = sqrt(pane->normal[0] * pane->normal[0] + pane->normal[1] * pane->normal[1] +
-                         pane->normal[2] * pane->normal[2]);
+    double length =
+        sqrt(pane->normal[0] * pane->normal[0] + pane->normal[1] * pane->normal[1] + pane->normal[2] * pane->normal[2]);
     for (int k = 0; k < 3; k++) n[k] = (float)(pane->normal[k] / (length > 0 ? length : 1));
 }
 
@@ -67,7 +68,8 @@ void fs_pane_backward(const Pane *pane, const Camera *camera, const Planes *d_be
         float part[4] = {0};
         for (int x = 0; x < d_beta->width; x++) {
             float c = cosine(&rays, n, x, y, ray), u = 1 - fabsf(c), u4 = u * u * u * u, rho = 1 + 22 * u4 * u;
-            float d_rho = (f0 * rho < most ? d_beta_row[x] * f0 : 0) - (b * rho < most ? d_tau_row[x] * b / (1 - b) : 0);
+            float d_rho =
+                (f0 * rho < most ? d_beta_row[x] * f0 : 0) - (b * rho < most ? d_tau_row[x] * b / (1 - b) : 0);
             float d_c = d_rho * 110 * u4 * (c < 0 ? 1.0f : -1.0f);
             for (int k = 0; k < 3; k++) part[k] += d_c * (ray[k] - c * n[k]);
             if (b * rho < most) part[3] += d_tau_row[x] * (1 - rho) / ((1 - b) * (1 - b));

@@ -23,8 +23,8 @@ static int each_moment(const Trainer *trainer, const char *dir, bool write, FsEr
                 fs_cloud_free(moments[k]);
                 rc = fs_cloud_ply_read(moments[k], path, err);
                 if (rc == 0 && moments[k]->n != trainer->scene.cloud[l].n)
-                    rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d Gaussians, its cloud has %d; remove the checkpoint", path,
-                                      moments[k]->n, trainer->scene.cloud[l].n);
+                    rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d Gaussians, its cloud has %d; remove the checkpoint",
+                                      path, moments[k]->n, trainer->scene.cloud[l].n);
             }
             free(path);
         }
@@ -46,7 +46,8 @@ static int each_array(const char *dir, int layer, const char *what, void **array
         if (fs_file_exists(path)) rc = fs_file_read(path, size, &data, &found, err);
         if (rc == 0 && data && found != size) {
             free(data);
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: %zu bytes, expected %zu; remove the checkpoint", path, found, size);
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s: %zu bytes, expected %zu; remove the checkpoint", path, found,
+                              size);
         } else if (rc == 0) {
             *array = data;
         }
@@ -59,8 +60,8 @@ static int check_neighbours(const char *dir, int layer, const CloudState *state,
 {
     for (int i = 0; state->neighbour && i < n * TRAIN_NEIGHBOURS; i++)
         if (state->neighbour[i] < 0 || state->neighbour[i] >= n)
-            return fs_error_set(err, FS_ERR_INPUT, "%s/%s_neighbours.bin: not of this cloud; remove the checkpoint", dir,
-                                fs_layers[layer].name);
+            return fs_error_set(err, FS_ERR_INPUT, "%s/%s_neighbours.bin: not of this cloud; remove the checkpoint",
+                                dir, fs_layers[layer].name);
     return 0;
 }
 
@@ -95,8 +96,9 @@ static json_t *numbers(const double *x, int n)
 
 static int write_state(const Trainer *trainer, const char *dir, FsError *err)
 {
-    json_t *root = json_pack("{s:i,s:o,s:o}", "step", trainer->step, "global_m", numbers(trainer->globals.m, TRAIN_GLOBALS),
-                             "global_v", numbers(trainer->globals.v, TRAIN_GLOBALS));
+    json_t *root =
+        json_pack("{s:i,s:o,s:o}", "step", trainer->step, "global_m", numbers(trainer->globals.m, TRAIN_GLOBALS),
+                  "global_v", numbers(trainer->globals.v, TRAIN_GLOBALS));
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     char *path = fs_file_path("%s/state.json", dir);
     int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);

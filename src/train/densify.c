@@ -16,8 +16,14 @@
 #define EVERY 100
 #define GROWTH 1.05
 
-static float sigmoid(float x) { return 1 / (1 + expf(-x)); }
-static float logit(float p) { return logf(p / (1 - p)); }
+static float sigmoid(float x)
+{
+    return 1 / (1 + expf(-x));
+}
+static float logit(float p)
+{
+    return logf(p / (1 - p));
+}
 
 // Opacity and scale factor of each of n Gaussians that replace one of opacity o (3DGS-MCMC, eq. 9).
 static void shared_out(float o, int n, float *opacity, float *shrink)
@@ -54,10 +60,12 @@ static void zero_gaussian(Cloud *cloud, int i)
 }
 
 // Draws `n` live Gaussians by opacity; counts[i] rises by the times that i was drawn. drawn (n).
-static void draw(const Cloud *cloud, int live_below, const unsigned char *dead, int n, Rng *rng, int *drawn, int *counts, double *sums)
+static void draw(const Cloud *cloud, int live_below, const unsigned char *dead, int n, Rng *rng, int *drawn,
+                 int *counts, double *sums)
 {
     double total = 0;
-    for (int i = 0; i < live_below; i++) sums[i] = total += dead[i] ? 0 : (double)sigmoid(cloud->field[CLOUD_OPACITIES][i]);
+    for (int i = 0; i < live_below; i++)
+        sums[i] = total += dead[i] ? 0 : (double)sigmoid(cloud->field[CLOUD_OPACITIES][i]);
     for (int d = 0; d < n; d++) {
         double at = ((double)fs_rng_u32(rng) + 0.5) * 0x1p-32 * total;
         int low = 0, high = live_below - 1;
@@ -81,7 +89,8 @@ static void place(Cloud *cloud, CloudState *state, const int *target, const int 
         if (counts[from] > 0) { // first time: change the source itself
             int copies = counts[from] + 1;
             float o, shrink;
-            shared_out(sigmoid(cloud->field[CLOUD_OPACITIES][from]), copies < MOST_COPIES ? copies : MOST_COPIES, &o, &shrink);
+            shared_out(sigmoid(cloud->field[CLOUD_OPACITIES][from]), copies < MOST_COPIES ? copies : MOST_COPIES, &o,
+                       &shrink);
             cloud->field[CLOUD_OPACITIES][from] = logit(o < DEAD ? DEAD : o);
             for (int k = 0; k < 3; k++) cloud->field[CLOUD_SCALES][3 * from + k] += logf(shrink);
             zero_gaussian(&state->m, from);
@@ -98,7 +107,8 @@ static int relocate_cloud(Trainer *trainer, int layer, FsError *err)
 {
     Cloud *cloud = &trainer->scene.cloud[layer];
     CloudState *state = &trainer->state[layer];
-    int n = cloud->n, grown = (int)(GROWTH * n) < trainer->set->max_splats ? (int)(GROWTH * n) : trainer->set->max_splats;
+    int n = cloud->n,
+        grown = (int)(GROWTH * n) < trainer->set->max_splats ? (int)(GROWTH * n) : trainer->set->max_splats;
     if (grown < n) grown = n;
     Rng rng = fs_rng_new(((uint64_t)trainer->set->seed << 32) + (uint64_t)trainer->step * LAYERS + (uint64_t)layer);
     unsigned char *dead = calloc((size_t)n, 1);
@@ -113,8 +123,10 @@ static int relocate_cloud(Trainer *trainer, int layer, FsError *err)
             target[n_dead++] = i;
         }
     if (n_dead == n) {
-        rc = fs_error_set(err, FS_ERR_NUMERIC, "training: layer %s lost all its Gaussians at step %d; the last checkpoint "
-                          "is kept; check poses and flash photos", fs_layers[layer].name, trainer->step);
+        rc = fs_error_set(err, FS_ERR_NUMERIC,
+                          "training: layer %s lost all its Gaussians at step %d; the last checkpoint "
+                          "is kept; check poses and flash photos",
+                          fs_layers[layer].name, trainer->step);
         goto fail;
     }
     draw(cloud, n, dead, n_dead, &rng, drawn, counts, sums);

@@ -11,8 +11,8 @@
 #define FROM 500
 #define UNTIL 10000
 #define EVERY 100
-#define GRADIENT 5e-4f       // mean screen-space gradient, NDC units
-#define PERCENT_DENSE 0.01f  // of the extent: larger ones split, smaller ones are cloned
+#define GRADIENT 5e-4f      // mean screen-space gradient, NDC units
+#define PERCENT_DENSE 0.01f // of the extent: larger ones split, smaller ones are cloned
 #define OPACITY_MIN 0.005f
 #define RESET_EVERY 3000
 #define RESET_FROM 2000
@@ -20,8 +20,14 @@
 #define UNPOOL_UNTIL 2000
 #define UNPOOL_NEIGHBOURS 3
 
-static float sigmoid(float x) { return 1 / (1 + expf(-x)); }
-static float logit(float p) { return logf(p / (1 - p)); }
+static float sigmoid(float x)
+{
+    return 1 / (1 + expf(-x));
+}
+static float logit(float p)
+{
+    return logf(p / (1 - p));
+}
 
 static float largest_scale(const Cloud *cloud, int i)
 {
@@ -62,7 +68,9 @@ static void split(Cloud *cloud, int i, int fresh, Rng *rng)
         float local[3];
         for (int k = 0; k < 3; k++) local[k] = expf(scale[k]) * fs_rng_normal(rng);
         for (int k = 0; k < 3; k++) {
-            cloud->field[CLOUD_MEANS][3 * target[t] + k] = centre[k] + (float)r[3 * k] * local[0] + (float)r[3 * k + 1] * local[1] + (float)r[3 * k + 2] * local[2];
+            cloud->field[CLOUD_MEANS][3 * target[t] + k] = centre[k] + (float)r[3 * k] * local[0] +
+                                                           (float)r[3 * k + 1] * local[1] +
+                                                           (float)r[3 * k + 2] * local[2];
             cloud->field[CLOUD_SCALES][3 * target[t] + k] = scale[k] - logf(1.6f);
         }
     }
@@ -108,7 +116,8 @@ static int unpool(Trainer *trainer, int layer, FsError *err)
             TRY(resize_all(cloud, state, fresh + 1, err));
             copy_gaussian(cloud, fresh, j);
             for (int a = 0; a < 3; a++)
-                cloud->field[CLOUD_MEANS][3 * fresh + a] = 0.5f * (cloud->field[CLOUD_MEANS][3 * i + a] + cloud->field[CLOUD_MEANS][3 * j + a]);
+                cloud->field[CLOUD_MEANS][3 * fresh + a] =
+                    0.5f * (cloud->field[CLOUD_MEANS][3 * i + a] + cloud->field[CLOUD_MEANS][3 * j + a]);
         }
     }
 fail:
@@ -128,8 +137,10 @@ static int prune(Trainer *trainer, int layer, FsError *err)
     for (int i = 0; i < cloud->n; i++) kept += keep[i] = sigmoid(cloud->field[CLOUD_OPACITIES][i]) >= OPACITY_MIN;
     int rc = 0;
     if (kept == 0)
-        rc = fs_error_set(err, FS_ERR_NUMERIC, "training: layer %s lost all its Gaussians at step %d; the last checkpoint is "
-                          "kept; check poses and flash photos", fs_layers[layer].name, trainer->step);
+        rc = fs_error_set(err, FS_ERR_NUMERIC,
+                          "training: layer %s lost all its Gaussians at step %d; the last checkpoint is "
+                          "kept; check poses and flash photos",
+                          fs_layers[layer].name, trainer->step);
     else {
         fs_cloud_compact(cloud, keep);
         fs_cloud_compact(&state->m, keep);
@@ -174,7 +185,8 @@ int fs_fsgs_step(Trainer *trainer, FsError *err)
     int rc = 0;
     LayerLight other = trainer->last_flash ? LIT_BY_AMBIENT : LIT_BY_FLASH;
     for (int l = 0; l < LAYERS && rc == 0; l++)
-        if (trainer->scene.cloud[l].n && (trainer->scene.shared_geometry || fs_layers[l].light != other)) rc = collect(trainer, l, err);
+        if (trainer->scene.cloud[l].n && (trainer->scene.shared_geometry || fs_layers[l].light != other))
+            rc = collect(trainer, l, err);
     if (rc < 0 || trainer->step < FROM || trainer->step > UNTIL || trainer->step % EVERY) return rc;
     for (int l = 0; l < LAYERS && rc == 0; l++) {
         if (!trainer->scene.cloud[l].n) continue;
@@ -184,6 +196,7 @@ int fs_fsgs_step(Trainer *trainer, FsError *err)
         trainer->state[l].stats_capacity = 0; // counts begin anew
     }
     for (int l = 0; l < LAYERS && rc == 0; l++)
-        if (trainer->step >= RESET_FROM && trainer->step % RESET_EVERY == 0) reset_opacity(&trainer->scene.cloud[l], &trainer->state[l]);
+        if (trainer->step >= RESET_FROM && trainer->step % RESET_EVERY == 0)
+            reset_opacity(&trainer->scene.cloud[l], &trainer->state[l]);
     return rc == 0 ? fs_gains_find_neighbours(trainer, err) : rc;
 }

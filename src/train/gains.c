@@ -21,7 +21,8 @@ int fs_gains_find_neighbours(Trainer *trainer, FsError *err)
     if (!cloud->width[CLOUD_GAINS] || trainer->set->gain_smooth <= 0 || cloud->n <= TRAIN_NEIGHBOURS) return 0;
     state->neighbour = malloc(sizeof(int) * TRAIN_NEIGHBOURS * (size_t)cloud->n);
     if (!state->neighbour) return fs_error_memory(err);
-    int rc = fs_knn(cloud->field[CLOUD_MEANS], cloud->n, TRAIN_NEIGHBOURS, state->neighbour, NULL, trainer->engine->threads);
+    int rc =
+        fs_knn(cloud->field[CLOUD_MEANS], cloud->n, TRAIN_NEIGHBOURS, state->neighbour, NULL, trainer->engine->threads);
     return rc < 0 ? fs_error_set(err, rc, "training: a Gaussian's position is not finite") : 0;
 }
 

@@ -12,11 +12,8 @@ static const struct {
     double rate; // per step; means: times the scene's extent, falling to a hundredth
 } rates[CLOUD_FIELDS] = {
     [CLOUD_MEANS] = {0}, // the setting means-rate
-    [CLOUD_SCALES] = {5e-3},
-    [CLOUD_QUATS] = {1e-3},
-    [CLOUD_OPACITIES] = {5e-2},
-    [CLOUD_COLORS] = {2.5e-3},
-    [CLOUD_GAINS] = {5e-3},
+    [CLOUD_SCALES] = {5e-3},   [CLOUD_QUATS] = {1e-3}, [CLOUD_OPACITIES] = {5e-2},
+    [CLOUD_COLORS] = {2.5e-3}, [CLOUD_GAINS] = {5e-3},
 };
 
 int fs_optimise_init(Trainer *trainer, FsError *err)
@@ -91,7 +88,8 @@ static void explore(const Trainer *t, Cloud *cloud, int layer, int begin, int en
             local[k] = e * e * fs_rng_normal(&rng) * size;
         }
         for (int k = 0; k < 3; k++)
-            cloud->field[CLOUD_MEANS][3 * i + k] += (float)r[3 * k] * local[0] + (float)r[3 * k + 1] * local[1] + (float)r[3 * k + 2] * local[2];
+            cloud->field[CLOUD_MEANS][3 * i + k] +=
+                (float)r[3 * k] * local[0] + (float)r[3 * k + 1] * local[1] + (float)r[3 * k + 2] * local[2];
     }
 }
 
@@ -115,13 +113,14 @@ static void update_job(void *context, int job, int worker)
     for (int f = 0; f < CLOUD_FIELDS; f++) {
         size_t w = (size_t)cloud->width[f], at = w * (size_t)begin;
         if (!w) continue;
-        double rate = f == CLOUD_MEANS ? u->means_rate : rates[f].rate * (f == CLOUD_OPACITIES ? 1 : t->set->rate_scale);
+        double rate =
+            f == CLOUD_MEANS ? u->means_rate : rates[f].rate * (f == CLOUD_OPACITIES ? 1 : t->set->rate_scale);
         t->engine->kernels.adam->step_sparse(cloud->field[f] + at, task->d_field[f] + at, state->m.field[f] + at,
                                              state->v.field[f] + at, (size_t)(end - begin), (int)w, task->seen + begin,
                                              fs_adam_rate(rate, t->step));
     }
-    if (l != LAYER_BETA) clamp_field(cloud->field[CLOUD_COLORS] + 3 * begin, 3 * (size_t)(end - begin),
-                                     (float)t->set->darkest, 4);
+    if (l != LAYER_BETA)
+        clamp_field(cloud->field[CLOUD_COLORS] + 3 * begin, 3 * (size_t)(end - begin), (float)t->set->darkest, 4);
     if (cloud->width[CLOUD_GAINS]) clamp_field(cloud->field[CLOUD_GAINS] + begin, (size_t)(end - begin), -3.0f, 3.0f);
     if (strcmp(t->set->densify, "relocate") == 0) explore(t, cloud, l, begin, end, u->means_rate);
 }

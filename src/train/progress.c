@@ -40,12 +40,14 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
     for (int flash = 0; flash < 2; flash++) {
         const TrainView *view = NULL;
         for (int i = 0, found = 0; i < trainer->n_views; i++)
-            if (trainer->views[i].view->flash == (flash == 1) && (!view || ++found <= trainer->n_views / 4)) view = &trainer->views[i];
+            if (trainer->views[i].view->flash == (flash == 1) && (!view || ++found <= trainer->n_views / 4))
+                view = &trainer->views[i];
         if (!view) continue;
         TRY(fs_engine_render(trainer->engine, &trainer->scene, &view->view->camera, &renders[rows], err));
         TRY(photo_image(view, &photo[rows], err));
         float exposure = fs_tone_pleasant_exposure(&photo[0], 1);
-        RenderLayer layers[4] = {flash ? RENDER_I_F : RENDER_I_N, flash ? RENDER_T_F : RENDER_T_N, RENDER_R, RENDER_BETA};
+        RenderLayer layers[4] = {flash ? RENDER_I_F : RENDER_I_N, flash ? RENDER_T_F : RENDER_T_N, RENDER_R,
+                                 RENDER_BETA};
         to_display(&photo[rows], exposure);
         tiles[5 * rows] = (SheetTile){&photo[rows], view->view->name};
         for (int k = 0; k < 4; k++) {
@@ -88,7 +90,8 @@ int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
     if (f) {
         fprintf(f, "{\"step\": %d, \"seconds\": %.2f", trainer->step, seconds);
         for (int k = 0; k < LOSS_TERMS; k++) fprintf(f, ", \"%s\": %.6g", fs_loss_names[k], trainer->smoothed[k]);
-        for (int l = 0; l < LAYERS; l++) fprintf(f, ", \"splats_%s\": %d", fs_layers[l].name, trainer->scene.cloud[l].n);
+        for (int l = 0; l < LAYERS; l++)
+            fprintf(f, ", \"splats_%s\": %d", fs_layers[l].name, trainer->scene.cloud[l].n);
         fprintf(f, ", \"gain_color\": [%.4f, %.4f, %.4f]", trainer->scene.gain_color[0], trainer->scene.gain_color[1],
                 trainer->scene.gain_color[2]);
         const double *n = trainer->scene.pane.normal;

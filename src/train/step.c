@@ -9,7 +9,8 @@
 
 #define STRIP 32 // rows per job
 
-const char *const fs_loss_names[LOSS_TERMS] = {"l1", "dssim", "linearity", "beta_smooth", "depth_smooth", "gain_smooth"};
+const char *const fs_loss_names[LOSS_TERMS] = {"l1",          "dssim",        "linearity",
+                                               "beta_smooth", "depth_smooth", "gain_smooth"};
 
 typedef struct Step {
     Trainer *trainer;
@@ -89,9 +90,19 @@ static ComposeArgs compose_args(Step *s, Planes rgb_planes[4])
     rgb_planes[2] = rgb(&T->d_feature);
     rgb_planes[3] = rgb(&R->d_feature);
     bool pane = s->trainer->scene.pane_beta;
-    return (ComposeArgs){.tau = pane ? &s->tau : NULL, .d_tau = pane ? &s->d_tau : NULL, .T = &rgb_planes[0], .R = &rgb_planes[1], .beta = &s->beta, .I = &s->I, .T_linear = &s->T_linear,
-                         .R_linear = &s->R_linear, .I_linear = &s->I_linear, .d_I = &s->d_I, .d_T = &rgb_planes[2],
-                         .d_R = &rgb_planes[3], .d_beta = &s->d_beta,
+    return (ComposeArgs){.tau = pane ? &s->tau : NULL,
+                         .d_tau = pane ? &s->d_tau : NULL,
+                         .T = &rgb_planes[0],
+                         .R = &rgb_planes[1],
+                         .beta = &s->beta,
+                         .I = &s->I,
+                         .T_linear = &s->T_linear,
+                         .R_linear = &s->R_linear,
+                         .I_linear = &s->I_linear,
+                         .d_I = &s->d_I,
+                         .d_T = &rgb_planes[2],
+                         .d_R = &rgb_planes[3],
+                         .d_beta = &s->d_beta,
                          .slope_floor = (float)s->trainer->set->slope_floor};
 }
 
@@ -149,9 +160,15 @@ static void loss_job(void *context, int strip, int worker)
         if (s->task[l]) zero_rows(&s->task[l]->d_feature, y0, y1);
     zero_rows(&s->d_beta, y0, y1);
     zero_rows(&s->d_tau, y0, y1);
-    PhotometricArgs photo = {.I = &s->I, .Y = &s->view->photo, .mu_Y = &s->view->mu, .var_Y = &s->view->var,
-                             .mask = &s->mask, .lambda = (float)t->set->dssim, .weight = (float)t->set->rgb_weight,
-                             .d_I = &s->d_I, .scratch = t->photometric_scratch[worker]};
+    PhotometricArgs photo = {.I = &s->I,
+                             .Y = &s->view->photo,
+                             .mu_Y = &s->view->mu,
+                             .var_Y = &s->view->var,
+                             .mask = &s->mask,
+                             .lambda = (float)t->set->dssim,
+                             .weight = (float)t->set->rgb_weight,
+                             .d_I = &s->d_I,
+                             .scratch = t->photometric_scratch[worker]};
     PhotometricSums p = k->photometric->loss(&photo, y0, y1);
     sum[LOSS_L1] = p.l1;
     sum[LOSS_DSSIM] = p.dssim;
@@ -160,7 +177,8 @@ static void loss_job(void *context, int strip, int worker)
     k->compose->backward(&args, y0, y1);
     for (int l = 0; l < LAYERS; l++) {
         if (!s->task[l] || !s->task[l]->depth) continue;
-        Planes depth = depth_of(s->task[l], &s->task[l]->feature), d_depth = depth_of(s->task[l], &s->task[l]->d_feature);
+        Planes depth = depth_of(s->task[l], &s->task[l]->feature),
+               d_depth = depth_of(s->task[l], &s->task[l]->d_feature);
         SmoothArgs smooth = {.map = &depth, .g = 2.0f, .weight = (float)t->set->depth_smooth, .d_map = &d_depth};
         sum[LOSS_DEPTH_SMOOTH] += k->smooth->loss(&smooth, y0, y1);
     }
@@ -172,8 +190,13 @@ static void loss_job(void *context, int strip, int worker)
     if (!t->scene.shared_geometry && s->task[other]) {
         Planes x = rgb(&s->task[s->T]->feature), y = rgb(&s->task[other]->feature);
         Planes d_x = rgb(&s->task[s->T]->d_feature), d_y = rgb(&s->task[other]->d_feature);
-        PearsonArgs pearson = {.X = &x, .Y = &y, .X_linear = &s->T_linear, .Y_linear = &s->other_linear, .d_X = &d_x,
-                               .d_Y = &d_y, .weight = (float)t->set->linearity};
+        PearsonArgs pearson = {.X = &x,
+                               .Y = &y,
+                               .X_linear = &s->T_linear,
+                               .Y_linear = &s->other_linear,
+                               .d_X = &d_x,
+                               .d_Y = &d_y,
+                               .weight = (float)t->set->linearity};
         k->pearson->gradient(&pearson, &s->pearson_total, y0, y1);
     }
 }
@@ -230,7 +253,8 @@ static void update_globals(Step *s)
     if (!scene->shared_geometry || !s->view->view->flash) return;
     for (int i = 0; i < 3; i++) {
         double x = log(scene->gain_color[i]);
-        adam_scalar(&x, t->engine->task[LAYER_T_N].d_tint[i] * scene->gain_color[i], &g->m[4 + i], &g->v[4 + i], 1e-3, step);
+        adam_scalar(&x, t->engine->task[LAYER_T_N].d_tint[i] * scene->gain_color[i], &g->m[4 + i], &g->v[4 + i], 1e-3,
+                    step);
         scene->gain_color[i] = exp(x);
     }
     double d_return = 0;

@@ -65,8 +65,10 @@ static int check_health(Trainer *trainer, FsError *err)
 {
     for (int k = 0; k < LOSS_TERMS; k++)
         if (!isfinite(trainer->loss[k]))
-            return fs_error_set(err, FS_ERR_NUMERIC, "training: the %s term is not finite at step %d; the last checkpoint "
-                                "is kept; check the photos' exposure and masks", fs_loss_names[k], trainer->step);
+            return fs_error_set(err, FS_ERR_NUMERIC,
+                                "training: the %s term is not finite at step %d; the last checkpoint "
+                                "is kept; check the photos' exposure and masks",
+                                fs_loss_names[k], trainer->step);
     return 0;
 }
 
@@ -76,11 +78,15 @@ static int keep_watch(Trainer *trainer, double begin, FsError *err)
     int rc = check_health(trainer, err);
     if (rc < 0) return rc;
     for (int k = 0; k < LOSS_TERMS; k++)
-        trainer->smoothed[k] = trainer->step - trainer->first_step <= 1 ? trainer->loss[k] : 0.97 * trainer->smoothed[k] + 0.03 * trainer->loss[k];
+        trainer->smoothed[k] = trainer->step - trainer->first_step <= 1
+                                   ? trainer->loss[k]
+                                   : 0.97 * trainer->smoothed[k] + 0.03 * trainer->loss[k];
     bool last = trainer->step == set->steps;
     if (trainer->step % 20 == 0 || last) rc = fs_progress_log(trainer, now() - begin, last, err);
-    if (rc == 0 && set->progress_every && (trainer->step % set->progress_every == 0 || last)) rc = fs_progress_sheet(trainer, err);
-    if (rc == 0 && !last && set->checkpoint_every && trainer->step % set->checkpoint_every == 0) rc = fs_checkpoint_write(trainer, err);
+    if (rc == 0 && set->progress_every && (trainer->step % set->progress_every == 0 || last))
+        rc = fs_progress_sheet(trainer, err);
+    if (rc == 0 && !last && set->checkpoint_every && trainer->step % set->checkpoint_every == 0)
+        rc = fs_checkpoint_write(trainer, err);
     return rc;
 }
 
@@ -93,7 +99,8 @@ static int train_loop(Trainer *trainer, FsError *err)
     while (trainer->step < trainer->set->steps) {
         if (fs_log_cancelled(&trainer->project->log)) {
             TRY(fs_checkpoint_write(trainer, err));
-            rc = fs_error_set(err, FS_ERR_CANCELLED, "stopped at step %d of %d; go on with --resume", trainer->step, trainer->set->steps);
+            rc = fs_error_set(err, FS_ERR_CANCELLED, "stopped at step %d of %d; go on with --resume", trainer->step,
+                              trainer->set->steps);
             goto fail;
         }
         fs_step_run(trainer, fs_views_at_step(trainer, trainer->step));
@@ -101,7 +108,8 @@ static int train_loop(Trainer *trainer, FsError *err)
         TRY(fs_densify_step(trainer, err));
         TRY(keep_watch(trainer, begin, err));
     }
-    fs_log_info(&trainer->project->log, "train: %d steps in %.1f s", trainer->step - trainer->first_step, now() - begin);
+    fs_log_info(&trainer->project->log, "train: %d steps in %.1f s", trainer->step - trainer->first_step,
+                now() - begin);
 fail:
     return rc;
 }

@@ -8,20 +8,28 @@
 
 typedef struct TrainView {
     const View *view;
-    Planes photo;         // (3, h, w) tone-mapped
-    Planes mask;          // (1, h, w)
-    Planes mu, var;       // of photo, for SSIM
+    Planes photo;   // (3, h, w) tone-mapped
+    Planes mask;    // (1, h, w)
+    Planes mu, var; // of photo, for SSIM
 } TrainView;
 
-typedef enum LossTerm { LOSS_L1, LOSS_DSSIM, LOSS_LINEARITY, LOSS_BETA_SMOOTH, LOSS_DEPTH_SMOOTH, LOSS_GAIN_SMOOTH, LOSS_TERMS } LossTerm;
+typedef enum LossTerm {
+    LOSS_L1,
+    LOSS_DSSIM,
+    LOSS_LINEARITY,
+    LOSS_BETA_SMOOTH,
+    LOSS_DEPTH_SMOOTH,
+    LOSS_GAIN_SMOOTH,
+    LOSS_TERMS
+} LossTerm;
 extern const char *const fs_loss_names[LOSS_TERMS];
 
 // The optimiser's side of one cloud.
 typedef struct CloudState {
-    Cloud m, v;          // Adam's moments, fields like the cloud's
-    float *screen_sum;   // (capacity) sum of screen-space gradients since the last densification
-    int *screen_count;   // (capacity) steps in which it was seen
-    int *neighbour;      // (n, TRAIN_NEIGHBOURS) of Gaussians with gains, or NULL
+    Cloud m, v;        // Adam's moments, fields like the cloud's
+    float *screen_sum; // (capacity) sum of screen-space gradients since the last densification
+    int *screen_count; // (capacity) steps in which it was seen
+    int *neighbour;    // (n, TRAIN_NEIGHBOURS) of Gaussians with gains, or NULL
     int stats_capacity;
 } CloudState;
 #define TRAIN_NEIGHBOURS 8
@@ -42,14 +50,14 @@ typedef struct Trainer {
     Scene scene;
     CloudState state[LAYERS];
     GlobalState globals;
-    int step;                  // steps done
-    int first_step;            // at which this run began (a checkpoint's)
-    bool last_flash;           // the last step was at a flash photo
-    double loss[LOSS_TERMS];   // of the last step
+    int step;                    // steps done
+    int first_step;              // at which this run began (a checkpoint's)
+    bool last_flash;             // the last step was at a flash photo
+    double loss[LOSS_TERMS];     // of the last step
     double smoothed[LOSS_TERMS]; // running means, for people
-    double *strip_sum;         // (strips, LOSS_TERMS) parts of sums, added in strip order
-    void **photometric_scratch; // one per thread
-    int longest_width, tallest; // of all views
+    double *strip_sum;           // (strips, LOSS_TERMS) parts of sums, added in strip order
+    void **photometric_scratch;  // one per thread
+    int longest_width, tallest;  // of all views
 } Trainer;
 
 // views.c
@@ -75,6 +83,7 @@ int fs_checkpoint_write(const Trainer *trainer, FsError *err);
 int fs_checkpoint_read(Trainer *trainer, FsError *err); // 1: read, 0: there is none
 // progress.c
 int fs_progress_sheet(Trainer *trainer, FsError *err); // OUT/progress/NNNNN.png
-int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err); // OUT/log.jsonl and the progress callback
+int fs_progress_log(Trainer *trainer, double seconds, bool last,
+                    FsError *err); // OUT/log.jsonl and the progress callback
 
 #endif

@@ -43,7 +43,8 @@ static int load_view(Trainer *trainer, const View *view, TrainView *out, FsError
     from_image(&mask, &out->mask, false);
     void *scratch = aligned_alloc(64, (fs_photometric_scratch(w) + 63) / 64 * 64);
     if (!scratch) TRY(fs_error_memory(err));
-    PhotometricArgs args = {.I = &out->photo, .Y = &out->photo, .mu_Y = &out->mu, .var_Y = &out->var, .scratch = scratch};
+    PhotometricArgs args = {
+        .I = &out->photo, .Y = &out->photo, .mu_Y = &out->mu, .var_Y = &out->var, .scratch = scratch};
     trainer->engine->kernels.photometric->target_stats(&args, 0, h);
     free(scratch);
     if (w > trainer->longest_width) trainer->longest_width = w;
@@ -68,7 +69,8 @@ int fs_views_load(Trainer *trainer, FsError *err)
         TRY(load_view(trainer, view, &trainer->views[trainer->n_views++], err));
     }
     if (trainer->n_views == 0)
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no photos to train on (all are held out); use a larger --test-every", path);
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no photos to train on (all are held out); use a larger --test-every",
+                          path);
 fail:
     free(path);
     return rc;
