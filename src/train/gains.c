@@ -2,7 +2,7 @@
 // vary slowly over a surface, while the surface's texture does not enter it. A robust (L1-like) penalty lets it bend
 // at edges.
 //
-//   L = mean over i of mean over neighbours j of w_ij phi(g_i - g_j),   phi(x) = sqrt(x^2 + e^2) - e
+//   L = mean over i of mean over its nearest neighbours j of phi(g_i - g_j),   phi(x) = sqrt(x^2 + e^2) - e
 #include <math.h>
 #include <stdlib.h>
 
