@@ -233,7 +233,13 @@ INLINE void backward_n(const RasterTile *tile, const float *feature, const float
     for (int v = 0; v < GROUP_VECTORS; v++) alive[v] = steps_of(0xffffffffu);
     for (int i = 0; i < tile->n; i++) {
         const Splat *s = &tile->splats[tile->entry[i].splat];
-        if (i + 4 < tile->n) __builtin_prefetch(&tile->splats[tile->entry[i + 4].splat]);
+        if (i + 8 < tile->n) { // splats and records lie far apart: their cache lines must be on the way
+            const TileEntry *ahead = &tile->entry[i + 8];
+            const float *record = records + (size_t)ahead->slot * FS_RECORD;
+            __builtin_prefetch(&tile->splats[ahead->splat]);
+            __builtin_prefetch(record, 1);
+            __builtin_prefetch(record + FS_RECORD - 1, 1);
+        }
         const vf my = v_set(s->y - (float)tile->y0), c = v_set(s->c);
         const uint32_t steps = steps_of(tile->entry[i].mask);
         vf f[FS_FEATURES_MAX], d_f[FS_FEATURES_MAX];
