@@ -12,7 +12,7 @@
 #include "poses/match.h"
 #include "poses/sparse.h"
 
-enum { MATCHED_FEATURES = 3000, FEWEST_OF_A_GROUP = 5 };
+enum { MATCHED_FEATURES = 3000, FEWEST_MATCHED_FEATURES = 1000, FEWEST_OF_A_GROUP = 5 };
 
 static void free_features(Features *features, int n)
 {
@@ -79,7 +79,9 @@ static int match_and_verify(Colmap *colmap, const FsProject *project, const Capt
         rc = fs_error_memory(err);
         goto fail;
     }
-    TRY(fs_match_all(features, capture->n, MATCHED_FEATURES, 0.8f, threads, &project->log, list, err));
+    int most = capture->n > 40 ? 40 * MATCHED_FEATURES / capture->n : MATCHED_FEATURES; // pairs grow with the square
+    if (most < FEWEST_MATCHED_FEATURES) most = FEWEST_MATCHED_FEATURES;
+    TRY(fs_match_all(features, capture->n, most, 0.8f, threads, &project->log, list, err));
     TRY(fs_colmap_verify(colmap, list, err));
 fail:
     for (size_t i = 0; i < pairs && list; i++) free(list[i].match);
