@@ -74,6 +74,13 @@ bool fs_lens_is_pinhole(const Lens *lens)
     return true;
 }
 
+bool fs_lens_equal(const Lens *a, const Lens *b)
+{
+    bool equal = a->model == b->model && a->width == b->width && a->height == b->height;
+    for (int i = 0; i < FS_LENS_MAX_PARAMS; i++) equal &= a->param[i] == b->param[i];
+    return equal;
+}
+
 Lens fs_lens_from_camera(const Camera *camera)
 {
     return (Lens){.model = LENS_PINHOLE, .width = camera->width, .height = camera->height,

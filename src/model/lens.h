@@ -35,6 +35,7 @@ int fs_lens_model_find(const char *name); // -1 when there is no such model
 // Intrinsics without the distortion; pose left zero. Error when the model cannot be projected with or is degenerate.
 int fs_lens_camera(const Lens *lens, const char *file, Camera *camera, FsError *err);
 bool fs_lens_is_pinhole(const Lens *lens); // no distortion (all its coefficients are 0)
+bool fs_lens_equal(const Lens *a, const Lens *b);
 Lens fs_lens_from_camera(const Camera *camera);
 Lens fs_lens_resized(const Lens *lens, int width, int height);
 

@@ -313,3 +313,16 @@ fail:
     if (rc < 0) fs_colmap_model_free(model);
     return rc;
 }
+
+int fs_colmap_adjust(Colmap *colmap, const char *from, const char *to, FsError *err)
+{
+    int rc = 0;
+    TRY(fs_file_mkdirs(to, err));
+    Command c = start(colmap, "bundle_adjuster");
+    add_pair(&c, "input_path", from);
+    add_pair(&c, "output_path", to);
+    add_pair(&c, "BundleAdjustment.max_num_iterations", "40");
+    TRY(run(colmap, &c, "refining poses", err));
+fail:
+    return rc;
+}

@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "model/dataset.h"
+#include "poses/adjust.h"
 #include "poses/align.h"
 #include "poses/capture.h"
 #include "poses/colmap.h"
@@ -91,7 +92,7 @@ fail:
 }
 
 // Poses by COLMAP; `features` are what it found.
-static int find_poses(Colmap *colmap, const FsProject *project, const Capture *capture, Features *features, Sparse *sparse,
+static int find_poses(Colmap *colmap, const FsProject *project, const Capture *capture, const Features *features, Sparse *sparse,
                       FsError *err)
 {
     int rc = 0;
@@ -131,6 +132,10 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
         TRY(check_posed(project, capture, sparse, err));
     }
     TRY(fs_sparse_triangulate(sparse, project, capture, features, err));
+    if (!*project->set.poses && strcmp(project->set.align, "joint") == 0) {
+        TRY(fs_adjust_poses(&colmap, sparse, err));
+        TRY(fs_sparse_triangulate(sparse, project, capture, features, err));
+    }
 fail:
     free_features(features, capture->n);
     fs_colmap_close(&colmap);

@@ -136,16 +136,18 @@ fail:
     return rc;
 }
 
-// Features where an ideal pinhole camera would have seen them. One that cannot be undone is moved out of all lines.
-static void undistort_features(const Lens *lens, const Camera *camera, Features *f)
+// Where an ideal pinhole camera would have seen the features. One that cannot be undone is moved out of all lines.
+static float *undistorted(const Lens *lens, const Camera *camera, const Features *f)
 {
-    if (fs_lens_is_pinhole(lens)) return;
-    for (int i = 0; i < f->n; i++) {
+    bool pinhole = fs_lens_is_pinhole(lens);
+    float *xy = malloc((size_t)(f->n + 1) * 2 * sizeof *xy);
+    for (int i = 0; i < f->n && xy; i++) {
         double ray[2], pixel[2] = {f->xy[2 * i], f->xy[2 * i + 1]};
-        bool ok = fs_lens_unproject(lens, pixel, ray);
-        f->xy[2 * i] = ok ? (float)(camera->fx * ray[0] + camera->cx) : -1e6f;
-        f->xy[2 * i + 1] = ok ? (float)(camera->fy * ray[1] + camera->cy) : -1e6f;
+        bool ok = pinhole || fs_lens_unproject(lens, pixel, ray);
+        xy[2 * i] = pinhole ? f->xy[2 * i] : ok ? (float)(camera->fx * ray[0] + camera->cx) : -1e6f;
+        xy[2 * i + 1] = pinhole ? f->xy[2 * i + 1] : ok ? (float)(camera->fy * ray[1] + camera->cy) : -1e6f;
     }
+    return xy;
 }
 
 // Colours from the pictures, mean over the sightings.
@@ -201,13 +203,13 @@ static int take_triangulated(Sparse *sparse, const PointSet *set, const int *pho
     return 0;
 }
 
-int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, Features *features, FsError *err)
+int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, const Features *features, FsError *err)
 {
     int rc = 0, n = 0;
     PointSet set = {0};
     Threads *threads = fs_threads_new(project->set.threads);
     Camera *camera = calloc((size_t)capture->n + 1, sizeof *camera);
-    Features *posed = calloc((size_t)capture->n + 1, sizeof *posed); // borrowed
+    Features *posed = calloc((size_t)capture->n + 1, sizeof *posed); // borrowed, but for the places
     int *photo_of = calloc((size_t)capture->n + 1, sizeof *photo_of);
     if (!threads || !camera || !posed || !photo_of) {
         rc = fs_error_memory(err);
@@ -216,9 +218,13 @@ int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Captur
     for (int i = 0; i < capture->n; i++) {
         if (!sparse->pose[i].known) continue;
         TRY(fs_sparse_camera(sparse, i, &camera[n], err));
-        undistort_features(&sparse->pose[i].lens, &camera[n], &features[i]);
         photo_of[n] = i;
-        posed[n++] = features[i];
+        posed[n] = features[i];
+        posed[n].xy = undistorted(&sparse->pose[i].lens, &camera[n], &features[i]);
+        if (!posed[n++].xy) {
+            rc = fs_error_memory(err);
+            goto fail;
+        }
     }
     TRY(fs_triangulate(posed, camera, n, &fs_triangulate_defaults, threads, &project->log, &set, err));
     TRY(take_triangulated(sparse, &set, photo_of, posed, err));
@@ -226,6 +232,7 @@ int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Captur
 fail:
     fs_point_set_free(&set);
     fs_threads_free(threads);
+    for (int i = 0; i < n; i++) free(posed[i].xy);
     free(camera);
     free(posed);
     free(photo_of);

@@ -41,8 +41,9 @@ int fs_sparse_camera(const Sparse *sparse, int photo, Camera *camera, FsError *e
 int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, bool points, FsError *err);
 int fs_sparse_from_file(Sparse *sparse, const Capture *capture, const char *path, FsError *err);
 
-// Replaces the points by ones triangulated from features; features' xy become undistorted.
-int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, Features *features, FsError *err);
+// Replaces the points by ones triangulated from features.
+int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, const Features *features,
+                          FsError *err);
 
 // Writes OUT/images, OUT/sparse, OUT/views.json.
 int fs_sparse_write(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err);

@@ -157,7 +157,7 @@ static uint32_t camera_id(ColmapModel *model, const Camera *c, FsError *err)
 {
     Lens lens = fs_lens_from_camera(c);
     for (int k = 0; k < model->n_cameras; k++)
-        if (memcmp(&model->camera[k].lens, &lens, sizeof lens) == 0) return model->camera[k].id;
+        if (fs_lens_equal(&model->camera[k].lens, &lens)) return model->camera[k].id;
     ColmapCamera *camera = fs_colmap_model_add_camera(model, err);
     if (!camera) return 0;
     camera->lens = lens;
