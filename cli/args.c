@@ -127,7 +127,8 @@ static int assign_words(Invocation *in, const char *const *words, int n, FsError
     bool first_is_project = command->out == OUT_SETTING || (command->out == OUT_PROJECT && !in->out);
     int expected = command->n_args + first_is_project;
     if (n > expected) return usage_error(err, "'%s' is one argument too many", words[expected]);
-    if (n < expected) return usage_error(err, "an argument is missing: flashsplat %s %s", command->name, command->usage);
+    if (n < expected)
+        return usage_error(err, "an argument is missing: flashsplat %s %s", command->name, command->usage);
     if (command->out == OUT_NEW && !in->out)
         return usage_error(err, "-o is missing: flashsplat %s %s", command->name, command->usage);
     if (first_is_project) in->out = *words++;

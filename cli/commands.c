@@ -17,8 +17,8 @@ static int on_project(const Invocation *in, const FsCallbacks *callbacks, FsErro
                       int (*stage)(FsProject *, FsError *), int (*stage_arg)(FsProject *, const char *, FsError *))
 {
     if (in->command->out != OUT_NEW && !is_folder(in->out)) {
-        snprintf(err->message, sizeof err->message,
-                 "%s: no such folder; make it with: flashsplat ingest PHOTOS -o %s", in->out, in->out);
+        snprintf(err->message, sizeof err->message, "%s: no such folder; make it with: flashsplat ingest PHOTOS -o %s",
+                 in->out, in->out);
         return err->code = FS_ERR_INPUT;
     }
     FsProject *project;
@@ -69,6 +69,7 @@ static int call_bench(const Invocation *in, const FsCallbacks *callbacks, FsErro
     return fs_bench(in->settings, callbacks, err);
 }
 
+// clang-format off
 static const Command commands[] = {
     {.name = "run", .usage = "PHOTOS -o OUT", .help = "photos in, separated scene out: all stages in order",
      .detail = "PHOTOS is a folder of RAW, JPEG, PNG or TIFF photos taken through glass, some with the flash and some "
@@ -98,6 +99,7 @@ static const Command commands[] = {
     {.name = "bench", .usage = "", .help = "time the kernels and the training step on this machine",
      .stages = FS_STAGE_BENCH, .out = OUT_NONE, .prints = true, .call = call_bench},
 };
+// clang-format on
 #define N_COMMANDS (sizeof commands / sizeof *commands)
 
 const Command *cli_commands(size_t *n)

@@ -9,9 +9,9 @@ static const struct {
     const char *title;
 } groups[] = {
     {0, "More than one stage"}, // those of several stages of the command
-    {FS_STAGE_INGEST, "ingest"},     {FS_STAGE_POSES, "poses"},       {FS_STAGE_INITIALISE, "initialise"},
-    {FS_STAGE_TRAIN, "train"},       {FS_STAGE_RENDER, "render"},     {FS_STAGE_EVALUATE, "evaluate"},
-    {FS_STAGE_EXPORT, "export"},     {FS_STAGE_SYNTH, "synth"},       {FS_STAGE_PAIR, "pair"},
+    {FS_STAGE_INGEST, "ingest"}, {FS_STAGE_POSES, "poses"},   {FS_STAGE_INITIALISE, "initialise"},
+    {FS_STAGE_TRAIN, "train"},   {FS_STAGE_RENDER, "render"}, {FS_STAGE_EVALUATE, "evaluate"},
+    {FS_STAGE_EXPORT, "export"}, {FS_STAGE_SYNTH, "synth"},   {FS_STAGE_PAIR, "pair"},
     {FS_STAGE_BENCH, "bench"},
 };
 #define N_GROUPS (sizeof groups / sizeof *groups)

@@ -1,5 +1,6 @@
 // What a person sees while a command works: log lines, a progress bar on a terminal and plain lines elsewhere, and
-// what Ctrl-C (or SIGTERM, SIGHUP) does: the first lets the stage save what it has, the second ends the program at once.
+// what Ctrl-C (or SIGTERM, SIGHUP) does: the first lets the stage save what it has, the second ends the program at
+// once.
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>

@@ -50,10 +50,9 @@ static void describe_views(const Dataset *views, const Log *log)
         for (int k = 0; k < 3; k++) d += (c[k] - mean[k]) * (c[k] - mean[k]);
         spread = fmax(spread, sqrt(d));
     }
-    fs_log_info(log, "  %d views within %.3g units of their centre (%d said to be flash, %d held out)", views->n, spread,
-                flash, held_out);
-    if (views->n > 0)
-        fs_log_info(log, "  first %s, last %s", views->view[0].name, views->view[views->n - 1].name);
+    fs_log_info(log, "  %d views within %.3g units of their centre (%d said to be flash, %d held out)", views->n,
+                spread, flash, held_out);
+    if (views->n > 0) fs_log_info(log, "  first %s, last %s", views->view[0].name, views->view[views->n - 1].name);
 }
 
 int fs_info_cameras(const char *path, const Log *log, FsError *err)

@@ -30,8 +30,9 @@ static size_t type_bytes(const char *type)
     static const struct {
         const char *name;
         size_t bytes;
-    } types[] = {{"char", 1}, {"uchar", 1}, {"int8", 1},   {"uint8", 1}, {"short", 2},   {"ushort", 2},  {"int16", 2}, {"uint16", 2},
-                 {"int", 4},  {"uint", 4},  {"int32", 4},  {"uint32", 4}, {"float", 4},   {"float32", 4}, {"double", 8}, {"float64", 8}};
+    } types[] = {{"char", 1},  {"uchar", 1},   {"int8", 1},   {"uint8", 1},  {"short", 2}, {"ushort", 2},
+                 {"int16", 2}, {"uint16", 2},  {"int", 4},    {"uint", 4},   {"int32", 4}, {"uint32", 4},
+                 {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++)
         if (strcmp(types[i].name, type) == 0) return types[i].bytes;
     return 0;
@@ -126,7 +127,7 @@ int fs_info_ply(const char *path, const Log *log, FsError *err)
         expected += (double)e->count * (double)e->bytes;
     }
     if (known && expected != (double)st.st_size)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: %lld bytes, but its header promises %.0f: cut short or damaged", path,
-                            (long long)st.st_size, expected);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: %lld bytes, but its header promises %.0f: cut short or damaged",
+                            path, (long long)st.st_size, expected);
     return 0;
 }

@@ -15,12 +15,9 @@
 static const struct {
     const char *stage, *folders[4];
 } stages[] = {
-    {"ingest", {"linear"}},
-    {"poses", {"images", "sparse", "colmap"}},
-    {"initialise", {"start"}},
-    {"train", {"clouds", "checkpoint", "progress"}},
-    {"render", {"renders", "video"}},
-    {"evaluate", {NULL}},
+    {"ingest", {"linear"}},           {"poses", {"images", "sparse", "colmap"}},
+    {"initialise", {"start"}},        {"train", {"clouds", "checkpoint", "progress"}},
+    {"render", {"renders", "video"}}, {"evaluate", {NULL}},
     {"export", {"export"}},
 };
 #define N_STAGES (sizeof stages / sizeof *stages)
@@ -73,7 +70,8 @@ static void describe_clouds(const char *out, const char *folder, const Log *log)
         int n = path ? fs_info_ply_count(path) : -1;
         free(path);
         if (n >= 0 && used < sizeof text)
-            used += (size_t)snprintf(text + used, sizeof text - used, "%s%s %d", used ? ", " : "", fs_layers[l].name, n);
+            used +=
+                (size_t)snprintf(text + used, sizeof text - used, "%s%s %d", used ? ", " : "", fs_layers[l].name, n);
     }
     if (used) fs_log_info(log, "  Gaussians in %s/: %s", folder, text);
 }

@@ -45,8 +45,8 @@ static json_t *current_settings(const FsProject *project, unsigned stage_mask)
     free(text);
     const char *name;
     json_t *value;
-    if (kept) json_object_foreach(all, name, value)
-        if (changes_result(name, stage_mask)) json_object_set(kept, name, value);
+    if (kept)
+        json_object_foreach(all, name, value) if (changes_result(name, stage_mask)) json_object_set(kept, name, value);
     json_decref(all);
     return kept;
 }
@@ -84,8 +84,8 @@ static bool is_done(const FsProject *project, const char *stage, unsigned stage_
     if (!done) fs_log_warn(&project->log, "%s: not a mark of a finished stage; %s is done again", path, stage);
     const char *name;
     json_t *value;
-    if (done) json_object_foreach(now, name, value)
-        if (!json_equal(value, json_object_get(was, name))) {
+    if (done) json_object_foreach(now, name, value) if (!json_equal(value, json_object_get(was, name)))
+        {
             log_change(&project->log, stage, name, json_object_get(was, name), value);
             done = false;
             break;
@@ -109,8 +109,8 @@ int fs_project_mark_done(const FsProject *project, const char *stage, unsigned s
     int rc = 0;
     char *dir = fs_file_path("%s/done", project->out), *path = fs_file_path("%s/done/%s.json", project->out, stage);
     json_t *settings = current_settings(project, stage_mask);
-    json_t *mark = settings ? json_pack("{s:s, s:s, s:O}", "stage", stage, "version", fs_version(), "settings", settings)
-                            : NULL;
+    json_t *mark =
+        settings ? json_pack("{s:s, s:s, s:O}", "stage", stage, "version", fs_version(), "settings", settings) : NULL;
     char *text = mark ? json_dumps(mark, JSON_INDENT(1)) : NULL;
     if (!dir || !path || !text) {
         rc = fs_error_memory(err);

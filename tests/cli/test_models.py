@@ -28,7 +28,8 @@ class Models(FolderTest):
     def test_damaged(self):
         model = pictures.model(self.dir / "model", self.names)
         for name, text in (("images.txt", "1 1 0 0\n"), ("images.txt", "1 nan 0 0 0 0 0 0 1 F_00.png\n\n"),
-                           ("cameras.txt", "1 PINHOLE 99999999999 1 1 1 1 1\n"), ("cameras.txt", "1 PINHOLE 48 32 0 0 0 0\n"),
+                           ("cameras.txt", "1 PINHOLE 99999999999 1 1 1 1 1\n"),
+                           ("cameras.txt", "1 PINHOLE 48 32 0 0 0 0\n"),
                            ("cameras.txt", "1 FISH 48 32 0 0 0 0\n")):
             broken = shutil.copytree(model, self.dir / "broken", dirs_exist_ok=True)
             (broken / name).write_text(text)

@@ -75,7 +75,8 @@ class Terminal(FolderTest):
         with open("/dev/full", "w", encoding="ascii") as full:
             process = subprocess.run([common.PROGRAM, "--version"], stdout=full, check=False)
             self.assertEqual(process.returncode, 1)
-            process = subprocess.run([common.PROGRAM, "run", "--help"], stdout=full, stderr=subprocess.PIPE, check=False)
+            process = subprocess.run([common.PROGRAM, "run", "--help"], stdout=full, stderr=subprocess.PIPE,
+                                     check=False)
             self.assertEqual(process.returncode, 1)
 
 

@@ -36,7 +36,8 @@ def job(out, *more):
 
 
 def plys(out):
-    return {p.relative_to(out): p.read_bytes() for f in ("start", "clouds", "export") for p in sorted((out / f).glob("*.ply"))}
+    folders = ("start", "clouds", "export")
+    return {p.relative_to(out): p.read_bytes() for f in folders for p in sorted((out / f).glob("*.ply"))}
 
 
 class Job(unittest.TestCase):
@@ -98,7 +99,8 @@ class Job(unittest.TestCase):
 
     def test_damaged_project(self):
         """What an earlier stage left is damaged: one line names the file, nothing crashes, the rest is kept."""
-        cases = (("views.json", "render"), ("views.json", "train"), ("clouds/T_N.ply", "render"), ("clouds/R.ply", "export"),
+        cases = (("views.json", "render"), ("views.json", "train"), ("clouds/T_N.ply", "render"),
+                 ("clouds/R.ply", "export"),
                  ("clouds/model.json", "render"), ("start/R.ply", "train"), ("start/model.json", "train"),
                  ("images/IMG_0001.tif", "train"), ("images/IMG_0001_mask.png", "train"),
                  ("sparse/points3D.txt", "initialise"), ("checkpoint/state.json", "train --resume"),
@@ -108,10 +110,11 @@ class Job(unittest.TestCase):
             shutil.copytree(self.out, copy)
             data = (copy / name).read_bytes()
             stage, *options = words.split()
+            options += TRAIN if stage == "train" else []
             for damaged in (b"", data[:len(data) // 2], b"\xff" * len(data)):
                 (copy / name).write_bytes(damaged)
-                process = subprocess.run(command(stage, copy, "--force", *options, *(TRAIN if stage == "train" else [])),
-                                         capture_output=True, text=True, timeout=600, check=False)
+                process = subprocess.run(command(stage, copy, "--force", *options), capture_output=True, text=True,
+                                         timeout=600, check=False)
                 with self.subTest(name=name, words=words, size=len(damaged)):
                     self.assertEqual(process.returncode, 1, process.stdout + process.stderr)
                     line = next(l for l in process.stderr.splitlines() if l.startswith("flashsplat: "))

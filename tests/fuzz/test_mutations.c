@@ -27,7 +27,8 @@
 
 static void put_extreme(char *data, size_t n, Rng *rng)
 {
-    static const uint32_t values[] = {0, 1, 0x7f, 0xff, 0xffff, 0x7fffffff, 0x80000000, 0xffffffff, 0x7fc00000, 0x01000000};
+    static const uint32_t values[] = {0,          1,          0x7f,       0xff,       0xffff,
+                                      0x7fffffff, 0x80000000, 0xffffffff, 0x7fc00000, 0x01000000};
     uint32_t value = values[fs_rng_below(rng, 10)];
     if (n >= 4) memcpy(data + fs_rng_below(rng, (int)n - 3), &value, 4);
 }
@@ -35,7 +36,8 @@ static void put_extreme(char *data, size_t n, Rng *rng)
 // Replaces one number of a text by something absurd; the file may grow.
 static size_t put_word(char *data, size_t n, Rng *rng)
 {
-    static const char *const words[] = {"nan", "-1", "99999999999999999999", "1e308", "-inf", "", "\"", "{", "]", "0", "\n\n"};
+    static const char *const words[] = {"nan", "-1",  "99999999999999999999", "1e308", "-inf", "", "\"", "{", "]",
+                                        "0",   "\n\n"};
     const char *word = words[fs_rng_below(rng, 11)];
     size_t at = n ? (size_t)fs_rng_below(rng, (int)n) : 0, end;
     while (at < n && !(data[at] >= '0' && data[at] <= '9')) at++;
@@ -65,7 +67,8 @@ static size_t damage(char *data, size_t n, Rng *rng)
     while (times--) switch (fs_rng_below(rng, 6)) {
         case 0: n = n ? (size_t)fs_rng_below(rng, (int)n) : 0; break;
         case 1:
-            for (int k = 1 + fs_rng_below(rng, 8); k && n; k--) data[fs_rng_below(rng, (int)n)] ^= (char)(1 << fs_rng_below(rng, 8));
+            for (int k = 1 + fs_rng_below(rng, 8); k && n; k--)
+                data[fs_rng_below(rng, (int)n)] ^= (char)(1 << fs_rng_below(rng, 8));
             break;
         case 2: put_extreme(data, n, rng); break;
         case 3: put_extreme(data, n < 256 ? n : 256, rng); break; // headers more than bodies
@@ -104,13 +107,11 @@ static int make_tiff(const char *path)
 
 // EXIF: one directory with orientation and a pointer to a second one with flash and exposure.
 static const unsigned char exif_block[] = {
-    'I', 'I', 42, 0, 8, 0, 0, 0, 2, 0,
-    0x12, 1, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0, // Orientation
-    0x69, 0x87, 4, 0, 1, 0, 0, 0, 38, 0, 0, 0, // ExifIFD
-    0, 0, 0, 0, 2, 0,
-    0x09, 0x92, 3, 0, 1, 0, 0, 0, 9, 0, 0, 0, // Flash
-    0x9a, 0x82, 5, 0, 1, 0, 0, 0, 68, 0, 0, 0, // ExposureTime
-    0, 0, 0, 0, 1, 0, 0, 0, 125, 0, 0, 0,
+    'I',  'I',  42, 0, 8, 0, 0,    0,    2,   0, 0x12, 1, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0, // Orientation
+    0x69, 0x87, 4,  0, 1, 0, 0,    0,    38,  0, 0,    0,                               // ExifIFD
+    0,    0,    0,  0, 2, 0, 0x09, 0x92, 3,   0, 1,    0, 0, 0, 9, 0, 0, 0,             // Flash
+    0x9a, 0x82, 5,  0, 1, 0, 0,    0,    68,  0, 0,    0,                               // ExposureTime
+    0,    0,    0,  0, 1, 0, 0,    0,    125, 0, 0,    0,
 };
 
 static int make_jpeg(const char *path)
@@ -151,7 +152,8 @@ static int make_ply(const char *path)
 
 static int make_scene(const char *path)
 {
-    Scene scene = {.shared_geometry = true, .pane_beta = true, .pane = {{0, 0, 1}, 0.1}, .extent = 1, .flash_distance = 1};
+    Scene scene = {
+        .shared_geometry = true, .pane_beta = true, .pane = {{0, 0, 1}, 0.1}, .extent = 1, .flash_distance = 1};
     for (int k = 0; k < 3; k++) scene.gain_color[k] = 1;
     make_cloud(&scene.cloud[LAYER_T_N]);
     make_cloud(&scene.cloud[LAYER_R]);
@@ -216,7 +218,8 @@ static int make_binary_model(const char *dir)
 
 static int make_mark(const char *out)
 {
-    static const char text[] = "{\"stage\": \"train\", \"settings\": {\"steps\": 10000, \"seed\": 1, \"beta\": \"pane\"}}";
+    static const char text[] =
+        "{\"stage\": \"train\", \"settings\": {\"steps\": 10000, \"seed\": 1, \"beta\": \"pane\"}}";
     char *dir = fs_file_path("%s/done", out), *path = fs_file_path("%s/done/train.json", out);
     fs_file_mkdirs(dir, NULL);
     int rc = fs_file_write(path, text, sizeof text - 1, NULL);
@@ -342,11 +345,12 @@ static void damage_file(const Format *format, const char *target, const char *fi
         if (rc == 0) continue;
         refused++;
         assert_true(rc < 0 && err.code == rc);
-        if (!strstr(err.message, format->name) && rc != FS_ERR_MEMORY) fail_msg("does not name the file: %s", err.message);
+        if (!strstr(err.message, format->name) && rc != FS_ERR_MEMORY)
+            fail_msg("does not name the file: %s", err.message);
         if (strchr(err.message, '\n')) fail_msg("more than one line: %s", err.message);
     }
-    print_message("%-40s %d of %d damaged ones refused\n", file + strlen(file) - strlen(strstr(file, format->name)), refused,
-                  ROUNDS);
+    print_message("%-40s %d of %d damaged ones refused\n", file + strlen(file) - strlen(strstr(file, format->name)),
+                  refused, ROUNDS);
     assert_int_equal(fs_file_write(file, data, n, NULL), 0);
     FsError err = {0};
     if (format->read(target, &err) != 0) fail_msg("the sound file is refused: %s", err.message);
@@ -391,9 +395,9 @@ int main(void)
     setrlimit(RLIMIT_AS, &(struct rlimit){(rlim_t)2 << 30, (rlim_t)2 << 30});
 #endif
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_png),        cmocka_unit_test(test_tiff),         cmocka_unit_test(test_jpeg),
-        cmocka_unit_test(test_ply),        cmocka_unit_test(test_scene),        cmocka_unit_test(test_views),
-        cmocka_unit_test(test_transforms), cmocka_unit_test(test_text_model),   cmocka_unit_test(test_binary_model),
+        cmocka_unit_test(test_png),        cmocka_unit_test(test_tiff),       cmocka_unit_test(test_jpeg),
+        cmocka_unit_test(test_ply),        cmocka_unit_test(test_scene),      cmocka_unit_test(test_views),
+        cmocka_unit_test(test_transforms), cmocka_unit_test(test_text_model), cmocka_unit_test(test_binary_model),
         cmocka_unit_test(test_mark),       cmocka_unit_test(test_raw),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);

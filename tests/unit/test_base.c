@@ -97,7 +97,8 @@ static void test_read_refuses(void **state)
 
 static void test_folders_and_names(void **state)
 {
-    char *deep = in(state, "x/y//z/"), *top = in(state, "x"), *file = in(state, "x/file"), *below = in(state, "x/file/b");
+    char *deep = in(state, "x/y//z/"), *top = in(state, "x"), *file = in(state, "x/file"),
+         *below = in(state, "x/file/b");
     FsError err = {0};
     assert_int_equal(fs_file_mkdirs(deep, &err), 0);
     assert_int_equal(fs_file_mkdirs(deep, &err), 0);
@@ -108,7 +109,8 @@ static void test_folders_and_names(void **state)
     fs_file_remove_tree(top);
     assert_false(fs_file_exists(top));
     free(deep), free(top), free(file), free(below);
-    static const char *const stems[][2] = {{"a/b.c/IMG_1.x.JPG", "IMG_1.x"}, {".hidden", ".hidden"}, {"plain", "plain"}};
+    static const char *const stems[][2] = {
+        {"a/b.c/IMG_1.x.JPG", "IMG_1.x"}, {".hidden", ".hidden"}, {"plain", "plain"}};
     for (int i = 0; i < 3; i++) {
         char *stem = fs_file_stem(stems[i][0]);
         assert_string_equal(stem, stems[i][1]);
@@ -150,11 +152,13 @@ static void test_process(void **state)
 {
     FsError err = {0};
     char *log = in(state, "log");
-    assert_int_equal(fs_process_run((const char *[]){"sh", "-c", "echo out; echo err >&2; exit 3", NULL}, log, NULL, &err), 3);
+    assert_int_equal(
+        fs_process_run((const char *[]){"sh", "-c", "echo out; echo err >&2; exit 3", NULL}, log, NULL, &err), 3);
     assert_holds(log, "out\nerr\n");
     assert_int_equal(fs_process_run((const char *[]){"sh", "-c", "kill -9 $$", NULL}, log, NULL, &err), FS_ERR_IO);
     assert_non_null(strstr(err.message, "signal 9"));
-    assert_int_equal(fs_process_run((const char *[]){"flashsplat-no-such-program", NULL}, log, NULL, &err), FS_ERR_INPUT);
+    assert_int_equal(fs_process_run((const char *[]){"flashsplat-no-such-program", NULL}, log, NULL, &err),
+                     FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "flashsplat-no-such-program"));
     time_t begin = time(NULL);
     assert_int_equal(fs_process_run((const char *[]){"sleep", "60", NULL}, log, &(Log){.cancelled = yes}, &err),
