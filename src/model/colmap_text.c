@@ -164,8 +164,23 @@ static int read_points(Lines *l, ColmapModel *model, FsError *err)
     return 0;
 }
 
+// COLMAP writes how many records follow: "# Number of points: 192, mean track length: 8.6". Fewer: the file is cut
+// short.
+static int check_count(const char *path, const char *text, int found, FsError *err)
+{
+    static const char words[] = "# Number of ";
+    const char *header = strstr(text, words);
+    if (!header) return 0;
+    const char *colon = header + sizeof words - 1 + strcspn(header + sizeof words - 1, ":\n");
+    long long declared = *colon == ':' ? strtoll(colon + 1, NULL, 10) : 0;
+    if (found >= declared) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: cut short: its header says %lld records, found %d", path, declared,
+                        found);
+}
+
+// count: the model's number of the records in this file.
 static int read_file(const char *dir, const char *name, int (*read)(Lines *, ColmapModel *, FsError *),
-                     ColmapModel *model, FsError *err)
+                     ColmapModel *model, const int *count, FsError *err)
 {
     int rc = 0;
     char *path = fs_file_path("%s/%s", dir, name), *data = NULL;
@@ -178,6 +193,7 @@ static int read_file(const char *dir, const char *name, int (*read)(Lines *, Col
     }
     Lines l = {.path = path, .p = data, .end = data + size};
     TRY(read(&l, model, err));
+    TRY(check_count(path, data, *count, err));
 fail:
     free(data);
     free(path);
@@ -187,18 +203,19 @@ fail:
 int fs_colmap_text_read(const char *dir, ColmapModel *model, FsError *err)
 {
     int rc = 0;
-    TRY(read_file(dir, "cameras.txt", read_cameras, model, err));
-    TRY(read_file(dir, "images.txt", read_images, model, err));
+    TRY(read_file(dir, "cameras.txt", read_cameras, model, &model->n_cameras, err));
+    TRY(read_file(dir, "images.txt", read_images, model, &model->n_images, err));
     char *points = fs_file_path("%s/points3D.txt", dir);
     bool there = points && fs_file_exists(points);
     free(points);
-    if (there) TRY(read_file(dir, "points3D.txt", read_points, model, err));
+    if (there) TRY(read_file(dir, "points3D.txt", read_points, model, &model->n_points, err));
 fail:
     return rc;
 }
 
 static void write_cameras(FILE *f, const ColmapModel *model)
 {
+    fprintf(f, "# Number of cameras: %d\n", model->n_cameras);
     fprintf(f, "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n");
     for (int i = 0; i < model->n_cameras; i++) {
         const ColmapCamera *c = &model->camera[i];
@@ -212,6 +229,7 @@ static void write_cameras(FILE *f, const ColmapModel *model)
 
 static void write_images(FILE *f, const ColmapModel *model)
 {
+    fprintf(f, "# Number of images: %d\n", model->n_images);
     fprintf(f, "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of X Y POINT3D_ID\n");
     for (int i = 0; i < model->n_images; i++) {
         const ColmapImage *image = &model->image[i];
@@ -229,6 +247,7 @@ static void write_images(FILE *f, const ColmapModel *model)
 
 static void write_points(FILE *f, const ColmapModel *model)
 {
+    fprintf(f, "# Number of points: %d\n", model->n_points);
     fprintf(f, "# POINT3D_ID X Y Z R G B ERROR, then pairs of IMAGE_ID POINT2D_IDX\n");
     for (int i = 0; i < model->n_points; i++) {
         const ColmapPoint *p = &model->point[i];

@@ -174,9 +174,11 @@ static void check_raw(void **state, const View *view)
         for (int x = 0; x < 72; x++) {
             int c = (y & 1) + (x & 1);
             assert_int_equal(libraw_COLOR(raw, y, x) == 3 ? 1 : libraw_COLOR(raw, y, x), c);
+            const float *t_px = &t.px[(y * 72 + x) * 3], *r_px = &r.px[(y * 72 + x) * 3];
+            if (fmaxf(t_px[c], r_px[c]) > 0.99f) continue; // a lamp: the truth's 8 bits end at 1, the sensor's red does not
             double value = raw->rawdata.raw_image[y * (int)raw->sizes.raw_pitch / 2 + x];
             seen[c] += (value - SENSOR_BLACK) / (SENSOR_WHITE - SENSOR_BLACK);
-            expected[c] += fmin(neutral[c] * (double)(t.px[(y * 72 + x) * 3 + c] + r.px[(y * 72 + x) * 3 + c]), 1);
+            expected[c] += fmin(neutral[c] * (double)(t_px[c] + r_px[c]), 1);
         }
     for (int c = 0; c < 3; c++) assert_true(fabs(seen[c] / expected[c] - 1) < (view->flash ? 0.03 : 0.012));
     libraw_close(raw);
