@@ -54,7 +54,8 @@ Planes fs_engine_planes(Engine *engine, const Camera *camera, int channels)
 
 ShadeLight fs_engine_light(const Scene *scene, const Camera *camera)
 {
-    ShadeLight light = {.flash_distance = (float)scene->flash_distance};
+    ShadeLight light = {.flash_distance = (float)scene->flash_distance,
+                        .even = scene->separation == SEPARATION_LINEAR};
     double centre[3];
     fs_camera_centre(camera, centre);
     for (int k = 0; k < 3; k++) {
@@ -154,7 +155,7 @@ int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, R
         bool lit = l == LAYER_T_F && scene->shared_geometry;
         RasterTask *t = task[n++] = &engine->task[l];
         t->cloud = &scene->cloud[lit ? LAYER_T_N : l];
-        t->light = lit ? &light : NULL;
+        t->light = lit && fs_scene_lit(scene) ? &light : NULL;
         t->colors = fs_layers[l].channels;
         t->depth = true;
         t->train = false;

@@ -45,7 +45,7 @@ void fs_colors_linear(const Scene *scene, Layer layer, const Development *develo
         for (int c = 0; c < 3; c++) {
             float *to = &linear[(size_t)i * 3 + (size_t)c];
             *to = layer == LAYER_BETA ? sigmoid(color[0]) : fs_tone_decode(color[width == 3 ? c : 0]);
-            if (layer == LAYER_T_F && scene->shared_geometry) *to *= flash_factor(scene, cloud, i, c);
+            if (layer == LAYER_T_F && fs_scene_lit(scene)) *to *= flash_factor(scene, cloud, i, c);
             if (layer == LAYER_R && scene->pane_beta)
                 *to *= pane_beta(&scene->pane, cloud->field[CLOUD_MEANS] + (size_t)i * 3, development);
         }

@@ -74,6 +74,19 @@ static int guess_f0(const float *R, int n, double *f0, FsError *err)
     return 0;
 }
 
+// All points of both scenes, for comparisons that do not tell them apart.
+static int pick_all(const Material *points, float **xyz, int *n, FsError *err)
+{
+    const DensePoints *const *dense = points->dense;
+    *n = points->n + dense[0]->n + dense[1]->n;
+    if (!(*xyz = malloc(sizeof(float) * 3 * ((size_t)*n + 1)))) return fs_error_memory(err);
+    memcpy(*xyz, points->xyz, sizeof(float) * 3 * (size_t)points->n);
+    float *to = *xyz + 3 * (size_t)points->n;
+    for (int k = 0; k < 2; to += 3 * (size_t)dense[k++]->n)
+        if (dense[k]->n) memcpy(to, dense[k]->xyz, sizeof(float) * 3 * (size_t)dense[k]->n);
+    return 0;
+}
+
 // Reflectance of the pane towards a point, seen from the middle of the cameras.
 static double reflectance(const Frames *frames, const Pane *pane, const float xyz[3])
 {
@@ -102,7 +115,7 @@ static void palette_free(Palette *p)
 }
 
 static int mix_palette(const Frames *frames, const Material *points, const FlashLight *light, const Seeds *T,
-                       const Seeds *R, Palette *p, Threads *threads, FsError *err)
+                       const Seeds *R, Separation separation, Palette *p, Threads *threads, FsError *err)
 {
     size_t n_T = (size_t)T->n, n_R = (size_t)R->n;
     p->T_N = malloc(sizeof(float) * 3 * n_T);
@@ -118,6 +131,9 @@ static int mix_palette(const Frames *frames, const Material *points, const Flash
         double falloff = fs_light_falloff(frames, light, T->xyz + 3 * i);
         for (int c = 0; c < 3; c++) p->alpha[3 * i + (size_t)c] = (float)(light->color[c] * exp((double)p->gain[i]) * falloff);
     }
+    if (separation != SEPARATION_FULL) memset(p->gain, 0, sizeof(float) * n_T);
+    for (size_t i = 0; i < 3 * n_T && separation != SEPARATION_FULL; i++) // T_F's gain over T_N: none, or one per channel
+        p->alpha[i] = separation == SEPARATION_LINEAR ? (float)light->color[i % 3] : 0;
     return fs_paint_layers(frames, T, R, p->alpha, p->T_N, p->T_F, p->R, threads, err);
 }
 
@@ -146,19 +162,29 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
     float *at_T = NULL, *at_R = NULL;
     Seeds T = {0}, R = {0};
     Palette palette = {0};
-    *scene = (Scene){.shared_geometry = strcmp(set->geometry, "shared") == 0, .pane_beta = strcmp(set->beta, "pane") == 0};
+    *scene = (Scene){.shared_geometry = strcmp(set->geometry, "shared") == 0, .pane_beta = strcmp(set->beta, "pane") == 0,
+                     .separation = fs_scene_separation(set->separation)};
     scene->extent = 1.1 * frames->extent;
     scene->flash_distance = light->distance;
     for (int k = 0; k < 3; k++) {
         scene->pane.normal[k] = frames->forward[k];
         scene->gain_color[k] = light->color[k];
     }
-    TRY(pick(frames, points, POINT_TRANSMITTED, &at_T, &n_T, err));
-    TRY(pick(frames, points, POINT_REFLECTED, &at_R, &n_R, err));
+    if (scene->separation != SEPARATION_FULL && !(scene->shared_geometry && scene->pane_beta)) {
+        rc = fs_error_set(err, FS_ERR_USAGE, "--separation %s goes with --geometry shared and --beta pane", set->separation);
+        goto fail;
+    }
+    bool cued = scene->separation == SEPARATION_FULL || scene->separation == SEPARATION_LINEAR;
+    TRY(cued ? pick(frames, points, POINT_TRANSMITTED, &at_T, &n_T, err) : pick_all(points, &at_T, &n_T, err));
+    TRY(cued ? pick(frames, points, POINT_REFLECTED, &at_R, &n_R, err) : pick_all(points, &at_R, &n_R, err));
     TRY(fs_seeds_make(frames, at_T, n_T, set->init_count, 2 * (uint64_t)set->seed, threads, &T, err));
     TRY(fs_seeds_make(frames, at_R, n_R, set->init_count, 2 * (uint64_t)set->seed + 1, threads, &R, err));
-    TRY(mix_palette(frames, points, light, &T, &R, &palette, threads, err));
+    TRY(mix_palette(frames, points, light, &T, &R, scene->separation, &palette, threads, err));
     TRY(fill_scene(frames, &T, &R, &palette, scene, err));
+    if (scene->separation == SEPARATION_NONE) {
+        fs_cloud_free(&scene->cloud[LAYER_R]);
+        scene->pane.f0 = scene->pane.dimming = 0;
+    }
 fail:
     palette_free(&palette);
     fs_seeds_free(&T);

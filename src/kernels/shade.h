@@ -7,10 +7,13 @@
 #ifndef FS_KERNELS_SHADE_H
 #define FS_KERNELS_SHADE_H
 
+#include <stdbool.h>
+
 typedef struct ShadeLight {
     float centre[3];      // of the camera, world
     float flash_distance; // world units
     float tint[3];
+    bool even; // the flash's light does not fall off with distance
 } ShadeLight;
 
 typedef struct ShadeKernels {

@@ -12,6 +12,7 @@ FN void shade_lanes(const ShadeLight *light, const float *means, const float *ga
     for (int l = 0; l < LANES; l++) put(&gain, l, gains[i + (l < n ? l : 0)]);
     real near2 = r_set(1e-4f * light->flash_distance * light->flash_distance);
     real fall = r_set(light->flash_distance * light->flash_distance) / r_max(d2, near2) * r_exp(gain);
+    if (light->even) fall = r_exp(gain);
     for (int k = 0; k < 3; k++) {
         alpha[k] = r_set(light->tint[k]) * fall;
         grow[k] = r_pow(r_set(1) + alpha[k], 0.22f);

@@ -11,6 +11,15 @@
 
 #define VERSION 1
 
+const char *const fs_scene_separations[SEPARATIONS] = {"full", "flashless", "linear", "none"};
+
+Separation fs_scene_separation(const char *name)
+{
+    int s = 0;
+    while (s < SEPARATIONS && strcmp(fs_scene_separations[s], name) != 0) s++;
+    return (Separation)s;
+}
+
 void fs_scene_free(Scene *scene)
 {
     for (int l = 0; l < LAYERS; l++) fs_cloud_free(&scene->cloud[l]);
@@ -42,6 +51,7 @@ static json_t *to_json(const Scene *scene)
 {
     json_t *root = json_object(), *clouds = json_object();
     json_object_set_new(root, "version", json_integer(VERSION));
+    json_object_set_new(root, "separation", json_string(fs_scene_separations[scene->separation]));
     json_object_set_new(root, "shared_geometry", json_boolean(scene->shared_geometry));
     json_object_set_new(root, "pane_beta", json_boolean(scene->pane_beta));
     for (size_t i = 0; i < N_NUMBERS; i++) {
@@ -87,6 +97,19 @@ static int read_flag(const json_t *root, const char *name, bool *flag, const cha
     return 0;
 }
 
+// Scenes written before there was a choice are full.
+static int read_separation(const json_t *root, Scene *scene, const char *path, FsError *err)
+{
+    json_t *value = json_object_get(root, "separation");
+    if (!value) return 0;
+    scene->separation = json_is_string(value) ? fs_scene_separation(json_string_value(value)) : SEPARATIONS;
+    bool ok = scene->separation < SEPARATIONS;
+    if (ok && (scene->separation == SEPARATION_FULL || (scene->shared_geometry && scene->pane_beta))) return 0;
+    scene->separation = SEPARATION_FULL;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: separation: expected full, or with shared geometry and a pane "
+                        "flashless, linear or none", path);
+}
+
 static int read_number(const json_t *root, const Number *number, Scene *scene, const char *path, FsError *err)
 {
     json_t *value = json_object_get(root, number->name);
@@ -121,6 +144,7 @@ static int read_model(Scene *scene, json_t **root, const char *path, FsError *er
         return fs_error_set(err, FS_ERR_INPUT, "%s: expected \"version\": %d", path, VERSION);
     TRY(read_flag(*root, "shared_geometry", &scene->shared_geometry, path, err));
     TRY(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
+    TRY(read_separation(*root, scene, path, err));
     for (size_t i = 0; i < N_NUMBERS; i++) TRY(read_number(*root, &numbers[i], scene, path, err));
 fail:
     return rc;

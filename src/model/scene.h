@@ -29,7 +29,18 @@ static inline double fs_pane_beta(const Pane *pane, double cosine)
     return beta < FS_PANE_MOST ? beta : FS_PANE_MOST;
 }
 
+// What is told apart: everything, or less for comparisons (with shared geometry and a pane).
+typedef enum Separation {
+    SEPARATION_FULL,
+    SEPARATION_FLASHLESS, // T_F is T_N: one T for all photos
+    SEPARATION_LINEAR,    // T_F = c T_N, one constant per channel (gain_color); gains are 0 and nothing falls off
+    SEPARATION_NONE,      // T holds the photos as they are; there is no R, and the pane does nothing
+    SEPARATIONS
+} Separation;
+extern const char *const fs_scene_separations[SEPARATIONS]; // as the setting names them
+
 typedef struct Scene {
+    Separation separation;
     bool shared_geometry; // T_F has no cloud: it is T_N's Gaussians, brightened by gains and distance to the flash
     bool pane_beta;       // beta has no cloud: it follows `pane`
     Cloud cloud[LAYERS];  // n = 0 where a layer has no cloud of its own
@@ -44,5 +55,12 @@ typedef struct Scene {
 void fs_scene_free(Scene *scene);
 int fs_scene_write(const Scene *scene, const char *dir, FsError *err);
 int fs_scene_read(Scene *scene, const char *dir, FsError *err);
+Separation fs_scene_separation(const char *name); // SEPARATIONS when there is none of that name
+
+// T_F is T_N's Gaussians brightened by the flash, and not just T_N.
+static inline bool fs_scene_lit(const Scene *scene)
+{
+    return scene->shared_geometry && (scene->separation == SEPARATION_FULL || scene->separation == SEPARATION_LINEAR);
+}
 
 #endif

@@ -112,7 +112,7 @@ static void update_job(void *context, int job, int worker)
     regularise(t, cloud, task, begin, end);
     for (int f = 0; f < CLOUD_FIELDS; f++) {
         size_t w = (size_t)cloud->width[f], at = w * (size_t)begin;
-        if (!w) continue;
+        if (!w || (f == CLOUD_GAINS && t->scene.separation != SEPARATION_FULL)) continue;
         double rate =
             f == CLOUD_MEANS ? u->means_rate : rates[f].rate * (f == CLOUD_OPACITIES ? 1 : t->set->rate_scale);
         t->engine->kernels.adam->step_sparse(cloud->field[f] + at, task->d_field[f] + at, state->m.field[f] + at,

@@ -20,6 +20,7 @@ typedef struct Step {
     Planes beta, d_beta;      // 1 plane each
     Planes tau, d_tau;
     Planes mask;
+    Planes black, d_black; // 3 planes of R where there is none
     Planes I, d_I, T_linear, R_linear, I_linear, other_linear;
     PearsonSums *pearson, pearson_total; // per strip, and all
     int strips;
@@ -72,7 +73,7 @@ static int set_up_tasks(Step *s, ShadeLight *light, RasterTask **list)
         if (fs_layers[l].light == other && !both && !t->scene.shared_geometry) continue;
         RasterTask *task = s->task[l] = list[n++] = &t->engine->task[l];
         task->cloud = cloud;
-        task->light = t->scene.shared_geometry && l == LAYER_T_N && s->view->view->flash ? light : NULL;
+        task->light = fs_scene_lit(&t->scene) && l == LAYER_T_N && s->view->view->flash ? light : NULL;
         task->colors = fs_layers[l].channels;
         task->depth = t->set->depth_smooth > 0 && l != LAYER_BETA;
         task->train = true;
@@ -86,9 +87,9 @@ static ComposeArgs compose_args(Step *s, Planes rgb_planes[4])
 {
     RasterTask *T = s->task[s->T], *R = s->task[LAYER_R];
     rgb_planes[0] = rgb(&T->feature);
-    rgb_planes[1] = rgb(&R->feature);
+    rgb_planes[1] = R ? rgb(&R->feature) : s->black;
     rgb_planes[2] = rgb(&T->d_feature);
-    rgb_planes[3] = rgb(&R->d_feature);
+    rgb_planes[3] = R ? rgb(&R->d_feature) : s->d_black;
     bool pane = s->trainer->scene.pane_beta;
     return (ComposeArgs){.tau = pane ? &s->tau : NULL,
                          .d_tau = pane ? &s->d_tau : NULL,
@@ -240,6 +241,7 @@ static void update_globals(Step *s)
     Scene *scene = &t->scene;
     GlobalState *g = &t->globals;
     int step = t->step + 1;
+    if (scene->separation == SEPARATION_NONE) return;
     if (scene->pane_beta) {
         PaneGradient d = {0};
         fs_pane_backward(&scene->pane, &s->view->view->camera, &s->d_beta, &s->d_tau, 0, s->beta.height, &d);
@@ -250,7 +252,7 @@ static void update_globals(Step *s)
         adam_scalar(&scene->pane.dimming, d.dimming, &g->m[3], &g->v[3], 1e-3, step);
         scene->pane.dimming = fmin(fmax(scene->pane.dimming, 0.02), 0.5);
     }
-    if (!scene->shared_geometry || !s->view->view->flash) return;
+    if (!fs_scene_lit(scene) || !s->view->view->flash) return;
     for (int i = 0; i < 3; i++) {
         double x = log(scene->gain_color[i]);
         adam_scalar(&x, t->engine->task[LAYER_T_N].d_tint[i] * scene->gain_color[i], &g->m[4 + i], &g->v[4 + i], 1e-3,
@@ -283,6 +285,12 @@ void fs_step_run(Trainer *trainer, const TrainView *view)
     s->tau = fs_engine_planes(e, camera, 1);
     s->mask = fs_engine_planes(e, camera, 1);
     s->d_tau = fs_engine_planes(e, camera, 1);
+    if (!s->task[LAYER_R]) {
+        s->black = fs_engine_planes(e, camera, 3);
+        s->d_black = fs_engine_planes(e, camera, 3);
+        zero_rows(&s->black, 0, camera->height);
+        zero_rows(&s->d_black, 0, camera->height);
+    }
     s->I = fs_engine_planes(e, camera, 3);
     s->d_I = fs_engine_planes(e, camera, 3);
     s->T_linear = fs_engine_planes(e, camera, 3);

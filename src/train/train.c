@@ -117,7 +117,7 @@ fail:
 // beta's unit is free while R learns (scene.h: Pane); in the end it is the reflectance that T's dimming shows.
 static void fix_unit_of_R(Scene *scene)
 {
-    if (!scene->pane_beta) return;
+    if (!scene->pane_beta || !scene->cloud[LAYER_R].n) return;
     float factor = fs_tone_encode((float)(scene->pane.f0 / scene->pane.dimming));
     Cloud *R = &scene->cloud[LAYER_R];
     for (int i = 0; i < 3 * R->n; i++) R->field[CLOUD_COLORS][i] *= factor;

@@ -17,6 +17,11 @@ static int new_planes(Planes *p, int width, int height, int channels, FsError *e
     return 0;
 }
 
+static bool wanted(const View *view, const char *lighting)
+{
+    return !view->held_out && (strcmp(lighting, "both") == 0 || view->flash == (strcmp(lighting, "flash") == 0));
+}
+
 static void from_image(const Image *image, const Planes *planes, bool encode)
 {
     for (int c = 0; c < planes->channels; c++)
@@ -65,12 +70,12 @@ int fs_views_load(Trainer *trainer, FsError *err)
     if (!trainer->views) TRY(fs_error_memory(err));
     for (int i = 0; i < trainer->dataset.n; i++) {
         const View *view = &trainer->dataset.view[i];
-        if (view->held_out) continue;
+        if (!wanted(view, trainer->set->lighting)) continue;
         TRY(load_view(trainer, view, &trainer->views[trainer->n_views++], err));
     }
     if (trainer->n_views == 0)
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no photos to train on (all are held out); use a larger --test-every",
-                          path);
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no photos to train on (all are held out, or of the other lighting); "
+                          "use a larger --test-every", path);
 fail:
     free(path);
     return rc;

@@ -51,10 +51,18 @@ static void test_shade(void **state)
         want[i] = fs_rng_normal(&rng);
     }
     for (int i = 0; i < N; i++) gains[i] = fs_rng_normal(&rng);
-    fs_shade_scalar.backward(&light, means, colors, gains, 0, N, want, d_colors, d_gains, d_tint);
-    check(colors, d_colors, N * 3);
-    check(gains, d_gains, N);
-    check(light.tint, d_tint, 3);
+    for (int even = 0; even < 2; even++) {
+        light.even = even;
+        memset(d_tint, 0, sizeof d_tint);
+        fs_shade_scalar.backward(&light, means, colors, gains, 0, N, want, d_colors, d_gains, d_tint);
+        check(colors, d_colors, N * 3);
+        check(gains, d_gains, N);
+        check(light.tint, d_tint, 3);
+    }
+    for (int k = 0; k < 3; k++) means[k] += 1; // an even light does not ask where a Gaussian is
+    double before = out[0];
+    loss();
+    assert_true(out[0] == before);
 }
 
 int main(void)

@@ -73,6 +73,8 @@ static void write_points(const char *out, const Frames *frames, int n)
     free(dir);
 }
 
+static const char *separation = "full";
+
 static int run(const char *out, const char *threads, const char *geometry, FsError *err)
 {
     FsSettings *settings = fs_settings_new();
@@ -84,6 +86,7 @@ static int run(const char *out, const char *threads, const char *geometry, FsErr
     assert_int_equal(fs_settings_set(settings, "geometry", geometry, NULL), 0);
     assert_int_equal(fs_settings_set(settings, "beta", geometry[1] == 'h' ? "pane" : "cloud", NULL), 0);
     assert_int_equal(fs_settings_set(settings, "init-count", count, NULL), 0);
+    assert_int_equal(fs_settings_set(settings, "separation", separation, NULL), 0);
     assert_int_equal(fs_settings_set(settings, "force", "true", NULL), 0);
     fs_settings_copy(&project.set, settings);
     warnings[0] = 0;
@@ -100,6 +103,29 @@ static void check_cloud(const Cloud *cloud, int colors, int gains)
     assert_int_equal(cloud->width[CLOUD_GAINS], gains);
     for (int f = 0; f < CLOUD_FIELDS; f++)
         for (int i = 0; i < cloud->n * cloud->width[f]; i++) assert_true(isfinite(cloud->field[f][i]));
+}
+
+// Starts that do not use the flash's cues: no gain, both scenes at all places; or one scene only.
+static void check_comparisons(const char *out, const char *start)
+{
+    Scene scene;
+    separation = "flashless";
+    assert_int_equal(run(out, "2", "separate", NULL), FS_ERR_USAGE);
+    assert_int_equal(run(out, "2", "shared", NULL), 0);
+    assert_int_equal(fs_scene_read(&scene, start, NULL), 0);
+    assert_int_equal(scene.separation, SEPARATION_FLASHLESS);
+    assert_false(fs_scene_lit(&scene));
+    check_cloud(&scene.cloud[LAYER_R], 3, 0);
+    for (int i = 0; i < scene.cloud[LAYER_T_N].n; i++) assert_true(scene.cloud[LAYER_T_N].field[CLOUD_GAINS][i] == 0);
+    fs_scene_free(&scene);
+    separation = "none";
+    assert_int_equal(run(out, "2", "shared", NULL), 0);
+    assert_int_equal(fs_scene_read(&scene, start, NULL), 0);
+    check_cloud(&scene.cloud[LAYER_T_N], 3, 1);
+    assert_int_equal(scene.cloud[LAYER_R].n, 0);
+    assert_true(scene.pane.f0 == 0 && scene.pane.dimming == 0);
+    fs_scene_free(&scene);
+    separation = "full";
 }
 
 static void test_run(void **state)
@@ -143,6 +169,7 @@ static void test_run(void **state)
     check_cloud(&scene.cloud[LAYER_R], 3, 0);
     check_cloud(&scene.cloud[LAYER_BETA], 1, 0);
     fs_scene_free(&scene);
+    check_comparisons(out, start);
     fs_frames_free(&frames);
     free(start);
     free(R);

@@ -22,7 +22,7 @@ static void fill(Cloud *cloud, int n, int color_width, int gain_width, Rng *rng)
 static void make_shared(Scene *scene)
 {
     Rng rng = fs_rng_new(3);
-    *scene = (Scene){.shared_geometry = true, .pane_beta = true};
+    *scene = (Scene){.shared_geometry = true, .pane_beta = true, .separation = SEPARATION_LINEAR};
     fill(&scene->cloud[LAYER_T_N], 11, 3, 1, &rng);
     fill(&scene->cloud[LAYER_R], 7, 3, 0, &rng);
     const double normal[3] = {1.0 / 3, -2.0 / 3, 2.0 / 3};
@@ -43,6 +43,7 @@ static void assert_same(const Scene *a, const Scene *b)
 {
     assert_int_equal(a->shared_geometry, b->shared_geometry);
     assert_int_equal(a->pane_beta, b->pane_beta);
+    assert_int_equal(a->separation, b->separation);
     assert_memory_equal(&a->pane, &b->pane, sizeof a->pane);
     assert_memory_equal(a->gain_color, b->gain_color, sizeof a->gain_color);
     assert_true(a->flash_distance == b->flash_distance && a->extent == b->extent);
