@@ -30,10 +30,14 @@ demo: packages-build-run all
 bench: all
 	$(BUILD)/flashsplat bench
 
+# Separation quality on every scene, made ones included; e.g. QUALITY="--variants full,linear --only poster".
+quality: packages-build-run-test all
+	/usr/bin/python3 bench/quality.py --flashsplat $(BUILD)/flashsplat $(QUALITY)
+
 install: all
 	meson install -C $(BUILD) --no-rebuild
 
 clean:
 	rm -rf build build-asan build-clang demo
 
-.PHONY: all test test-sanitizers demo bench install clean
+.PHONY: all test test-sanitizers demo bench quality install clean
