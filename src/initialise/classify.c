@@ -120,8 +120,8 @@ static float bell(float x, float mean, float variance)
 
 static float own_odds(float slope, float sigma, float lit, float lit_spread)
 {
-    float s2 = sigma * sigma;
-    float transmitted = bell(slope, lit, s2 + lit_spread * lit_spread);
+    float s2 = sigma * sigma; // brighter than expected is as good as expected
+    float transmitted = bell(fminf(slope, lit), lit, s2 + lit_spread * lit_spread);
     float mirrored = bell(slope, MIRRORED_SLOPE, s2 + MIRRORED_SPREAD * MIRRORED_SPREAD);
     return logf((transmitted + OUTLIERS) / (mirrored + OUTLIERS));
 }

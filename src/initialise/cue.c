@@ -20,10 +20,17 @@ typedef struct Patches {
     double gram[VIEWS_MAX][VIEWS_MAX];  // products of the patches
 } Patches;
 
-double fs_cue_slope(double a, double b, double c)
+double fs_cue_slope(double a, double b, double c, double own_without, double own_with, double *coherence)
 {
-    if (!(a > 0 && b > 0 && c > 0)) return 0;
-    return (c - a + sqrt((c - a) * (c - a) + 4 * b * b)) / (2 * b);
+    b = fmax(b, 0);
+    double root = sqrt((c - a) * (c - a) + 4 * b * b), common = (a + c + root) / 2;
+    *coherence = 0;
+    if (!(common > 0)) return 0;
+    double slope = 2 * b > (c - a + root) / FS_CUE_SLOPE_MAX ? (c - a + root) / (2 * b) : FS_CUE_SLOPE_MAX;
+    if (b == 0 && a >= c) return 0; // what is seen without flash is gone with it
+    double all = (own_without + slope * slope * own_with + 2 * slope * b) / (1 + slope * slope);
+    if (all > 0) *coherence = fmin(common / all, 1);
+    return *coherence > 0 ? slope : 0;
 }
 
 // Looks the patch up in one photo. False when a sample is outside or not to be trusted.
@@ -81,21 +88,22 @@ static float dot(const float *a, const float *b, int n)
     return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
 }
 
-// a, b, c of the gram matrix, the photo `without` left out (-1: none).
-static double slope_of(const Patches *p, int without, double abc[3])
+// Of the gram matrix, the photo `without` left out (-1: none). abc and own as in fs_cue_slope.
+static double slope_of(const Patches *p, int without, double abc[3], double *coherence)
 {
-    double sum[3] = {0};
+    double sum[3] = {0}, own[2] = {0};
     int n[2] = {0};
     for (int i = 0; i < p->n; i++) {
         if (i == without) continue;
         n[p->flash[i]]++;
+        own[p->flash[i]] += p->gram[i][i];
         for (int j = 0; j < i; j++)
             if (j != without) sum[p->flash[i] + p->flash[j]] += p->gram[i][j];
     }
     abc[0] = sum[0] / (n[0] * (n[0] - 1) / 2);
     abc[1] = sum[1] / (n[0] * n[1]);
     abc[2] = sum[2] / (n[1] * (n[1] - 1) / 2);
-    return fs_cue_slope(abc[0], abc[1], abc[2]);
+    return fs_cue_slope(abc[0], abc[1], abc[2], own[0] / n[0], own[1] / n[1], coherence);
 }
 
 static void channel_slopes(const Patches *p, float slope[3])
@@ -111,7 +119,9 @@ static void channel_slopes(const Patches *p, float slope[3])
         double a = ((double)dot(sum[0], sum[0], SAMPLES) - own[0]) / (n[0] * (n[0] - 1));
         double d = ((double)dot(sum[1], sum[1], SAMPLES) - own[1]) / (n[1] * (n[1] - 1));
         double b = (double)dot(sum[0], sum[1], SAMPLES) / (n[0] * n[1]);
-        slope[c] = (float)fs_cue_slope(a, b, d);
+        double coherence;
+        slope[c] = (float)fs_cue_slope(a, b, d, own[0] / n[0], own[1] / n[1], &coherence);
+        if (a <= 0 || coherence < COHERENCE_MIN) slope[c] = 0;
     }
 }
 
@@ -125,21 +135,18 @@ static Cue measure(const Frames *frames, const float xyz[3], const float *weight
     Cue cue = {0};
     gather(frames, xyz, weight, p);
     if (p->n_flash < VIEWS_MIN || p->n - p->n_flash < VIEWS_MIN) return cue;
-    double own[2] = {0}, abc[3], left_out[3];
+    double abc[3], left_out[3], coherence, ignored;
     for (int i = 0; i < p->n; i++) {
         for (int j = 0; j <= i; j++) p->gram[i][j] = (double)dot(p->value[i][0], p->value[j][0], 3 * SAMPLES);
-        own[p->flash[i]] += p->gram[i][i];
     }
-    double slope = slope_of(p, -1, abc);
-    own[0] /= p->n - p->n_flash;
-    own[1] /= p->n_flash;
-    if (!(slope > 0 && own[0] > 0 && own[1] > 0)) return cue;
+    double slope = slope_of(p, -1, abc, &coherence);
+    if (!(slope > 0)) return cue;
     cue.log_slope = clamped_log(slope);
-    cue.coherence = (float)sqrt(fmin(abc[0] / own[0], 1) * fmin(abc[2] / own[1], 1));
-    cue.contrast = (float)sqrt(abc[0] / 3);
+    cue.coherence = (float)coherence;
+    cue.contrast = (float)sqrt(fmax(abc[0], 0) / 3);
     double sum = 0, sum2 = 0;
     for (int i = 0; i < p->n; i++) {
-        double x = (double)clamped_log(slope_of(p, i, left_out)); // a slope of 0 counts as a very small one
+        double x = (double)clamped_log(slope_of(p, i, left_out, &ignored)); // a slope of 0 counts as a very small one
         sum += x;
         sum2 += x * x;
     }

@@ -20,8 +20,11 @@ typedef struct Cue {
     float slope[3];   // growth per colour channel; 0 where unknown
 } Cue;
 
-// Slope of the main axis of [a b; b c]; 0 where the three do not belong to a common signal.
-double fs_cue_slope(double a, double b, double c);
+#define FS_CUE_SLOPE_MAX 20.0 // what is black without flash has no slope; this stands for it
+
+// Slope of the main axis of [a b; b c], 0 where there is no common signal; and of what all photos hold along that axis
+// the share that is common to them, given the mean products of photos with themselves, without and with flash.
+double fs_cue_slope(double a, double b, double c, double own_without, double own_with, double *coherence);
 void fs_cue_measure(const Frames *frames, const float *xyz, int n, Cue *cue, Threads *threads);
 
 #endif

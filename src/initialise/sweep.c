@@ -251,11 +251,10 @@ static void score(const float p[PLANES], float depth_odds, float *transmitted, f
 {
     *transmitted = *reflected = 0;
     if (!(p[3] > 0.5f && p[4] > 0.5f && p[5] > 0.5f)) return;
-    float a = p[0] / p[3], b = p[1] / p[4], c = p[2] / p[5];
-    double slope = fs_cue_slope((double)a, (double)b, (double)c);
-    float own = sqrtf(p[6] / p[8] * p[7] / p[9]);
-    if (!(slope > 0 && own > 0)) return;
-    float coherence = fminf(b / own, 1);
+    double common, slope = fs_cue_slope((double)(p[0] / p[3]), (double)(p[1] / p[4]), (double)(p[2] / p[5]),
+                                        (double)(p[6] / p[8]), (double)(p[7] / p[9]), &common);
+    if (!(slope > 0)) return;
+    float coherence = (float)common;
     float sigma = SIGMA_SURE + (SIGMA_UNSURE - SIGMA_SURE) * fmaxf(1 - coherence / SURE_COHERENCE, 0);
     float odds = fs_classify_slope_odds(logf((float)slope), sigma) + depth_odds;
     float share = 1 / (1 + expf(-fminf(fmaxf(odds, -20), 20)));

@@ -44,10 +44,16 @@ static void scatter(float *xyz, int n, double depth, uint64_t seed)
 static void test_slope(void **state)
 {
     (void)state;
-    assert_true(fabs(fs_cue_slope(1, 2, 4) - 2) < 1e-12);
-    assert_true(fabs(fs_cue_slope(3, 3, 3) - 1) < 1e-12);
-    assert_true(fs_cue_slope(-1, 2, 4) == 0);
-    assert_true(fs_cue_slope(1, NAN, 4) == 0);
+    double coherence;
+    assert_true(fabs(fs_cue_slope(1, 2, 4, 1, 4, &coherence) - 2) < 1e-12);
+    assert_true(fabs(coherence - 1) < 1e-12);
+    assert_true(fabs(fs_cue_slope(3, 3, 3, 6, 6, &coherence) - 1) < 1e-12);
+    assert_true(fabs(coherence - 6.0 / 9) < 1e-12);
+    assert_true(fs_cue_slope(1e-9, 0, 4, 1, 8, &coherence) == FS_CUE_SLOPE_MAX); // black without flash
+    assert_true(fabs(coherence - 0.5) < 0.01);
+    assert_true(fs_cue_slope(4, 0, 1e-9, 8, 1, &coherence) == 0);
+    assert_true(fs_cue_slope(-1, -2, -4, 1, 1, &coherence) == 0 && coherence == 0);
+    assert_true(fs_cue_slope(1, NAN, NAN, 1, 1, &coherence) == 0);
 }
 
 static void test_cue(void **state)
