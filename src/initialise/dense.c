@@ -9,7 +9,6 @@
 #include "initialise/sweep.h"
 
 enum {
-    VIEWS = 8,  // swept
     DIVIDE = 2, // grid pixels per photo pixel, a side
     STEPS_MIN = 32,
     STEPS_MAX = 128,
@@ -26,15 +25,24 @@ enum {
 #define SAME_DEPTH 0.04f  // relative; within this two views agree
 #define APART 0.08f       // relative; the mirrored surface is not this near to the transmitted one on a ray
 
-typedef struct DepthMap { // of one swept view; inverse depth, 0 where unsure; (height, width)
-    Camera camera;
-    float *transmitted, *reflected;
-} DepthMap;
-
 void fs_dense_free(DensePoints *points)
 {
     free(points->xyz);
     *points = (DensePoints){0};
+}
+
+static void map_free(DepthMap *map)
+{
+    free(map->layer[0]);
+    free(map->layer[1]);
+    free(map->guess);
+    *map = (DepthMap){0};
+}
+
+void fs_surfaces_free(Surfaces *surfaces)
+{
+    for (int k = 0; k < DENSE_VIEWS; k++) map_free(&surfaces->map[k]);
+    *surfaces = (Surfaces){0};
 }
 
 static int append(DensePoints *points, const float xyz[3], FsError *err)
@@ -81,9 +89,10 @@ static int find_range(const Frames *frames, int view, const float *xyz, const un
     return 0;
 }
 
-typedef struct Match { // one swept view's two surfaces, as a job
+typedef struct Match { // the surfaces of swept views, a job each
     Sweep *sweep;
     DepthMap *map;
+    bool renew[2]; // transmitted, reflected
     int *failed;
 } Match;
 
@@ -100,30 +109,43 @@ static void keep_sure(const Sweep *sweep, const float *score, float sure, float 
     }
 }
 
+static bool match_transmitted(Sweep *s, DepthMap *map)
+{
+    int width = s->camera.width, height = s->camera.height;
+    if (fs_semiglobal_choose(s->transmitted, width, height, s->steps, SMALL_T, LARGE_T, map->layer[0], NULL) < 0) return false;
+    for (int i = 0; i < width * height; i++) map->guess[i] = s->inverse_min + map->layer[0][i] * s->inverse_step;
+    keep_sure(s, s->transmitted, SURE_T, map->layer[0]);
+    return true;
+}
+
+static bool match_reflected(Sweep *s, DepthMap *map)
+{
+    int width = s->camera.width, height = s->camera.height;
+    for (int i = 0; i < width * height; i++) // what is near the transmitted surface is that surface
+        for (int d = 0; d < s->steps; d++)
+            if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < APART * map->guess[i])
+                s->reflected[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
+    if (fs_semiglobal_choose(s->reflected, width, height, s->steps, SMALL_R, LARGE_R, map->layer[1], NULL) < 0) return false;
+    keep_sure(s, s->reflected, SURE_R, map->layer[1]);
+    return true;
+}
+
 static void match_job(void *context, int job, int worker)
 {
     (void)worker;
     Match *w = context;
     Sweep *s = &w->sweep[job];
     DepthMap *map = &w->map[job];
-    int width = s->camera.width, height = s->camera.height;
-    size_t n = (size_t)width * (size_t)height;
+    size_t n = (size_t)s->camera.width * (size_t)s->camera.height;
     if (!s->steps) return;
     map->camera = s->camera;
-    map->transmitted = malloc(sizeof(float) * n);
-    map->reflected = malloc(sizeof(float) * n);
-    w->failed[job] = !map->transmitted || !map->reflected ||
-                     fs_semiglobal_choose(s->transmitted, width, height, s->steps, SMALL_T, LARGE_T, map->transmitted, NULL) < 0;
-    if (w->failed[job]) return;
-    for (size_t i = 0; i < n; i++) { // what is near the transmitted surface is that surface
-        float T = s->inverse_min + map->transmitted[i] * s->inverse_step;
-        for (int d = 0; d < s->steps; d++)
-            if (fabsf(s->inverse_min + (float)d * s->inverse_step - T) < APART * T)
-                s->reflected[i * (size_t)s->steps + (size_t)d] = 0;
-    }
-    w->failed[job] = fs_semiglobal_choose(s->reflected, width, height, s->steps, SMALL_R, LARGE_R, map->reflected, NULL) < 0;
-    keep_sure(s, s->transmitted, SURE_T, map->transmitted);
-    keep_sure(s, s->reflected, SURE_R, map->reflected);
+    if (!map->layer[0]) map->layer[0] = malloc(sizeof(float) * n);
+    if (!map->layer[1]) map->layer[1] = malloc(sizeof(float) * n);
+    if (!map->guess) map->guess = malloc(sizeof(float) * n);
+    bool done = map->layer[0] && map->layer[1] && map->guess;
+    if (done && w->renew[0]) done = match_transmitted(s, map);
+    if (done && w->renew[1]) done = match_reflected(s, map);
+    w->failed[job] = !done;
 }
 
 // Inverse depth of a point in another view, and what that view's map says there (0: unsure; NAN: out of view).
@@ -142,8 +164,8 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
     int sum = 0;
     for (int k = 0; k < n_maps; k++) {
         float inverse = 0;
-        if (k == own || !map[k].transmitted) continue;
-        float there = look(&map[k], reflected ? map[k].reflected : map[k].transmitted, xyz, &inverse);
+        if (k == own || !map[k].layer[0]) continue;
+        float there = look(&map[k], map[k].layer[reflected], xyz, &inverse);
         if (!(there > 0)) continue;
         float relative = inverse / there - 1;
         if (fabsf(relative) < SAME_DEPTH)
@@ -151,73 +173,85 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
         else if (relative > 0) // that view looks through the point
             sum -= 1;
         if (!reflected) continue;
-        there = look(&map[k], map[k].transmitted, xyz, &inverse);
+        there = look(&map[k], map[k].layer[0], xyz, &inverse);
         if (there > 0 && fabsf(inverse / there - 1) < SAME_DEPTH) sum -= 2;
     }
     return sum;
 }
 
-static int fuse(const DepthMap *map, int n_maps, bool reflected, DensePoints *points, FsError *err)
+int fs_surfaces_fuse(const Surfaces *surfaces, bool reflected, DensePoints *points, FsError *err)
 {
     int rc = 0;
-    for (int k = 0; k < n_maps; k++) {
-        const float *layer = reflected ? map[k].reflected : map[k].transmitted;
+    *points = (DensePoints){0};
+    for (int k = 0; k < surfaces->n; k++) {
+        const DepthMap *map = &surfaces->map[k];
+        const float *layer = map->layer[reflected];
         if (!layer) continue;
-        int width = map[k].camera.width, height = map[k].camera.height;
+        int width = map->camera.width, height = map->camera.height;
         for (int i = 0; i < width * height; i++) {
             float xyz[3];
             if (!(layer[i] > 0)) continue;
-            fs_frames_unproject(&map[k].camera, i % width + 0.5, (double)(i / width) + 0.5, 1 / (double)layer[i], xyz);
-            if (votes(map, n_maps, k, reflected, xyz) >= 2) TRY(append(points, xyz, err));
+            fs_frames_unproject(&map->camera, i % width + 0.5, (double)(i / width) + 0.5, 1 / (double)layer[i], xyz);
+            if (votes(surfaces->map, surfaces->n, k, reflected, xyz) >= 2) TRY(append(points, xyz, err));
         }
     }
+    return 0;
 fail:
+    fs_dense_free(points);
     return rc;
 }
 
-int fs_dense_find(const Frames *frames, const float *xyz, const unsigned char *kind, int n, const DepthOdds *odds,
-                  const Log *log, Threads *threads, DensePoints *transmitted, DensePoints *reflected, FsError *err)
+// Sweeps the views and matches the scenes wanted.
+static int sweep_all(const Frames *frames, const bool renew[2], const DepthOdds *odds, const Log *log, Threads *threads,
+                     Surfaces *surfaces, FsError *err)
 {
-    int rc = 0, *order = malloc(sizeof(int) * ((size_t)frames->n + 1)), failed[VIEWS] = {0};
-    int n_views = frames->n < VIEWS ? frames->n : VIEWS;
-    Sweep sweep[VIEWS] = {0};
-    DepthMap map[VIEWS] = {0};
+    int rc = 0, failed[DENSE_VIEWS] = {0};
+    Sweep sweep[DENSE_VIEWS] = {0};
     SweepPhotos photos = {0};
-    *transmitted = *reflected = (DensePoints){0};
-    if (!order) return fs_error_memory(err);
     TRY(fs_sweep_prepare(frames, &photos, threads, err));
-    fs_seeds_order(frames, order);
-    for (int k = 0; k < n_views; k++) {
-        float min = 0, max = 0;
-        int steps = 0;
+    for (int k = 0; k < surfaces->n; k++) {
         if (fs_log_cancelled(log)) {
             rc = fs_error_set(err, FS_ERR_CANCELLED, "initialise: stopped");
             goto fail;
         }
-        TRY(find_range(frames, order[k], xyz, kind, n, &min, &max, &steps, err));
-        if (steps > 0 && max > min)
-            TRY(fs_sweep_view(frames, &photos, order[k], DIVIDE, min, max, steps, odds, threads, &sweep[k], err));
+        if (surfaces->steps[k] > 0)
+            TRY(fs_sweep_view(frames, &photos, surfaces->view[k], DIVIDE, surfaces->inverse_min[k],
+                              surfaces->inverse_max[k], surfaces->steps[k], odds, threads, &sweep[k], err));
     }
-    Match match = {sweep, map, failed};
-    fs_threads_for(threads, n_views, match_job, &match);
-    for (int k = 0; k < n_views; k++)
-        if (failed[k]) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
-    TRY(fuse(map, n_views, false, transmitted, err));
-    TRY(fuse(map, n_views, true, reflected, err));
+    Match match = {sweep, surfaces->map, {renew[0], renew[1]}, failed};
+    fs_threads_for(threads, surfaces->n, match_job, &match);
+    for (int k = 0; k < surfaces->n && rc == 0; k++)
+        if (failed[k]) rc = fs_error_memory(err);
 fail:
-    for (int k = 0; k < VIEWS; k++) {
-        fs_sweep_free(&sweep[k]);
-        free(map[k].transmitted);
-        free(map[k].reflected);
-    }
+    for (int k = 0; k < DENSE_VIEWS; k++) fs_sweep_free(&sweep[k]);
     fs_sweep_photos_free(&photos);
-    free(order);
-    if (rc < 0) {
-        fs_dense_free(transmitted);
-        fs_dense_free(reflected);
-    }
     return rc;
+}
+
+int fs_surfaces_find(const Frames *frames, const float *xyz, const unsigned char *kind, int n, const DepthOdds *odds,
+                     const Log *log, Threads *threads, Surfaces *surfaces, FsError *err)
+{
+    static const bool both[2] = {true, true};
+    int rc = 0, *order = malloc(sizeof(int) * ((size_t)frames->n + 1));
+    if (!order) return fs_error_memory(err);
+    *surfaces = (Surfaces){.n = frames->n < DENSE_VIEWS ? frames->n : DENSE_VIEWS};
+    fs_seeds_order(frames, order);
+    for (int k = 0; k < surfaces->n; k++) {
+        surfaces->view[k] = order[k];
+        TRY(find_range(frames, order[k], xyz, kind, n, &surfaces->inverse_min[k], &surfaces->inverse_max[k],
+                       &surfaces->steps[k], err));
+        if (!(surfaces->inverse_max[k] > surfaces->inverse_min[k])) surfaces->steps[k] = 0;
+    }
+    TRY(sweep_all(frames, both, odds, log, threads, surfaces, err));
+fail:
+    free(order);
+    if (rc < 0) fs_surfaces_free(surfaces);
+    return rc;
+}
+
+int fs_surfaces_renew(const Frames *freed, bool reflected, const DepthOdds *odds, const Log *log, Threads *threads,
+                      Surfaces *surfaces, FsError *err)
+{
+    const bool renew[2] = {!reflected, reflected};
+    return sweep_all(freed, renew, odds, log, threads, surfaces, err);
 }

@@ -12,8 +12,30 @@ typedef struct DensePoints {
 } DensePoints;
 
 void fs_dense_free(DensePoints *points);
-// From the classified points (n) and what their depths tell: the two clouds. They may come out empty.
-int fs_dense_find(const Frames *frames, const float *xyz, const unsigned char *kind, int n, const DepthOdds *odds,
-                  const Log *log, Threads *threads, DensePoints *transmitted, DensePoints *reflected, FsError *err);
+
+enum { DENSE_VIEWS = 8 }; // swept at most
+
+// Both scenes' inverse depths in the swept views, (height, width); 0 where unsure.
+typedef struct DepthMap {
+    Camera camera;
+    float *layer[2]; // transmitted, reflected; NULL: this view was not swept
+    float *guess;    // of the transmitted scene also where unsure
+} DepthMap;
+
+typedef struct Surfaces {
+    int n, view[DENSE_VIEWS], steps[DENSE_VIEWS]; // frames swept, and steps of depth in each
+    float inverse_min[DENSE_VIEWS], inverse_max[DENSE_VIEWS];
+    DepthMap map[DENSE_VIEWS];
+} Surfaces;
+
+void fs_surfaces_free(Surfaces *surfaces);
+// From the classified points (n) and what their depths tell. May come out empty.
+int fs_surfaces_find(const Frames *frames, const float *xyz, const unsigned char *kind, int n, const DepthOdds *odds,
+                     const Log *log, Threads *threads, Surfaces *surfaces, FsError *err);
+// Finds one scene's surfaces once more, in photos that the other scene was taken off.
+int fs_surfaces_renew(const Frames *freed, bool reflected, const DepthOdds *odds, const Log *log, Threads *threads,
+                      Surfaces *surfaces, FsError *err);
+// The points on which views agree.
+int fs_surfaces_fuse(const Surfaces *surfaces, bool reflected, DensePoints *points, FsError *err);
 
 #endif

@@ -9,7 +9,7 @@
 #include "initialise/advise.h"
 #include "initialise/classify.h"
 #include "initialise/first_scene.h"
-#include "initialise/light.h"
+#include "initialise/peel.h"
 #include "model/colmap_model.h"
 
 #define FEWEST_POINTS 20
@@ -180,10 +180,10 @@ int fs_initialise_run(FsProject *project, FsError *err)
     TRY(fs_light_fit(&frames, points.xyz, points.cue, points.kind, points.n, &light, err));
     fs_advise(&frames, points.xyz, points.cue, points.kind, points.n, &light, log);
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
-    TRY(fs_dense_find(&frames, points.xyz, points.kind, points.n, &odds, log, threads, &dense[0], &dense[1], err));
+    Material material = {points.n, points.xyz, points.cue, points.kind, {&dense[0], &dense[1]}};
+    TRY(fs_peel_find(&frames, &material, &light, &odds, (uint64_t)project->set.seed, log, threads, dense, err));
     fs_log_info(log, "initialise: %d dense points transmitted, %d reflected", dense[0].n, dense[1].n);
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
-    Material material = {points.n, points.xyz, points.cue, points.kind, {&dense[0], &dense[1]}};
     TRY(fs_first_scene_make(&frames, &material, &light, &project->set, threads, &scene, err));
     TRY(write_start(project, &points, dense, &scene, err));
     TRY(fs_project_mark_done(project, "initialise", FS_STAGE_INITIALISE, err));

@@ -10,15 +10,16 @@
 
 #include "initialise/fill.h"
 
-enum { TURNS = 3, CHUNK = 256, PIXEL = 2 }; // drawn at 1 / PIXEL of the photos' size
+enum { TURNS = 3, CHUNK = 256 };
 #define DARKEST 0.01f    // share of the light at its place that a seed has at least
 #define HIDDEN 0.93f     // a seed this much farther (inverse depth) than the drawn surface is not seen there
 #define SAME_SURFACE 0.05f
+#define ENOUGH_SEEDS 0.6f // seeds per pixel from which on every pixel is drawn, not every other
 #define ALPHA_NOISE 0.15f // gains near or below this tell little
 
 // One scene drawn into one photo: colour and inverse depth, (height, width, 4).
 typedef struct Drawn {
-    int width, height;
+    int width, height, pixel; // a pixel here is `pixel` pixels of the photo, a side
     float *px;
 } Drawn;
 
@@ -62,7 +63,7 @@ static void draw_job(void *context, int job, int worker)
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < p->seeds->n; i++) {
             if (!place(&frame->camera, p->seeds->xyz + 3 * (size_t)i, pixel, &inverse)) continue;
-            size_t x = (size_t)(pixel[0] / PIXEL), y = (size_t)(pixel[1] / PIXEL), at = y * (size_t)out->width + x;
+            size_t x = (size_t)(pixel[0] / out->pixel), y = (size_t)(pixel[1] / out->pixel), at = y * (size_t)out->width + x;
             if (pass == 0) {
                 nearest[at] = fmaxf(nearest[at], inverse);
                 continue;
@@ -81,8 +82,8 @@ done:
 // Bilinear; pixel in the photo's pixels.
 static void look_up(const Drawn *drawn, const double pixel[2], float out[4])
 {
-    double x = fmin(fmax(pixel[0] / PIXEL - 0.5, 0), drawn->width - 1);
-    double y = fmin(fmax(pixel[1] / PIXEL - 0.5, 0), drawn->height - 1);
+    double x = fmin(fmax(pixel[0] / drawn->pixel - 0.5, 0), drawn->width - 1);
+    double y = fmin(fmax(pixel[1] / drawn->pixel - 0.5, 0), drawn->height - 1);
     int x0 = (int)x, y0 = (int)y, x1 = x0 + 1 < drawn->width ? x0 + 1 : x0, y1 = y0 + 1 < drawn->height ? y0 + 1 : y0;
     float fx = (float)(x - x0), fy = (float)(y - y0);
     for (int c = 0; c < 4; c++) {
@@ -168,6 +169,22 @@ static void first_split(int n, const float *alpha, const float *I_N, const float
     }
 }
 
+static int drawn_new(Drawn **drawn, const Frames *frames, int n_seeds, FsError *err)
+{
+    *drawn = calloc((size_t)frames->n + 1, sizeof **drawn);
+    if (!*drawn) return fs_error_memory(err);
+    for (int i = 0; i < frames->n; i++) {
+        const Camera *camera = &frames->frame[i].camera;
+        Drawn *d = &(*drawn)[i];
+        d->pixel = n_seeds > ENOUGH_SEEDS * (float)camera->width * (float)camera->height ? 1 : 2;
+        d->width = (camera->width + d->pixel - 1) / d->pixel;
+        d->height = (camera->height + d->pixel - 1) / d->pixel;
+        d->px = malloc(sizeof(float) * 4 * (size_t)d->width * (size_t)d->height);
+        if (!d->px) return fs_error_memory(err);
+    }
+    return 0;
+}
+
 typedef struct Buffers {
     Drawn *T, *R;
     float *I_N, *I_F, *J_N, *J_F, *left_N, *left_F; // photos at T's seeds, at R's seeds, what is left
@@ -177,18 +194,11 @@ static int buffers_new(Buffers *b, const Frames *frames, int n_T, int n_R, FsErr
 {
     int rc = 0, n = n_T > n_R ? n_T : n_R;
     float **const field[] = {&b->I_N, &b->I_F, &b->J_N, &b->J_F, &b->left_N, &b->left_F};
-    *b = (Buffers){.T = calloc((size_t)frames->n, sizeof(Drawn)), .R = calloc((size_t)frames->n, sizeof(Drawn))};
-    if (!b->T || !b->R) return fs_error_memory(err);
     for (size_t i = 0; i < sizeof field / sizeof *field; i++)
-        if (!(*field[i] = malloc(sizeof(float) * 3 * ((size_t)n + 1)))) rc = fs_error_memory(err);
-    for (int i = 0; i < 2 * frames->n && rc == 0; i++) {
-        Drawn *d = i < frames->n ? &b->T[i] : &b->R[i - frames->n];
-        const Camera *camera = &frames->frame[i % frames->n].camera;
-        d->width = (camera->width + PIXEL - 1) / PIXEL;
-        d->height = (camera->height + PIXEL - 1) / PIXEL;
-        d->px = malloc(sizeof(float) * 4 * (size_t)d->width * (size_t)d->height);
-        if (!d->px) rc = fs_error_memory(err);
-    }
+        if (!(*field[i] = malloc(sizeof(float) * 3 * ((size_t)n + 1)))) return fs_error_memory(err);
+    TRY(drawn_new(&b->T, frames, n_T, err));
+    TRY(drawn_new(&b->R, frames, n_R, err));
+fail:
     return rc;
 }
 
@@ -239,5 +249,45 @@ int fs_paint_layers(const Frames *frames, const Seeds *T, const Seeds *R, const 
 fail:
     buffers_free(&b, frames->n);
     free(p.failed);
+    return rc;
+}
+
+static void subtract(const Drawn *drawn, Image *photo)
+{
+    for (int y = 0; y < photo->height; y++)
+        for (int x = 0; x < photo->width; x++) {
+            float *p = photo->px + 3 * ((size_t)y * (size_t)photo->width + (size_t)x), layer[4];
+            double pixel[2] = {x + 0.5, y + 0.5};
+            look_up(drawn, pixel, layer);
+            for (int c = 0; c < 3; c++) p[c] -= layer[c];
+        }
+}
+
+int fs_paint_take_off(const Frames *frames, const Seeds *seeds, const float *without, const float *with, Frames *freed,
+                      Threads *threads, FsError *err)
+{
+    int rc = 0;
+    Drawn *drawn = NULL;
+    Paint p = {.frames = frames};
+    *freed = *frames;
+    freed->frame = calloc((size_t)frames->n + 1, sizeof *freed->frame);
+    p.failed = calloc((size_t)frames->n + 1, sizeof *p.failed);
+    if (!freed->frame || !p.failed) {
+        freed->n = freed->frame ? freed->n : 0;
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    for (int i = 0; i < frames->n; i++) {
+        freed->frame[i] = frames->frame[i];
+        freed->frame[i].photo = (Image){0};
+    }
+    for (int i = 0; i < frames->n; i++) TRY(fs_image_copy(&freed->frame[i].photo, &frames->frame[i].photo, err));
+    TRY(drawn_new(&drawn, frames, seeds->n, err));
+    TRY(draw(&p, seeds, without, with, drawn, threads, err));
+    for (int i = 0; i < frames->n; i++) subtract(&drawn[i], &freed->frame[i].photo);
+fail:
+    drawn_free(drawn, frames->n);
+    free(p.failed);
+    if (rc < 0) fs_frames_free(freed);
     return rc;
 }

@@ -13,6 +13,8 @@
 #define SURFACE_SHARE 0.7f // of what is left after the points; the rest are copies
 #define POINT_SHARE 0.6f   // of the count at most
 #define CELL_MIN_PX 1.0f
+#define CELL_GROWTH 1.15f // from one attempt to cover all photos to the next
+#define SURFACE_POINTS 25000 // points that a surface is drawn from at most
 
 void fs_seeds_free(Seeds *seeds)
 {
@@ -131,23 +133,29 @@ fail:
 static int cover_all(const Frames *frames, const float *points, int n_points, int count, uint64_t seed, Seeds *seeds,
                      FsError *err)
 {
-    int rc = 0, before = seeds->n;
-    if (count <= before) return 0;
+    int rc = 0, before = seeds->n, stride = (n_points + SURFACE_POINTS - 1) / SURFACE_POINTS, n_some = 0;
+    if (count <= before || n_points <= 0) return 0;
     int *order = malloc(sizeof(int) * (size_t)frames->n);
-    if (!order) return fs_error_memory(err);
+    float *some = malloc(sizeof(float) * 3 * (size_t)(n_points / stride + 1));
+    if (!order || !some) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    for (int i = 0; i < n_points; i += stride) memcpy(some + 3 * (size_t)n_some++, points + 3 * (size_t)i, sizeof(float) * 3);
     fs_seeds_order(frames, order);
     const Camera *middle = &frames->frame[order[0]].camera;
     float cell_px = fmaxf(sqrtf((float)middle->width * (float)middle->height / (float)(count - before)), CELL_MIN_PX);
-    for (int attempt = 0; attempt < 40; attempt++) {
+    for (int attempt = 0; attempt < 25; attempt++) {
         Rng rng = fs_rng_new(seed);
         seeds->n = before;
         for (int k = 0; k < frames->n && !in_use(seeds, count); k++)
-            TRY(cover_frame(&frames->frame[order[k]], points, n_points, cell_px, count, &rng, seeds, err));
+            TRY(cover_frame(&frames->frame[order[k]], some, n_some, cell_px, count, &rng, seeds, err));
         if (!in_use(seeds, count)) break;
-        cell_px *= 1.08f;
+        cell_px *= CELL_GROWTH;
     }
 fail:
     free(order);
+    free(some);
     return rc;
 }
 

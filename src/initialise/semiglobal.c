@@ -16,22 +16,40 @@ typedef struct Paths {
     float *row_least[2]; // (width)
 } Paths;
 
-// L of one pixel from that of the pixel before it (NULL: none).
-static float follow(const Paths *p, const float *score, const float *before, float least, float *now, float *sum)
+static float lesser(float a, float b) // not fminf: this compiles to one instruction
 {
-    float far = least + p->large, best = INFINITY;
-    for (int d = 0; d < p->steps; d++) {
-        float l = -score[d];
-        if (before) {
-            float beside = fminf(before[d], before[d + 2]) + p->small;
-            l += fminf(fminf(before[d + 1], beside), far) - least;
+    return a < b ? a : b;
+}
+
+static float least_of(const float *value, int n)
+{
+    float least[8], all;
+    int d = 0;
+    for (int k = 0; k < 8; k++) least[k] = value[0];
+    for (; d + 8 <= n; d += 8)
+        for (int k = 0; k < 8; k++) least[k] = lesser(least[k], value[d + k]);
+    all = least[0];
+    for (int k = 1; k < 8; k++) all = lesser(all, least[k]);
+    for (; d < n; d++) all = lesser(all, value[d]);
+    return all;
+}
+
+// L of one pixel from that of the pixel before it (NULL: none). Returns its least.
+static float follow(const Paths *p, const float *restrict score, const float *restrict before, float least,
+                    float *restrict now, float *restrict sum)
+{
+    float far = least + p->large, small = p->small;
+    if (!before) {
+        for (int d = 0; d < p->steps; d++) now[d + 1] = -score[d];
+    } else {
+        for (int d = 0; d < p->steps; d++) {
+            float beside = lesser(before[d], before[d + 2]) + small;
+            now[d + 1] = lesser(lesser(before[d + 1], beside), far) - least - score[d];
         }
-        now[d + 1] = l;
-        sum[d] += l;
-        best = fminf(best, l);
     }
+    for (int d = 0; d < p->steps; d++) sum[d] += now[d + 1];
     now[0] = now[p->steps + 1] = INFINITY;
-    return best;
+    return least_of(now + 1, p->steps);
 }
 
 // One direction with step (dx, dy), dy 0 or along the rows.

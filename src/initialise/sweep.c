@@ -32,34 +32,34 @@ void fs_sweep_free(Sweep *sweep)
 
 // ---- photos without their slow parts ----
 
-// Gaussian blur of one plane, separable, clamped at the border. temp (width * height).
-static void blur(float *px, float *temp, int width, int height, int pitch, float sigma, int radius)
+// Gaussian blur of one plane, separable, clamped at the border. temp (width * height + width + 2 * radius).
+static void blur(float *px, float *temp, int width, int height, float sigma, int radius)
 {
-    float kernel[16], sum = 0;
+    float kernel[16], sum = 0, *row = temp + (size_t)width * (size_t)height;
     for (int k = 0; k <= radius; k++) {
         kernel[k] = expf(-(float)(k * k) / (2 * sigma * sigma));
         sum += k ? 2 * kernel[k] : kernel[k];
     }
     for (int k = 0; k <= radius; k++) kernel[k] /= sum;
-    for (int y = 0; y < height; y++)
-        for (int x = 0; x < width; x++) {
-            float v = kernel[0] * px[((size_t)y * (size_t)width + (size_t)x) * (size_t)pitch];
-            for (int k = 1; k <= radius; k++) {
-                int lo = x - k < 0 ? 0 : x - k, hi = x + k >= width ? width - 1 : x + k;
-                v += kernel[k] * (px[((size_t)y * (size_t)width + (size_t)lo) * (size_t)pitch] +
-                                  px[((size_t)y * (size_t)width + (size_t)hi) * (size_t)pitch]);
-            }
-            temp[(size_t)y * (size_t)width + (size_t)x] = v;
+    for (int y = 0; y < height; y++) {
+        float *from = px + (size_t)y * (size_t)width, *to = temp + (size_t)y * (size_t)width;
+        for (int x = 0; x < radius; x++) row[x] = from[0];
+        memcpy(row + radius, from, sizeof(float) * (size_t)width);
+        for (int x = 0; x < radius; x++) row[radius + width + x] = from[width - 1];
+        for (int x = 0; x < width; x++) to[x] = kernel[0] * row[radius + x];
+        for (int k = 1; k <= radius; k++)
+            for (int x = 0; x < width; x++) to[x] += kernel[k] * (row[radius + x - k] + row[radius + x + k]);
+    }
+    for (int y = 0; y < height; y++) {
+        float *to = px + (size_t)y * (size_t)width;
+        const float *from = temp + (size_t)y * (size_t)width;
+        for (int x = 0; x < width; x++) to[x] = kernel[0] * from[x];
+        for (int k = 1; k <= radius; k++) {
+            const float *lo = temp + (size_t)(y - k < 0 ? 0 : y - k) * (size_t)width;
+            const float *hi = temp + (size_t)(y + k >= height ? height - 1 : y + k) * (size_t)width;
+            for (int x = 0; x < width; x++) to[x] += kernel[k] * (lo[x] + hi[x]);
         }
-    for (int y = 0; y < height; y++)
-        for (int x = 0; x < width; x++) {
-            float v = kernel[0] * temp[(size_t)y * (size_t)width + (size_t)x];
-            for (int k = 1; k <= radius; k++) {
-                int lo = y - k < 0 ? 0 : y - k, hi = y + k >= height ? height - 1 : y + k;
-                v += kernel[k] * (temp[(size_t)lo * (size_t)width + (size_t)x] + temp[(size_t)hi * (size_t)width + (size_t)x]);
-            }
-            px[((size_t)y * (size_t)width + (size_t)x) * (size_t)pitch] = v;
-        }
+    }
 }
 
 typedef struct Prepare {
@@ -73,26 +73,28 @@ static void prepare_job(void *context, int job, int worker)
     (void)worker;
     Prepare *w = context;
     const Image *photo = &w->frames->frame[job].photo;
-    Image *fine = &w->fine[job], slow = {0};
-    size_t n = (size_t)photo->width * (size_t)photo->height;
-    float *temp = malloc(sizeof(float) * n);
-    w->failed[job] = !temp || fs_image_new(fine, photo->width, photo->height, 4, NULL) < 0 ||
-                     fs_image_new(&slow, photo->width, photo->height, 4, NULL) < 0;
-    for (size_t i = 0; i < n && !w->failed[job]; i++) {
-        const float *p = photo->px + 3 * i;
-        if (!isfinite(p[0] + p[1] + p[2])) continue;
-        for (int c = 0; c < 3; c++) fine->px[4 * i + (size_t)c] = p[c];
-        fine->px[4 * i + 3] = 1;
-    }
+    Image *fine = &w->fine[job];
+    int width = photo->width, height = photo->height;
+    size_t n = (size_t)width * (size_t)height;
+    float *slow = malloc(sizeof(float) * (2 * n + (size_t)width + 6 * SLOW_SIGMA)), *trusted = malloc(sizeof(float) * n);
+    w->failed[job] = !slow || !trusted || fs_image_new(fine, width, height, 4, NULL) < 0;
     if (!w->failed[job]) {
-        memcpy(slow.px, fine->px, sizeof(float) * 4 * n);
-        for (int c = 0; c < 4; c++) blur(slow.px + c, temp, photo->width, photo->height, 4, SLOW_SIGMA, 3 * SLOW_SIGMA);
-        for (size_t i = 0; i < n; i++)
-            for (int c = 0; c < 3 && fine->px[4 * i + 3] > 0; c++)
-                fine->px[4 * i + (size_t)c] -= slow.px[4 * i + (size_t)c] / slow.px[4 * i + 3];
+        for (size_t i = 0; i < n; i++) {
+            const float *p = photo->px + 3 * i;
+            if (!isfinite(p[0] + p[1] + p[2])) continue;
+            for (int c = 0; c < 3; c++) fine->px[4 * i + (size_t)c] = p[c];
+            fine->px[4 * i + 3] = 1;
+        }
+        for (int c = 3; c >= 0; c--) { // the trust first: the colours are divided by it
+            for (size_t i = 0; i < n; i++) slow[i] = fine->px[4 * i + (size_t)c];
+            blur(slow, slow + n, width, height, SLOW_SIGMA, 3 * SLOW_SIGMA);
+            for (size_t i = 0; i < n && c == 3; i++) trusted[i] = slow[i];
+            for (size_t i = 0; i < n && c < 3; i++)
+                if (fine->px[4 * i + 3] > 0) fine->px[4 * i + (size_t)c] -= slow[i] / trusted[i];
+        }
     }
-    fs_image_free(&slow);
-    free(temp);
+    free(slow);
+    free(trusted);
 }
 
 int fs_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads, FsError *err)
@@ -116,8 +118,10 @@ fail:
 
 // ---- one step of depth ----
 
-typedef struct Sums { // per grid pixel, of the photos without [0] and with flash [1]
-    float sum[2][3], own[2], n[2];
+typedef float Four __attribute__((vector_size(16))); // r g b 1
+
+typedef struct Sums { // per grid pixel, over the photos without [0] and with flash [1]
+    Four sum[2], own[2];
 } Sums;
 
 typedef struct Warp { // a grid pixel (x, y) at inverse depth q is seen at (p0 / p2, p1 / p2), p = m (x, y, 1) + q t
@@ -135,7 +139,7 @@ typedef struct Work {
     int n_warps;
     double middle_m[3], middle_t; // depth in the middle view times q: m . (x, y, 1) + q t
     Sums *sums;     // per worker (height, width)
-    float *planes;  // per worker (PLANES + 1, height, width)
+    float *planes;  // per worker, planes_size()
 } Work;
 
 // Fills warp->m, t for rays of `from` seen in `to`; focal lengths and centres of each in its own pixels.
@@ -202,47 +206,51 @@ static void choose_photos(Work *w, int view)
     }
 }
 
+static Four four_at(const float *p)
+{
+    Four v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
 // Adds one photo, seen at inverse depth q, to the sums of all grid pixels.
 static void add_photo(const Warp *warp, const Image *fine, double q, int width, int height, Sums *sums)
 {
-    for (int y = 0; y < height; y++)
+    const double *m = warp->m, *t = warp->t;
+    float most_x = (float)(fine->width - 1), most_y = (float)(fine->height - 1);
+    for (int y = 0; y < height; y++) {
+        double v = y + 0.5, row[3];
+        for (int k = 0; k < 3; k++) row[k] = m[3 * k + 1] * v + m[3 * k + 2] + q * t[k];
         for (int x = 0; x < width; x++) {
-            double u = x + 0.5, v = y + 0.5, p2 = warp->m[6] * u + warp->m[7] * v + warp->m[8] + q * warp->t[2];
+            double u = x + 0.5, p2 = m[6] * u + row[2];
             if (!(p2 > 0)) continue;
-            float px = (float)((warp->m[0] * u + warp->m[1] * v + warp->m[2] + q * warp->t[0]) / p2) - 0.5f;
-            float py = (float)((warp->m[3] * u + warp->m[4] * v + warp->m[5] + q * warp->t[1]) / p2) - 0.5f;
-            if (!(px >= 0 && py >= 0 && px < (float)(fine->width - 1) && py < (float)(fine->height - 1))) continue;
+            double inverse = 1 / p2;
+            float px = (float)((m[0] * u + row[0]) * inverse - 0.5), py = (float)((m[3] * u + row[1]) * inverse - 0.5);
+            if (!(px >= 0 && py >= 0 && px < most_x && py < most_y)) continue;
             int ix = (int)px, iy = (int)py;
-            float fx = px - (float)ix, fy = py - (float)iy, value[4];
+            float fx = px - (float)ix, fy = py - (float)iy;
             const float *a = fine->px + 4 * ((size_t)iy * (size_t)fine->width + (size_t)ix), *b = a + 4 * (size_t)fine->width;
-            for (int c = 0; c < 4; c++) {
-                float top = a[c] + (a[c + 4] - a[c]) * fx, bottom = b[c] + (b[c + 4] - b[c]) * fx;
-                value[c] = top + (bottom - top) * fy;
-            }
-            if (value[3] < 0.999f) continue;
+            Four top = four_at(a), bottom = four_at(b);
+            top += (four_at(a + 4) - top) * fx;
+            bottom += (four_at(b + 4) - bottom) * fx;
+            top += (bottom - top) * fy;
+            if (top[3] < 0.999f) continue;
             Sums *s = &sums[(size_t)y * (size_t)width + (size_t)x];
-            for (int c = 0; c < 3; c++) {
-                s->sum[warp->flash][c] += value[c];
-                s->own[warp->flash] += value[c] * value[c];
-            }
-            s->n[warp->flash] += 1;
+            s->sum[warp->flash] += top;
+            s->own[warp->flash] += top * top;
         }
+    }
 }
 
 // Sums -> the ten planes: products of different photos' values, their numbers, own products, their numbers.
 static void spread(const Sums *sums, size_t n, float *planes)
 {
     for (size_t i = 0; i < n; i++) {
-        const Sums *s = &sums[i];
-        float product[3] = {0};
-        for (int c = 0; c < 3; c++) {
-            product[0] += s->sum[0][c] * s->sum[0][c];
-            product[1] += s->sum[0][c] * s->sum[1][c];
-            product[2] += s->sum[1][c] * s->sum[1][c];
-        }
-        float value[PLANES] = {product[0] - s->own[0], product[1], product[2] - s->own[1],
-                               s->n[0] * (s->n[0] - 1), s->n[0] * s->n[1], s->n[1] * (s->n[1] - 1),
-                               s->own[0], s->own[1], s->n[0], s->n[1]};
+        Four N = sums[i].sum[0], F = sums[i].sum[1], NN = N * N - sums[i].own[0], NF = N * F, FF = F * F - sums[i].own[1];
+        Four own_N = sums[i].own[0], own_F = sums[i].own[1];
+        float value[PLANES] = {NN[0] + NN[1] + NN[2], NF[0] + NF[1] + NF[2], FF[0] + FF[1] + FF[2],
+                               NN[3], NF[3], FF[3],
+                               own_N[0] + own_N[1] + own_N[2], own_F[0] + own_F[1] + own_F[2], N[3], F[3]};
         for (int k = 0; k < PLANES; k++) planes[(size_t)k * n + i] = value[k];
     }
 }
@@ -262,6 +270,12 @@ static void score(const float p[PLANES], float depth_odds, float *transmitted, f
     *reflected = coherence * (1 - share);
 }
 
+// Floats per worker: the planes and what blur() wants.
+static size_t planes_size(const Camera *grid)
+{
+    return ((size_t)grid->height * (PLANES + 1) + 1) * (size_t)grid->width + 2 * BLUR_RADIUS;
+}
+
 static void step_job(void *context, int step, int worker)
 {
     Work *w = context;
@@ -269,13 +283,13 @@ static void step_job(void *context, int step, int worker)
     int width = sweep->camera.width, height = sweep->camera.height;
     size_t n = (size_t)width * (size_t)height;
     Sums *sums = w->sums + n * (size_t)worker;
-    float *planes = w->planes + n * (PLANES + 1) * (size_t)worker, *temp = planes + n * PLANES;
+    float *planes = w->planes + planes_size(&sweep->camera) * (size_t)worker, *temp = planes + n * PLANES;
     double q = (double)sweep->inverse_min + step * (double)sweep->inverse_step;
     memset(sums, 0, sizeof *sums * n);
     for (int k = 0; k < w->n_warps; k++)
         add_photo(&w->warp[k], &w->photos->fine[w->warp[k].frame], q, width, height, sums);
     spread(sums, n, planes);
-    for (int k = 0; k < PLANES; k++) blur(planes + n * (size_t)k, temp, width, height, 1, WINDOW_SIGMA, BLUR_RADIUS);
+    for (int k = 0; k < PLANES; k++) blur(planes + n * (size_t)k, temp, width, height, WINDOW_SIGMA, BLUR_RADIUS);
     for (size_t i = 0; i < n; i++) {
         float p[PLANES], u = (float)(i % (size_t)width) + 0.5f, v = (float)(i / (size_t)width) + 0.5f;
         for (int k = 0; k < PLANES; k++) p[k] = planes[n * (size_t)k + i];
@@ -312,8 +326,8 @@ int fs_sweep_view(const Frames *frames, const SweepPhotos *photos, int view, int
                      (inverse_max - inverse_min) / (float)(steps - 1),
                      calloc(n * (size_t)steps, sizeof(float)), calloc(n * (size_t)steps, sizeof(float))};
     Work w = {.frames = frames, .photos = photos, .odds = odds, .sweep = sweep};
-    w.sums = malloc(sizeof *w.sums * n * workers);
-    w.planes = malloc(sizeof(float) * n * (PLANES + 1) * workers);
+    w.sums = aligned_alloc(64, sizeof *w.sums * n * workers);
+    w.planes = malloc(sizeof(float) * planes_size(&sweep->camera) * workers);
     if (!sweep->transmitted || !sweep->reflected || !w.sums || !w.planes) {
         rc = fs_error_memory(err);
         goto fail;

@@ -146,14 +146,23 @@ static double share_at(const DensePoints *p, double depth, double tolerance)
     return p->n ? (double)n / p->n : 0;
 }
 
+static void find_both(const unsigned char *kind, Threads *threads, DensePoints *T, DensePoints *R)
+{
+    static const Log quiet;
+    Surfaces surfaces;
+    assert_int_equal(fs_surfaces_find(&frames, points, kind, ALL, &odds, &quiet, threads, &surfaces, NULL), 0);
+    assert_int_equal(fs_surfaces_fuse(&surfaces, false, T, NULL), 0);
+    assert_int_equal(fs_surfaces_fuse(&surfaces, true, R, NULL), 0);
+    fs_surfaces_free(&surfaces);
+}
+
 static void test_dense(void **state)
 {
     (void)state;
     DensePoints T, R, T2, R2;
     Threads *threads = fs_threads_new(3);
-    static const Log quiet;
-    assert_int_equal(fs_dense_find(&frames, points, kinds, ALL, &odds, &quiet, threads, &T, &R, NULL), 0);
-    assert_int_equal(fs_dense_find(&frames, points, kinds, ALL, &odds, &quiet, NULL, &T2, &R2, NULL), 0);
+    find_both(kinds, threads, &T, &R);
+    find_both(kinds, NULL, &T2, &R2);
     assert_true(T.n > 4000);
     assert_true(R.n > 2000);
     assert_true(share_at(&T, MADE_DEPTH_T, 0.04) > 0.95);
@@ -173,9 +182,8 @@ static void test_dense_without_points(void **state)
 {
     (void)state;
     DensePoints T, R;
-    static const Log quiet;
     unsigned char none[ALL] = {0};
-    assert_int_equal(fs_dense_find(&frames, points, none, ALL, &odds, &quiet, NULL, &T, &R, NULL), 0);
+    find_both(none, NULL, &T, &R);
     assert_int_equal(T.n, 0);
     assert_int_equal(R.n, 0);
 }

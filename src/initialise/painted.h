@@ -1,0 +1,27 @@
+// Both scenes as seeds with colours: from the points of each kind, by the flash's light on them.
+#ifndef FS_INITIALISE_PAINTED_H
+#define FS_INITIALISE_PAINTED_H
+
+#include "initialise/dense.h"
+#include "initialise/light.h"
+#include "initialise/paint.h"
+
+typedef struct Material { // borrowed
+    int n;
+    const float *xyz; // (n, 3)
+    const Cue *cue;
+    const unsigned char *kind;
+    const DensePoints *dense[2]; // transmitted, reflected: more points, without cues
+} Material;
+
+typedef struct Painted {
+    Seeds T, R;
+    float *T_N, *T_F, *R_color; // linear, (n, 3)
+    float *gain, *alpha;        // of the transmitted seeds: (n, 1) logarithm, (n, 3)
+} Painted;
+
+int fs_painted_make(const Frames *frames, const Material *points, const FlashLight *light, int count, uint64_t seed,
+                    Threads *threads, Painted *painted, FsError *err);
+void fs_painted_free(Painted *painted);
+
+#endif
