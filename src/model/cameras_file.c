@@ -159,7 +159,8 @@ static const char *pose_from_json(const json_t *frame, double w2c[12])
             double dot = r[3 * i] * r[3 * j] + r[3 * i + 1] * r[3 * j + 1] + r[3 * i + 2] * r[3 * j + 2];
             if (!(fabs(dot - (i == j)) < 1e-2)) return "a rotation in \"transform_matrix\"";
         }
-    if (r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]) < 0)
+    if (r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]) <
+        0)
         return "a right-handed rotation in \"transform_matrix\"";
     fs_camera_rotation_to_quat(r, quat); // back and forth: takes out the rounding
     fs_camera_quat_to_rotation(quat, r);
@@ -235,7 +236,8 @@ int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
     int rc = 0;
     char *model = NULL, *transforms = NULL;
     if (!fs_file_exists(path)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no such file or folder; expected a COLMAP model or a transforms.json", path);
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no such file or folder; expected a COLMAP model or a transforms.json",
+                          path);
     } else if (!fs_file_is_dir(path)) {
         rc = read_json(path, file, err);
     } else if ((model = fs_colmap_model_find(path))) {
@@ -243,7 +245,9 @@ int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
     } else if ((transforms = fs_file_path("%s/transforms.json", path)) && fs_file_exists(transforms)) {
         rc = read_json(transforms, file, err);
     } else {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt) and no transforms.json", path);
+        rc = fs_error_set(err, FS_ERR_INPUT,
+                          "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt) and no transforms.json",
+                          path);
     }
     free(model);
     free(transforms);

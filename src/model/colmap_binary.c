@@ -44,7 +44,8 @@ static int get_count(Reader *r, size_t least, int *count, FsError *err)
     uint64_t n = get_uint(r, 8);
     if (r->short_of) return cut_short(r, err);
     if (n > (uint64_t)(r->end - r->p) / least || n > INT_MAX / 2)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: claims %llu entries, but only %lld bytes follow; not a COLMAP file or cut short",
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: claims %llu entries, but only %lld bytes follow; not a COLMAP file or cut short",
                             r->path, (unsigned long long)n, (long long)(r->end - r->p));
     *count = (int)n;
     return 0;

@@ -149,8 +149,9 @@ static int check_unique(const char *dir, const ColmapModel *model, FsError *err)
 static int check(const char *dir, const ColmapModel *model, FsError *err)
 {
     if (model->n_cameras < 1 || model->n_images < 1)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: the COLMAP model has %d cameras and %d images, expected some of both",
-                            dir, model->n_cameras, model->n_images);
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: the COLMAP model has %d cameras and %d images, expected some of both", dir,
+                            model->n_cameras, model->n_images);
     for (int i = 0; i < model->n_images; i++) {
         const ColmapImage *image = &model->image[i];
         double sum = 0, norm = 0;
@@ -159,8 +160,8 @@ static int check(const char *dir, const ColmapModel *model, FsError *err)
         if (!isfinite(sum) || !isfinite(norm) || norm < 1e-12)
             return fs_error_set(err, FS_ERR_INPUT, "%s: image '%s' has no finite pose", dir, image->name);
         if (!fs_colmap_model_camera(model, image->camera_id))
-            return fs_error_set(err, FS_ERR_INPUT, "%s: image '%s' uses camera %u, which is not there", dir, image->name,
-                                image->camera_id);
+            return fs_error_set(err, FS_ERR_INPUT, "%s: image '%s' uses camera %u, which is not there", dir,
+                                image->name, image->camera_id);
     }
     for (int i = 0; i < model->n_points; i++) {
         const double *x = model->point[i].xyz;
@@ -175,9 +176,9 @@ int fs_colmap_model_read(const char *dir, ColmapModel *model, FsError *err)
     *model = (ColmapModel){0};
     char *place = fs_colmap_model_find(dir);
     if (!place)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: no COLMAP model here (expected cameras.bin and images.bin, or cameras.txt and images.txt)",
-                            dir);
+        return fs_error_set(
+            err, FS_ERR_INPUT,
+            "%s: no COLMAP model here (expected cameras.bin and images.bin, or cameras.txt and images.txt)", dir);
     int rc = 0;
     TRY(has_files(place, "bin") ? fs_colmap_binary_read(place, model, err) : fs_colmap_text_read(place, model, err));
     TRY(check(place, model, err));

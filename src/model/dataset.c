@@ -34,8 +34,8 @@ int fs_dataset_append(Dataset *dataset, const View *view, FsError *err)
 {
     int at = lower_bound(dataset, view->name);
     if (at < dataset->n && strcmp(dataset->view[at].name, view->name) == 0)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: two views have this name; names must differ without folder and extension",
-                            view->name);
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: two views have this name; names must differ without folder and extension", view->name);
     if ((dataset->n & (dataset->n - 1)) == 0) { // grows at powers of two
         size_t capacity = dataset->n ? 2 * (size_t)dataset->n : 1;
         View *grown = realloc(dataset->view, capacity * sizeof *grown);
@@ -71,8 +71,8 @@ static json_t *view_to_json(const View *view)
     const Camera *c = &view->camera;
     json_t *rows = json_array();
     for (int i = 0; i < 3; i++)
-        json_array_append_new(rows, json_pack("[ffff]", c->w2c[4 * i], c->w2c[4 * i + 1], c->w2c[4 * i + 2],
-                                              c->w2c[4 * i + 3]));
+        json_array_append_new(
+            rows, json_pack("[ffff]", c->w2c[4 * i], c->w2c[4 * i + 1], c->w2c[4 * i + 2], c->w2c[4 * i + 3]));
     json_array_append_new(rows, json_pack("[ffff]", 0.0, 0.0, 0.0, 1.0));
     return json_pack("{s:s, s:b, s:b, s:i, s:i, s:f, s:f, s:f, s:f, s:o}", "name", view->name, "flash", view->flash,
                      "held_out", view->held_out, "width", c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx",
@@ -112,8 +112,8 @@ static bool is_rotation(const double m[12])
             double dot = m[4 * i] * m[4 * j] + m[4 * i + 1] * m[4 * j + 1] + m[4 * i + 2] * m[4 * j + 2];
             if (!(fabs(dot - (i == j)) < 1e-3)) return false;
         }
-    double det = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
-                 m[2] * (m[4] * m[9] - m[5] * m[8]);
+    double det =
+        m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
     return det > 0;
 }
 
@@ -186,8 +186,9 @@ fail:
 static int check_size(const char *path, const Image *image, const View *view, FsError *err)
 {
     if (image->width == view->camera.width && image->height == view->camera.height) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: %d x %d pixels, but views.json says %d x %d; rerun the stage poses with --force",
-                        path, image->width, image->height, view->camera.width, view->camera.height);
+    return fs_error_set(err, FS_ERR_INPUT,
+                        "%s: %d x %d pixels, but views.json says %d x %d; rerun the stage poses with --force", path,
+                        image->width, image->height, view->camera.width, view->camera.height);
 }
 
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err)

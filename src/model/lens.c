@@ -7,16 +7,24 @@ static const struct {
     const char *name;
     int n_params, n_focal; // parameters are: n_focal focal lengths, cx, cy, distortion
 } models[] = {
-    {"SIMPLE_PINHOLE", 3, 1},       {"PINHOLE", 4, 2},
-    {"SIMPLE_RADIAL", 4, 1},        {"RADIAL", 5, 1},
-    {"OPENCV", 8, 2},               {"OPENCV_FISHEYE", 8, 2},
-    {"FULL_OPENCV", 12, 2},         {"FOV", 5, 2},
-    {"SIMPLE_RADIAL_FISHEYE", 4, 1}, {"RADIAL_FISHEYE", 5, 1},
+    {"SIMPLE_PINHOLE", 3, 1},
+    {"PINHOLE", 4, 2},
+    {"SIMPLE_RADIAL", 4, 1},
+    {"RADIAL", 5, 1},
+    {"OPENCV", 8, 2},
+    {"OPENCV_FISHEYE", 8, 2},
+    {"FULL_OPENCV", 12, 2},
+    {"FOV", 5, 2},
+    {"SIMPLE_RADIAL_FISHEYE", 4, 1},
+    {"RADIAL_FISHEYE", 5, 1},
     {"THIN_PRISM_FISHEYE", 12, 2},
     // COLMAP 4: read past, not used
-    {"RAD_TAN_THIN_PRISM_FISHEYE", 16, 2}, {"SIMPLE_DIVISION", 4, 1},
-    {"DIVISION", 5, 2},             {"SIMPLE_FISHEYE", 3, 1},
-    {"FISHEYE", 4, 2},              {"EUCM", 6, 2},
+    {"RAD_TAN_THIN_PRISM_FISHEYE", 16, 2},
+    {"SIMPLE_DIVISION", 4, 1},
+    {"DIVISION", 5, 2},
+    {"SIMPLE_FISHEYE", 3, 1},
+    {"FISHEYE", 4, 2},
+    {"EUCM", 6, 2},
     {"EQUIRECTANGULAR", 2, 0},
 };
 #define N_MODELS ((int)(sizeof models / sizeof *models))
@@ -53,8 +61,8 @@ int fs_lens_camera(const Lens *lens, const char *file, Camera *camera, FsError *
 {
     *camera = (Camera){.width = lens->width, .height = lens->height};
     if (lens->model < 0 || lens->model >= LENS_MODELS)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: camera model %s cannot be used; undistort the photos to PINHOLE", file,
-                            lens->model < N_MODELS && lens->model >= 0 ? models[lens->model].name : "unknown");
+        return fs_error_set(err, FS_ERR_INPUT, "%s: camera model %s cannot be used; undistort the photos to PINHOLE",
+                            file, lens->model < N_MODELS && lens->model >= 0 ? models[lens->model].name : "unknown");
     for (int i = 0; i < models[lens->model].n_params; i++)
         if (!isfinite(lens->param[i]))
             return fs_error_set(err, FS_ERR_INPUT, "%s: a camera has a parameter that is not a number", file);
@@ -83,7 +91,9 @@ bool fs_lens_equal(const Lens *a, const Lens *b)
 
 Lens fs_lens_from_camera(const Camera *camera)
 {
-    return (Lens){.model = LENS_PINHOLE, .width = camera->width, .height = camera->height,
+    return (Lens){.model = LENS_PINHOLE,
+                  .width = camera->width,
+                  .height = camera->height,
                   .param = {camera->fx, camera->fy, camera->cx, camera->cy}};
 }
 

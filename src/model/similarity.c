@@ -127,7 +127,8 @@ int fs_similarity_fit(const double (*from)[3], const double (*to)[3], int n, Sim
         mean_of(to, n, b);
     }
     if (n < 3 || !(flatness(from, a, n) > 1e-10) || !(flatness(to, b, n) > 1e-10))
-        return fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: %d common points, or all on a line", n);
+        return fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: %d common points, or all on a line",
+                            n);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < 3; j++)
             for (int k = 0; k < 3; k++) cov[3 * j + k] += (from[i][j] - a[j]) * (to[i][k] - b[k]);

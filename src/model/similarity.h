@@ -15,8 +15,8 @@ int fs_similarity_fit(const double (*from)[3], const double (*to)[3], int n, Sim
 int fs_similarity_fit_cameras(const Camera *from, const Camera *to, int n, Similarity *similarity, FsError *err);
 // Many pairs with wrong ones among them: random samples, the one with most pairs within `tolerance` (units of `to`),
 // then least squares on those. *inliers gets their number.
-int fs_similarity_fit_robust(const double (*from)[3], const double (*to)[3], int n, double tolerance, Similarity *similarity,
-                             int *inliers, FsError *err);
+int fs_similarity_fit_robust(const double (*from)[3], const double (*to)[3], int n, double tolerance,
+                             Similarity *similarity, int *inliers, FsError *err);
 
 void fs_similarity_apply(const Similarity *similarity, const double x[3], double y[3]);
 // The camera after its world moved by the similarity: sees y where it saw x.

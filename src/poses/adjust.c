@@ -29,8 +29,8 @@ static uint32_t camera_id(ColmapModel *model, const Lens *lens, FsError *err)
 }
 
 // One photo and its sightings, where the lens put them. index: per sighting, its number in the photo.
-static int add_photo(ColmapModel *model, const Sparse *sparse, const Capture *capture, int i, int least, uint32_t *index,
-                     FsError *err)
+static int add_photo(ColmapModel *model, const Sparse *sparse, const Capture *capture, int i, int least,
+                     uint32_t *index, FsError *err)
 {
     int rc = 0;
     const Pose *pose = &sparse->pose[i];
@@ -79,7 +79,8 @@ static int build(ColmapModel *model, const Sparse *sparse, const Capture *captur
         p->id = k + 1;
         memcpy(p->xyz, from->xyz, sizeof p->xyz);
         for (int at = from->first; at < from->first + from->n; at++)
-            TRY(fs_colmap_model_add_track(model, (ColmapTrack){(uint32_t)sparse->sighting[at].photo + 1, index[at]}, err));
+            TRY(fs_colmap_model_add_track(model, (ColmapTrack){(uint32_t)sparse->sighting[at].photo + 1, index[at]},
+                                          err));
     }
 fail:
     free(index);

@@ -97,7 +97,8 @@ int fs_align_groups(const Capture *capture, const Features *features, const Colm
     if (fixed->n_images == 0 || moving->n_images == 0)
         return fs_error_set(err, FS_ERR_INPUT, "no %s photo could be posed on its own; use --align joint",
                             fixed->n_images ? "flash" : "no-flash");
-    Described *a = malloc((size_t)(moving->n_points + 1) * sizeof *a), *b = malloc((size_t)(fixed->n_points + 1) * sizeof *b);
+    Described *a = malloc((size_t)(moving->n_points + 1) * sizeof *a),
+              *b = malloc((size_t)(fixed->n_points + 1) * sizeof *b);
     double(*from)[3] = malloc((size_t)(moving->n_points + 1) * sizeof *from);
     double(*to)[3] = malloc((size_t)(moving->n_points + 1) * sizeof *to);
     if (!a || !b || !from || !to) {
@@ -111,14 +112,18 @@ int fs_align_groups(const Capture *capture, const Features *features, const Colm
         memcpy(from[n], a[i].point->xyz, sizeof *from);
         memcpy(to[n++], b[j].point->xyz, sizeof *to);
     }
-    rc = fs_similarity_fit_robust((const double(*)[3])from, (const double(*)[3])to, n, 0.1 * spread(fixed), &s, &inliers, &inner);
+    rc = fs_similarity_fit_robust((const double(*)[3])from, (const double(*)[3])to, n, 0.1 * spread(fixed), &s,
+                                  &inliers, &inner);
     if (rc < 0 || inliers < 12) {
-        rc = fs_error_set(err, rc == FS_ERR_MEMORY ? rc : FS_ERR_INPUT,
-                          "the flash and the no-flash photos, posed apart, cannot be aligned: %d of %d common points agree; use "
-                          "--align joint", inliers, n);
+        rc = fs_error_set(
+            err, rc == FS_ERR_MEMORY ? rc : FS_ERR_INPUT,
+            "the flash and the no-flash photos, posed apart, cannot be aligned: %d of %d common points agree; use "
+            "--align joint",
+            inliers, n);
         goto fail;
     }
-    fs_log_info(log, "poses: flash photos aligned to the others by %d of %d common points, scale %.4f", inliers, n, s.scale);
+    fs_log_info(log, "poses: flash photos aligned to the others by %d of %d common points, scale %.4f", inliers, n,
+                s.scale);
     move(moving, &s);
 fail:
     free(a);

@@ -36,10 +36,12 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
     json_int_t w = json_integer_value(json_object_get(object, "width"));
     json_int_t h = json_integer_value(json_object_get(object, "height"));
     if (!name || !*name || strchr(name, '/') || w < 1 || h < 1 || w > FS_IMAGE_MAX_SIDE || h > FS_IMAGE_MAX_SIDE)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: a photo without name, width or height; rerun the stage ingest with --force",
-                            path);
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: a photo without name, width or height; rerun the stage ingest with --force", path);
     double focal = json_number_value(json_object_get(object, "focal_px"));
-    *photo = (Photo){.flash = json_is_true(json_object_get(object, "flash")), .width = (int)w, .height = (int)h,
+    *photo = (Photo){.flash = json_is_true(json_object_get(object, "flash")),
+                     .width = (int)w,
+                     .height = (int)h,
                      .focal_px = focal > 0 && isfinite(focal) ? focal : 0};
     photo->name = strdup(name);
     photo->picture = fs_file_path("%s.png", name);
@@ -105,7 +107,8 @@ static int make_picture(const char *out, const char *folder, const Photo *photo,
 {
     int rc = 0;
     Image image = {0};
-    char *from = fs_file_path("%s/linear/%s.tif", out, photo->name), *to = fs_file_path("%s/%s", folder, photo->picture);
+    char *from = fs_file_path("%s/linear/%s.tif", out, photo->name),
+         *to = fs_file_path("%s/%s", folder, photo->picture);
     if (!from || !to) {
         rc = fs_error_memory(err);
         goto fail;

@@ -7,9 +7,9 @@
 typedef struct Photo {
     char *name; // without folder and extension
     bool flash;
-    int width, height;   // working image
-    double focal_px;     // of the working image; 0 when not known
-    char *picture;       // file name of the picture for feature detection, in Capture.pictures
+    int width, height; // working image
+    double focal_px;   // of the working image; 0 when not known
+    char *picture;     // file name of the picture for feature detection, in Capture.pictures
     int picture_width, picture_height;
 } Photo;
 

@@ -69,7 +69,8 @@ static int look_at_options(Colmap *colmap, FsError *err)
     char *path = fs_file_path("%s/help.txt", colmap->dir), *text = NULL;
     size_t size;
     if (!path) return fs_error_memory(err);
-    const char *argv[] = {"env", "QT_QPA_PLATFORM=offscreen", colmap->project->set.colmap, "feature_extractor", "-h", NULL};
+    const char *argv[] = {"env", "QT_QPA_PLATFORM=offscreen", colmap->project->set.colmap, "feature_extractor", "-h",
+                          NULL};
     rc = fs_process_run(argv, path, &colmap->project->log, err);
     if (rc < 0) goto fail;
     TRY(fs_file_read(path, 1 << 20, &text, &size, err));
@@ -92,7 +93,9 @@ static double focal_or_guess(const Photo *photo)
 
 static Lens prior_lens(const Photo *photo)
 {
-    return (Lens){.model = LENS_SIMPLE_RADIAL, .width = photo->picture_width, .height = photo->picture_height,
+    return (Lens){.model = LENS_SIMPLE_RADIAL,
+                  .width = photo->picture_width,
+                  .height = photo->picture_height,
                   .param = {focal_or_guess(photo), 0.5 * photo->picture_width, 0.5 * photo->picture_height, 0}};
 }
 
@@ -132,8 +135,10 @@ int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capt
     *colmap = (Colmap){.project = project, .capture = capture};
     const char *program = project->set.colmap;
     if (strchr(program, '/') ? !fs_file_exists(program) : !fs_process_found(program))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: program not found; install COLMAP (Debian: apt-get install colmap), name it "
-                            "with --colmap, or give a model with poses and points with --poses", program);
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: program not found; install COLMAP (Debian: apt-get install colmap), name it "
+                            "with --colmap, or give a model with poses and points with --poses",
+                            program);
     colmap->dir = fs_file_path("%s/colmap", project->out);
     colmap->database = fs_file_path("%s/colmap/database.db", project->out);
     colmap->log_path = fs_file_path("%s/colmap/log.txt", project->out);
@@ -194,8 +199,8 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
         colmap->image_id[i] = fs_database_image(colmap->db, cap->photo[i].picture);
         if (colmap->image_id[i]) TRY(fs_database_features(colmap->db, colmap->image_id[i], &features[i], err));
         if (features[i].n < 50)
-            fs_log_warn(&colmap->project->log, "%s: only %d features; is it sharp and well exposed?", cap->photo[i].name,
-                        features[i].n);
+            fs_log_warn(&colmap->project->log, "%s: only %d features; is it sharp and well exposed?",
+                        cap->photo[i].name, features[i].n);
     }
 fail:
     return rc;
@@ -230,7 +235,8 @@ static int write_list(const Colmap *colmap, int group, const char *path, FsError
     int rc = fs_file_begin(&file, path, err);
     if (rc < 0) return rc;
     for (int i = 0; i < colmap->capture->n; i++)
-        if (group < 0 || colmap->capture->photo[i].flash == group) fprintf(file.f, "%s\n", colmap->capture->photo[i].picture);
+        if (group < 0 || colmap->capture->photo[i].flash == group)
+            fprintf(file.f, "%s\n", colmap->capture->photo[i].picture);
     return fs_file_commit(&file, err);
 }
 
@@ -286,7 +292,11 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
         add_pair(&c, "Mapper.max_reg_trials", "6");
     }
     FsError inner = {0};
-    rc = run(colmap, &c, group < 0 ? "finding poses" : group ? "finding poses of the flash photos" : "finding poses of the no-flash photos", &inner);
+    rc = run(colmap, &c,
+             group < 0 ? "finding poses"
+             : group   ? "finding poses of the flash photos"
+                       : "finding poses of the no-flash photos",
+             &inner);
     if (rc == FS_ERR_CANCELLED || rc == FS_ERR_MEMORY) {
         if (err) *err = inner;
         goto fail;
@@ -305,8 +315,8 @@ int fs_colmap_map(Colmap *colmap, int group, ColmapModel *model, FsError *err)
     for (int i = 0; i < colmap->capture->n; i++) wanted += group < 0 || colmap->capture->photo[i].flash == group;
     TRY(map_once(colmap, group, false, model, err));
     if (model->n_images < wanted) {
-        fs_log_info(&colmap->project->log, "poses: %d of %d photos posed; trying again with lower demands", model->n_images,
-                    wanted);
+        fs_log_info(&colmap->project->log, "poses: %d of %d photos posed; trying again with lower demands",
+                    model->n_images, wanted);
         TRY(map_once(colmap, group, true, model, err));
     }
 fail:

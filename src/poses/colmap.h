@@ -13,7 +13,7 @@ typedef struct Colmap {
     char *dir, *database, *log_path; // OUT/colmap, its database.db and log.txt
     bool renamed_options;            // COLMAP 3.13 calls them FeatureExtraction and FeatureMatching
     Database *db;
-    int *image_id;                   // per photo of the capture
+    int *image_id; // per photo of the capture
 } Colmap;
 
 // Checks that the program is there, starts OUT/colmap and enters the photos.

@@ -87,8 +87,9 @@ int fs_database_add_camera(Database *d, int id, const Lens *lens, bool focal_kno
     sqlite3_stmt *s;
     int n_params, rc = 0;
     fs_lens_model_name(lens->model, &n_params);
-    TRY(prepare(d, "INSERT INTO cameras(camera_id, model, width, height, params, prior_focal_length) VALUES(?, ?, ?, ?, ?, ?)",
-                &s, err));
+    TRY(prepare(
+        d, "INSERT INTO cameras(camera_id, model, width, height, params, prior_focal_length) VALUES(?, ?, ?, ?, ?, ?)",
+        &s, err));
     sqlite3_bind_int(s, 1, id);
     sqlite3_bind_int(s, 2, lens->model);
     sqlite3_bind_int(s, 3, lens->width);
@@ -147,7 +148,8 @@ static int read_blob(Database *d, const char *sql, int image_id, int element, in
     *cols = sqlite3_column_int(*s, 1);
     int64_t size = sqlite3_column_bytes(*s, 2);
     if (*rows < 0 || *rows > MAX_FEATURES || *cols < 1 || *cols > 1024 || size != (int64_t)*rows * *cols * element)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: features of photo %d are not what COLMAP writes", d->path, image_id);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: features of photo %d are not what COLMAP writes", d->path,
+                            image_id);
     *blob = *rows ? sqlite3_column_blob(*s, 2) : NULL;
 fail:
     return rc;
@@ -175,13 +177,14 @@ int fs_database_features(Database *d, int image_id, Features *f, FsError *err)
     int rc = 0, rows, cols, n, width;
     sqlite3_stmt *keypoints = NULL, *descriptors = NULL;
     const void *k, *v;
-    TRY(read_blob(d, "SELECT rows, cols, data FROM keypoints WHERE image_id = ?", image_id, 4, &n, &cols, &keypoints, &k, err));
-    TRY(read_blob(d, "SELECT rows, cols, data FROM descriptors WHERE image_id = ?", image_id, 1, &rows, &width, &descriptors,
-                  &v, err));
+    TRY(read_blob(d, "SELECT rows, cols, data FROM keypoints WHERE image_id = ?", image_id, 4, &n, &cols, &keypoints,
+                  &k, err));
+    TRY(read_blob(d, "SELECT rows, cols, data FROM descriptors WHERE image_id = ?", image_id, 1, &rows, &width,
+                  &descriptors, &v, err));
     if (!k || !v) goto fail; // no features: an empty photo is no error here
     if (rows != n || width != FS_DESCRIPTOR) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d descriptors of %d bytes for %d features of photo %d", d->path, rows, width,
-                          n, image_id);
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d descriptors of %d bytes for %d features of photo %d", d->path,
+                          rows, width, n, image_id);
         goto fail;
     }
     f->n = n;

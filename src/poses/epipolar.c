@@ -145,8 +145,8 @@ static void keep(Found *found, int *n, const Features *fb, Found next)
     }
 }
 
-static void search_one(const SearchPhoto *a, int i, const SearchPhoto *b, const Pair *pair, const ByAngle *sorted, int n_sorted,
-                       double max_inverse_z, const TriangulateOptions *o, Candidates *out)
+static void search_one(const SearchPhoto *a, int i, const SearchPhoto *b, const Pair *pair, const ByAngle *sorted,
+                       int n_sorted, double max_inverse_z, const TriangulateOptions *o, Candidates *out)
 {
     const double ray[3] = {a->ray[2 * i], a->ray[2 * i + 1], 1}, *t = pair->t, fx = b->camera->fx, fy = b->camera->fy;
     double far_ray[3], line[3];
@@ -158,7 +158,8 @@ static void search_one(const SearchPhoto *a, int i, const SearchPhoto *b, const 
     float angle = plane_angle(pair, far_ray);
     int least = (int)((1 - 0.5 * o->max_distance * o->max_distance) * 512 * 512), n = 0;
     Found found[FS_EPIPOLAR_CANDIDATES + 2];
-    for (int s = first_from(sorted, n_sorted, angle - pair->reach); s < n_sorted && sorted[s].angle <= angle + pair->reach; s++) {
+    for (int s = first_from(sorted, n_sorted, angle - pair->reach);
+         s < n_sorted && sorted[s].angle <= angle + pair->reach; s++) {
         int j = sorted[s].feature;
         double u = b->ray[2 * j], v = b->ray[2 * j + 1];
         if (fabs(line[0] * u + line[1] * v + line[2]) > o->tolerance_px * norm) continue;
@@ -179,12 +180,12 @@ static void search_one(const SearchPhoto *a, int i, const SearchPhoto *b, const 
         if (k > 0 && best < o->max_ratio * fs_match_distance(found[k].dot)) break;
         out->candidate[out->n++] = found[k].candidate;
     }
-    if (n > FS_EPIPOLAR_CANDIDATES && best >= o->max_ratio * fs_match_distance(found[n - 1].dot)) out->n = 0; // too many alike
+    if (n > FS_EPIPOLAR_CANDIDATES && best >= o->max_ratio * fs_match_distance(found[n - 1].dot))
+        out->n = 0; // too many alike
 }
 
-static double searched_length(const SearchPhoto *a, const SearchPhoto *b, const Pair *pair, double max_inverse_z)
+static double searched_length(const SearchPhoto *b, const Pair *pair, double max_inverse_z)
 {
-    (void)a;
     const double *r = pair->r, *t = pair->t;
     double side = b->camera->width > b->camera->height ? b->camera->width : b->camera->height, ends[2][2];
     for (int k = 0; k < 2; k++) { // of the ray through the middle
@@ -196,8 +197,8 @@ static double searched_length(const SearchPhoto *a, const SearchPhoto *b, const 
     return fmin(hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]), 0.7 * side);
 }
 
-int fs_epipolar_search(const SearchPhoto *a, const SearchPhoto *b, double max_inverse_z, const TriangulateOptions *options,
-                       Candidates *out, double *length_px, FsError *err)
+int fs_epipolar_search(const SearchPhoto *a, const SearchPhoto *b, double max_inverse_z,
+                       const TriangulateOptions *options, Candidates *out, double *length_px, FsError *err)
 {
     Pair pair;
     for (int i = 0; i < a->features->n; i++) out[i].n = 0;
@@ -205,7 +206,7 @@ int fs_epipolar_search(const SearchPhoto *a, const SearchPhoto *b, double max_in
     if (b->features->n == 0 || !relate(a->camera, b->camera, &pair)) return 0;
     ByAngle *sorted = malloc((size_t)b->features->n * 3 * sizeof *sorted);
     if (!sorted) return fs_error_memory(err);
-    *length_px = searched_length(a, b, &pair, max_inverse_z);
+    *length_px = searched_length(b, &pair, max_inverse_z);
     int n = sort_planes(b, &pair, options->tolerance_px / b->camera->fx, sorted);
     for (int i = 0; i < a->features->n; i++) search_one(a, i, b, &pair, sorted, n, max_inverse_z, options, &out[i]);
     free(sorted);

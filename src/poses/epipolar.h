@@ -7,7 +7,7 @@
 enum { FS_EPIPOLAR_CANDIDATES = 3 };
 
 typedef struct Candidate {
-    int feature;    // in the other photo
+    int feature;     // in the other photo
     float inverse_z; // of the point along the ray of the first photo's feature
 } Candidate;
 
@@ -25,7 +25,7 @@ typedef struct SearchPhoto {
 
 // Fills out (a->features->n). max_inverse_z: nearest depth worth looking at. length_px: how long the searched part of
 // a line is (the room in which a wrong candidate may lie).
-int fs_epipolar_search(const SearchPhoto *a, const SearchPhoto *b, double max_inverse_z, const TriangulateOptions *options,
-                       Candidates *out, double *length_px, FsError *err);
+int fs_epipolar_search(const SearchPhoto *a, const SearchPhoto *b, double max_inverse_z,
+                       const TriangulateOptions *options, Candidates *out, double *length_px, FsError *err);
 
 #endif

@@ -98,7 +98,8 @@ static int match_two(const Subset *a, const Subset *b, float max_ratio, MatchLis
         int j = row[i].at;
         if (j < 0 || col[j].at != i || row[i].first < MAX_DISTANCE_DOT) continue;
         float d = fs_match_distance(row[i].first);
-        if (d > max_ratio * fs_match_distance(row[i].second) || d > max_ratio * fs_match_distance(col[j].second)) continue;
+        if (d > max_ratio * fs_match_distance(row[i].second) || d > max_ratio * fs_match_distance(col[j].second))
+            continue;
         list->match[list->n++] = (Match){a->index[i], b->index[j]};
     }
     rc = 0;

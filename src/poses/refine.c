@@ -16,8 +16,7 @@ static bool add_normal(const Sight *s, const double xyz[3], double jtj[6], doubl
     const Camera *c = s->camera;
     const double *m = c->w2c;
     double p[3];
-    for (int i = 0; i < 3; i++)
-        p[i] = m[4 * i] * xyz[0] + m[4 * i + 1] * xyz[1] + m[4 * i + 2] * xyz[2] + m[4 * i + 3];
+    for (int i = 0; i < 3; i++) p[i] = m[4 * i] * xyz[0] + m[4 * i + 1] * xyz[1] + m[4 * i + 2] * xyz[2] + m[4 * i + 3];
     if (!(p[2] > 0)) return false;
     double u = p[0] / p[2], v = p[1] / p[2];
     double e[2] = {c->fx * u + c->cx - s->pixel[0], c->fy * v + c->cy - s->pixel[1]};

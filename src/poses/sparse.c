@@ -30,15 +30,17 @@ int fs_sparse_camera(const Sparse *sparse, int photo, Camera *camera, FsError *e
 }
 
 // The lens at the size of the photo's picture; the model may be of larger or smaller photos of the same frame.
-static int set_pose(Sparse *sparse, const Photo *photo, int at, const Lens *lens, const double w2c[12], const char *file,
-                    FsError *err)
+static int set_pose(Sparse *sparse, const Photo *photo, int at, const Lens *lens, const double w2c[12],
+                    const char *file, FsError *err)
 {
     double a = (double)lens->width / lens->height, b = (double)photo->picture_width / photo->picture_height;
-    double slack = 1.0 / lens->height + 1.0 / photo->picture_height + 1.0 / lens->width + 1.0 / photo->picture_width + 0.005;
+    double slack =
+        1.0 / lens->height + 1.0 / photo->picture_height + 1.0 / lens->width + 1.0 / photo->picture_width + 0.005;
     if (fabs(log(a / b)) > slack)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: '%s' is %d x %d there, but the photo is %d x %d or a multiple of it; the "
-                            "model must be of the same photos", file, photo->name, lens->width, lens->height,
-                            photo->picture_width, photo->picture_height);
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: '%s' is %d x %d there, but the photo is %d x %d or a multiple of it; the "
+                            "model must be of the same photos",
+                            file, photo->name, lens->width, lens->height, photo->picture_width, photo->picture_height);
     sparse->pose[at].known = true;
     sparse->pose[at].lens = fs_lens_resized(lens, photo->picture_width, photo->picture_height);
     memcpy(sparse->pose[at].w2c, w2c, 12 * sizeof *w2c);
@@ -75,7 +77,8 @@ static bool sighting_of(const Sparse *sparse, const Capture *capture, const Colm
     return true;
 }
 
-static int take_points(Sparse *sparse, const Capture *capture, const ColmapModel *model, const int *photo_of, FsError *err)
+static int take_points(Sparse *sparse, const Capture *capture, const ColmapModel *model, const int *photo_of,
+                       FsError *err)
 {
     sparse->point = malloc((size_t)(model->n_points + 1) * sizeof *sparse->point);
     sparse->sighting = malloc((size_t)(model->n_tracks + 1) * sizeof *sparse->sighting);
@@ -166,21 +169,25 @@ static int colour_points(Sparse *sparse, const Capture *capture, FsError *err)
         for (int k = 0; k < sparse->n_points; k++)
             for (int l = 0; l < sparse->point[k].n; l++) {
                 const Sighting *s = &sparse->sighting[sparse->point[k].first + l];
-                if (s->photo != i || !(s->x >= 0 && s->y >= 0 && s->x < picture.width && s->y < picture.height)) continue;
-                const float *px = picture.px + ((size_t)s->y * (size_t)picture.width + (size_t)s->x) * (size_t)picture.channels;
+                if (s->photo != i || !(s->x >= 0 && s->y >= 0 && s->x < picture.width && s->y < picture.height))
+                    continue;
+                const float *px =
+                    picture.px + ((size_t)s->y * (size_t)picture.width + (size_t)s->x) * (size_t)picture.channels;
                 for (int c = 0; c < 3; c++) sum[k][c] += px[picture.channels >= 3 ? c : 0];
                 sum[k][3]++;
             }
         fs_image_free(&picture);
     }
     for (int k = 0; k < sparse->n_points; k++)
-        for (int c = 0; c < 3; c++) sparse->point[k].rgb[c] = (unsigned char)lround(255 * sum[k][c] / fmax(sum[k][3], 1));
+        for (int c = 0; c < 3; c++)
+            sparse->point[k].rgb[c] = (unsigned char)lround(255 * sum[k][c] / fmax(sum[k][3], 1));
 fail:
     free(sum);
     return rc;
 }
 
-static int take_triangulated(Sparse *sparse, const PointSet *set, const int *photo_of, const Features *features, FsError *err)
+static int take_triangulated(Sparse *sparse, const PointSet *set, const int *photo_of, const Features *features,
+                             FsError *err)
 {
     free(sparse->point);
     free(sparse->sighting);
@@ -203,7 +210,8 @@ static int take_triangulated(Sparse *sparse, const PointSet *set, const int *pho
     return 0;
 }
 
-int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, const Features *features, FsError *err)
+int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, const Features *features,
+                          FsError *err)
 {
     int rc = 0, n = 0;
     PointSet set = {0};

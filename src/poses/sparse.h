@@ -10,7 +10,7 @@
 
 typedef struct Pose { // of one photo
     bool known;
-    Lens lens;     // at the size of the photo's picture for feature detection
+    Lens lens; // at the size of the photo's picture for feature detection
     double w2c[12];
 } Pose;
 

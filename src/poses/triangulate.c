@@ -221,7 +221,8 @@ static void seeds_of_photo(void *context, int job, int worker)
     for (int o = 0; o < n && rc == 0; o++) {
         Candidates *c = store + (size_t)o * (size_t)features;
         candidates[o] = c;
-        rc = fs_epipolar_search(&w->photo[a], &w->photo[others[o]], w->max_inverse_z, w->options, c, &length_px[o], NULL);
+        rc = fs_epipolar_search(&w->photo[a], &w->photo[others[o]], w->max_inverse_z, w->options, c, &length_px[o],
+                                NULL);
     }
     Seed seed = {w, a, 0, others, candidates, length_px, n};
     Proposal p;
@@ -243,7 +244,7 @@ static int compare_proposals(const void *a, const void *b)
 }
 
 typedef struct Claims {
-    int **site;           // per photo (features): first feature at the same place
+    int **site;            // per photo (features): first feature at the same place
     unsigned char **taken; // per photo (features), by site
 } Claims;
 
@@ -264,7 +265,8 @@ static int find_sites(const Features *f, int *site)
     qsort(order, (size_t)f->n, sizeof *order, compare_sites);
     int first = 0;
     for (int i = 0; i < f->n; i++) {
-        if (i == 0 || order[i][0] != order[i - 1][0] || order[i][1] != order[i - 1][1]) first = (int)(order[i] - f->xy) / 2;
+        if (i == 0 || order[i][0] != order[i - 1][0] || order[i][1] != order[i - 1][1])
+            first = (int)(order[i] - f->xy) / 2;
         site[(order[i] - f->xy) / 2] = first;
     }
     free(order);
@@ -376,8 +378,8 @@ static double extent(const Camera *camera, int n)
     return most;
 }
 
-int fs_triangulate(const Features *features, const Camera *camera, int n, const TriangulateOptions *options, Threads *threads,
-                   const Log *log, PointSet *points, FsError *err)
+int fs_triangulate(const Features *features, const Camera *camera, int n, const TriangulateOptions *options,
+                   Threads *threads, const Log *log, PointSet *points, FsError *err)
 {
     int rc = 0, step = 2 * fs_threads_count(threads);
     double radius = extent(camera, n);

@@ -35,8 +35,8 @@ extern const TriangulateOptions fs_triangulate_defaults;
 
 // camera (n): pinhole, in the pixels of the features. features (n): xy already without lens distortion.
 // Same result for any number of threads.
-int fs_triangulate(const Features *features, const Camera *camera, int n, const TriangulateOptions *options, Threads *threads,
-                   const Log *log, PointSet *points, FsError *err);
+int fs_triangulate(const Features *features, const Camera *camera, int n, const TriangulateOptions *options,
+                   Threads *threads, const Log *log, PointSet *points, FsError *err);
 void fs_point_set_free(PointSet *points);
 
 #endif

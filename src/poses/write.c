@@ -140,7 +140,8 @@ static int write_views(const Sparse *sparse, const FsProject *project, const Cap
         if (!sparse->pose[i].known) continue;
         Camera camera;
         TRY(fs_sparse_camera(sparse, i, &camera, err));
-        View view = {.name = capture->photo[i].name, .flash = capture->photo[i].flash,
+        View view = {.name = capture->photo[i].name,
+                     .flash = capture->photo[i].flash,
                      .camera = fs_camera_resized(&camera, capture->photo[i].width, capture->photo[i].height)};
         TRY(fs_dataset_append(&views, &view, err));
     }
@@ -224,7 +225,8 @@ static int write_sparse(const Sparse *sparse, const FsProject *project, const Ca
         memcpy(p->rgb, from->rgb, sizeof p->rgb);
         for (int l = 0; l < from->n; l++)
             TRY(fs_colmap_model_add_track(
-                &model, (ColmapTrack){(uint32_t)sparse->sighting[from->first + l].photo + 1, index[from->first + l]}, err));
+                &model, (ColmapTrack){(uint32_t)sparse->sighting[from->first + l].photo + 1, index[from->first + l]},
+                err));
     }
     TRY(fs_colmap_model_write(dir, &model, false, err));
 fail:

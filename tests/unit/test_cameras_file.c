@@ -70,7 +70,8 @@ static void check_fixture(const ColmapModel *m)
             fs_camera_quat_to_rotation(im->quat, r);
             for (int j = 0; j < 3; j++)
                 x[j] = r[3 * j] * p->xyz[0] + r[3 * j + 1] * p->xyz[1] + r[3 * j + 2] * p->xyz[2] + im->t[j];
-            fs_lens_project(&fs_colmap_model_camera(m, im->camera_id)->lens, (double[2]){x[0] / x[2], x[1] / x[2]}, pixel);
+            fs_lens_project(&fs_colmap_model_camera(m, im->camera_id)->lens, (double[2]){x[0] / x[2], x[1] / x[2]},
+                            pixel);
             assert_near(pixel[0], o->x, 1e-5);
             assert_near(pixel[1], o->y, 1e-5);
         }
@@ -91,7 +92,8 @@ static void test_colmap(void **state)
         assert_int_equal(fs_colmap_model_write(sub, &m, binary, &err), 0);
         // COLMAP 4 puts these beside; they do not matter
         put_text(sub, binary ? "rigs.bin" : "rigs.txt", binary ? "\x01" : "# Rig calib list\n1 1 CAMERA 1\n");
-        put_text(sub, binary ? "frames.bin" : "frames.txt", binary ? "\x01" : "# Frame list\n1 1 1 0 0 0 0 0 0 1 CAMERA 1 1\n");
+        put_text(sub, binary ? "frames.bin" : "frames.txt",
+                 binary ? "\x01" : "# Frame list\n1 1 1 0 0 0 0 0 0 1 CAMERA 1 1\n");
         assert_int_equal(fs_colmap_model_read(dir, &again, &err), 0);
         check_fixture(&again);
         fs_colmap_model_free(&again);
@@ -228,7 +230,8 @@ static void test_transforms(void **state)
     put_text(*state, "transforms.json",
              "{\"w\": 60, \"h\": 40, \"fl_x\": 55, \"k1\": 0.125, \"camera_model\": \"OPENCV\", \"frames\": ["
              "{\"file_path\": \"./images/b.png\", \"transform_matrix\": [[0,0,1,1],[0,1,0,2],[-1,0,0,3],[0,0,0,1]]},"
-             "{\"file_path\": \"a.png\", \"fl_x\": 70, \"cx\": 31, \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
+             "{\"file_path\": \"a.png\", \"fl_x\": 70, \"cx\": 31, \"transform_matrix\": "
+             "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
     CamerasFile f;
     FsError err = {0};
     assert_int_equal(fs_cameras_file_read(path, &f, &err), 0);
@@ -261,12 +264,16 @@ static void test_transforms(void **state)
         {"{\"w\": 9, \"h\": 5, \"frames\": [{\"file_path\": \"a\"}]}", "fl_x"},
         {"{\"w\": 9, \"h\": 5, \"camera_angle_x\": 1, \"frames\": [{\"file_path\": \"a\"}]}", "transform_matrix"},
         {"{\"w\": 9, \"h\": 5, \"fl_x\": -3, \"frames\": [{\"file_path\": \"a\", \"transform_matrix\": "
-         "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}", "focal"},
+         "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}",
+         "focal"},
         {"{\"w\": 9, \"h\": 5, \"fl_x\": 3, \"frames\": [{\"file_path\": \"a\", \"transform_matrix\": "
-         "[[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}", "rotation"},
+         "[[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}",
+         "rotation"},
         {"{\"w\": 9, \"h\": 5, \"fl_x\": 3, \"frames\": [{\"file_path\": \"a\", \"transform_matrix\": "
-         "[[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}", "right-handed"},
-        {"{\"w\": 9, \"h\": 5, \"fl_x\": 3, \"camera_model\": \"EQUIRECTANGULAR\", \"frames\": [{\"file_path\": \"a\"}]}",
+         "[[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}",
+         "right-handed"},
+        {"{\"w\": 9, \"h\": 5, \"fl_x\": 3, \"camera_model\": \"EQUIRECTANGULAR\", \"frames\": [{\"file_path\": "
+         "\"a\"}]}",
          "camera_model"},
     };
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
@@ -281,7 +288,9 @@ static void test_dataset(void **state)
 {
     char *path = fs_file_path("%s/views.json", (char *)*state);
     Dataset d = {0}, again;
-    View v = {.name = "b", .flash = true, .camera = {60, 40, 50.1, 50.2, 30.3, 20.4, {1, 0, 0, 1e-17, 0, 1, 0, 2, 0, 0, 1, 1.0 / 3}}};
+    View v = {.name = "b",
+              .flash = true,
+              .camera = {60, 40, 50.1, 50.2, 30.3, 20.4, {1, 0, 0, 1e-17, 0, 1, 0, 2, 0, 0, 1, 1.0 / 3}}};
     assert_int_equal(fs_dataset_append(&d, &v, NULL), 0);
     v.name = "a";
     v.flash = false;
@@ -302,8 +311,9 @@ static void test_dataset(void **state)
     d.view[0].camera.fx = NAN;
     assert_true(fs_dataset_write(&d, path, NULL) < 0);
     fs_dataset_free(&d);
-    put_text(*state, "views.json", "{\"views\": [{\"name\": \"a\", \"width\": 5, \"height\": 5, \"fx\": 1, \"fy\": 1, \"cx\": 1, "
-                                   "\"cy\": 1, \"w2c\": [[1,0,0,0],[0,1,0,0]]}]}");
+    put_text(*state, "views.json",
+             "{\"views\": [{\"name\": \"a\", \"width\": 5, \"height\": 5, \"fx\": 1, \"fy\": 1, \"cx\": 1, "
+             "\"cy\": 1, \"w2c\": [[1,0,0,0],[0,1,0,0]]}]}");
     assert_refused(path, "w2c");
     put_text(*state, "views.json", "{\"views\": [{\"name\": \"../a\"}]}");
     assert_refused(path, "name");
@@ -314,15 +324,22 @@ static void test_lenses(void **state)
 {
     (void)state;
     static const double extra[LENS_MODELS][12] = {
-        [LENS_SIMPLE_RADIAL] = {-0.1}, [LENS_RADIAL] = {0.1, -0.02}, [LENS_OPENCV] = {-0.1, 0.02, 0.001, -0.002},
-        [LENS_OPENCV_FISHEYE] = {0.05, -0.01, 0.002, 0.001}, [LENS_FULL_OPENCV] = {0.1, 0.02, 0.001, 0.002, 0.01, 0.05, 0.01, 0.003},
-        [LENS_FOV] = {0.6}, [LENS_SIMPLE_RADIAL_FISHEYE] = {0.03}, [LENS_RADIAL_FISHEYE] = {0.03, -0.01},
+        [LENS_SIMPLE_RADIAL] = {-0.1},
+        [LENS_RADIAL] = {0.1, -0.02},
+        [LENS_OPENCV] = {-0.1, 0.02, 0.001, -0.002},
+        [LENS_OPENCV_FISHEYE] = {0.05, -0.01, 0.002, 0.001},
+        [LENS_FULL_OPENCV] = {0.1, 0.02, 0.001, 0.002, 0.01, 0.05, 0.01, 0.003},
+        [LENS_FOV] = {0.6},
+        [LENS_SIMPLE_RADIAL_FISHEYE] = {0.03},
+        [LENS_RADIAL_FISHEYE] = {0.03, -0.01},
         [LENS_THIN_PRISM_FISHEYE] = {0.05, -0.01, 0.001, 0.002, 0.001, 0.0005, 0.002, 0.001}};
     for (int m = 0; m < LENS_MODELS; m++) {
         int n;
         assert_int_equal(fs_lens_model_find(fs_lens_model_name(m, &n)), m);
         int focal = m == LENS_SIMPLE_PINHOLE || m == LENS_SIMPLE_RADIAL || m == LENS_RADIAL ||
-                    m == LENS_SIMPLE_RADIAL_FISHEYE || m == LENS_RADIAL_FISHEYE ? 1 : 2;
+                            m == LENS_SIMPLE_RADIAL_FISHEYE || m == LENS_RADIAL_FISHEYE
+                        ? 1
+                        : 2;
         Lens lens = {.model = m, .width = 600, .height = 400, .param = {500, 510, 310, 190}};
         if (focal == 1) lens.param[1] = 310, lens.param[2] = 190;
         for (int k = 0; k < n - focal - 2; k++) lens.param[focal + 2 + k] = extra[m][k];

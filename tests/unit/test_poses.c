@@ -43,7 +43,8 @@ static void make_capture(const char *out)
         free(path);
         fs_image_free(&photo);
         fs_image_free(&mask);
-        sprintf(text + strlen(text), "%s{\"name\": \"IMG_%02d\", \"flash\": %s, \"width\": %d, \"height\": %d, \"focal_px\": 25}",
+        sprintf(text + strlen(text),
+                "%s{\"name\": \"IMG_%02d\", \"flash\": %s, \"width\": %d, \"height\": %d, \"focal_px\": 25}",
                 i ? ", " : "", i, i % 2 ? "true" : "false", WIDTH, HEIGHT);
     }
     strcat(text, "]}");
@@ -71,7 +72,8 @@ static void make_model(const char *dir, int photos, bool points, const Lens *l)
             double x[3] = {0.05 * (k % 8) + 0.1, 0.1 * (k / 8) - 0.2, 2 + 0.1 * (k % 3)}, pixel[2];
             double ray[2] = {(x[0] + image->t[0]) / (x[2] + image->t[2]), x[1] / (x[2] + image->t[2])};
             fs_lens_project(l, ray, pixel);
-            assert_int_equal(fs_colmap_model_add_observation(&m, (ColmapObservation){pixel[0], pixel[1], k + 1}, NULL), 0);
+            assert_int_equal(fs_colmap_model_add_observation(&m, (ColmapObservation){pixel[0], pixel[1], k + 1}, NULL),
+                             0);
         }
     }
     for (int k = 0; k < POINTS && points; k++) {
@@ -82,7 +84,8 @@ static void make_model(const char *dir, int photos, bool points, const Lens *l)
         memcpy(p->xyz, x, sizeof x);
         for (int i = 0; i < photos + 2; i++)
             if (i % 2 == k % 2 || k % 3 == 0) // some in flash photos only, some in the others only
-                assert_int_equal(fs_colmap_model_add_track(&m, (ColmapTrack){(uint32_t)(100 + i), (uint32_t)k}, NULL), 0);
+                assert_int_equal(fs_colmap_model_add_track(&m, (ColmapTrack){(uint32_t)(100 + i), (uint32_t)k}, NULL),
+                                 0);
     }
     fs_file_remove_tree(dir);
     assert_int_equal(fs_colmap_model_write(dir, &m, true, NULL), 0);

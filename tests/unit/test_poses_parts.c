@@ -104,7 +104,9 @@ static void test_triangulate(void **state)
     Log log = {0};
     for (int run = 0; run < 2; run++) { // one thread, two threads: the same
         Threads *threads = fs_threads_new(run + 1);
-        assert_int_equal(fs_triangulate(s->features, s->camera, PHOTOS, &fs_triangulate_defaults, threads, &log, &set[run], NULL), 0);
+        assert_int_equal(
+            fs_triangulate(s->features, s->camera, PHOTOS, &fs_triangulate_defaults, threads, &log, &set[run], NULL),
+            0);
         fs_threads_free(threads);
     }
     assert_int_equal(set[0].n, set[1].n);
@@ -153,7 +155,8 @@ static void test_nothing_to_triangulate(void **state)
     Log log = {0};
     Threads *threads = fs_threads_new(1);
     for (int a = 1; a < PHOTOS; a++) s->camera[a] = s->camera[0]; // all from one place: no depth
-    assert_int_equal(fs_triangulate(s->features, s->camera, PHOTOS, &fs_triangulate_defaults, threads, &log, &set, NULL), 0);
+    assert_int_equal(
+        fs_triangulate(s->features, s->camera, PHOTOS, &fs_triangulate_defaults, threads, &log, &set, NULL), 0);
     assert_int_equal(set.n, 0);
     fs_point_set_free(&set);
     Features none[2] = {{0}};
@@ -208,7 +211,7 @@ static void test_refine(void **state)
         assert_true(fs_refine_error(&sight[0], xyz) < 1e-7);
         assert_true(fs_refine_angle(sight, PHOTOS, xyz) > 3);
         xyz[2] = -1;
-        assert_false(fs_refine_point(sight, PHOTOS, xyz)); // behind the cameras
+        assert_false(fs_refine_point(sight, PHOTOS, xyz));             // behind the cameras
         assert_false(fs_refine_point(sight, 1, (double[3]){0, 0, 4})); // one ray has no depth
     }
     free_scene(s);
@@ -224,7 +227,10 @@ static void test_undistort(void **state)
 {
     (void)state;
     for (int sign = -1; sign <= 1; sign += 2) {
-        Lens lens = {.model = LENS_OPENCV, .width = 150, .height = 100, .param = {160, 162, 76, 49, sign * 0.1, 0.02, 0.002, -0.001}};
+        Lens lens = {.model = LENS_OPENCV,
+                     .width = 150,
+                     .height = 100,
+                     .param = {160, 162, 76, 49, sign * 0.1, 0.02, 0.002, -0.001}};
         Camera camera;
         Image photo, mask;
         assert_int_equal(fs_lens_camera(&lens, "", &camera, NULL), 0);
@@ -249,7 +255,8 @@ static void test_undistort(void **state)
                 if (mask.px[150 * y + x] == 0) continue;
                 trusted++;
                 bool border = p[0] < 2 || p[1] < 2 || p[0] > 148 || p[1] > 98;
-                for (int c = 0; c < 3; c++) assert_true(fabsf(photo.px[3 * (150 * y + x) + c] - pattern(ray, c)) < (border ? 3e-2f : 1e-3f));
+                for (int c = 0; c < 3; c++)
+                    assert_true(fabsf(photo.px[3 * (150 * y + x) + c] - pattern(ray, c)) < (border ? 3e-2f : 1e-3f));
             }
         assert_true(holes >= 1 && holes <= 9); // the one untrusted pixel spreads to those that used it
         assert_true(trusted > (sign < 0 ? 14000 : 13000));
@@ -261,8 +268,9 @@ static void test_undistort(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangulate), cmocka_unit_test(test_nothing_to_triangulate), cmocka_unit_test(test_match),
-        cmocka_unit_test(test_refine), cmocka_unit_test(test_undistort),
+        cmocka_unit_test(test_triangulate), cmocka_unit_test(test_nothing_to_triangulate),
+        cmocka_unit_test(test_match),       cmocka_unit_test(test_refine),
+        cmocka_unit_test(test_undistort),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -81,7 +81,8 @@ static void test_robust(void **state)
             for (int k = 0; k < 3; k++) q[i][k] += 1e-4 * fs_rng_normal(&rng);
         }
     int inliers;
-    assert_int_equal(fs_similarity_fit_robust((const double(*)[3])p, (const double(*)[3])q, N, 1e-3, &found, &inliers, NULL), 0);
+    assert_int_equal(
+        fs_similarity_fit_robust((const double(*)[3])p, (const double(*)[3])q, N, 1e-3, &found, &inliers, NULL), 0);
     assert_true(inliers >= 76 && inliers <= 82);
     assert_close(&found, &s, 1e-3);
 }
