@@ -47,7 +47,13 @@ typedef struct FsCallbacks {
 
 // ---- settings: one table drives flags, JSON, help and the manual ----
 
-typedef enum FsOptionType { FS_OPTION_BOOL, FS_OPTION_INT, FS_OPTION_FLOAT, FS_OPTION_STRING, FS_OPTION_ENUM } FsOptionType;
+typedef enum FsOptionType {
+    FS_OPTION_BOOL,
+    FS_OPTION_INT,
+    FS_OPTION_FLOAT,
+    FS_OPTION_STRING,
+    FS_OPTION_ENUM
+} FsOptionType;
 
 // Stages an option belongs to (bit mask).
 enum {
@@ -65,7 +71,7 @@ enum {
 };
 
 typedef struct FsOption {
-    const char *name;     // as on the command line without "--", e.g. "long-edge"
+    const char *name; // as on the command line without "--", e.g. "long-edge"
     FsOptionType type;
     unsigned stages;      // FS_STAGE_* mask
     const char *initial;  // default value as text
@@ -93,19 +99,19 @@ const char *fs_settings_preset(size_t i, const char **help);
 typedef struct FsProject FsProject;
 
 // Opens the folder `out` (made when missing). Settings and callbacks are copied.
-int fs_project_open(FsProject **project, const char *out, const FsSettings *settings,
-                    const FsCallbacks *callbacks, FsError *err);
+int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
+                    FsError *err);
 void fs_project_close(FsProject *project);
 
 // The stages. Each skips what is done already (and says so through the log) unless the setting "force" is on.
 int fs_ingest(FsProject *project, const char *photos, FsError *err); // photos: folder of RAW/JPEG/PNG/TIFF
-int fs_poses(FsProject *project, FsError *err);      // setting "poses": known poses, else COLMAP
+int fs_poses(FsProject *project, FsError *err);                      // setting "poses": known poses, else COLMAP
 int fs_initialise(FsProject *project, FsError *err);
 int fs_train(FsProject *project, FsError *err);
-int fs_render(FsProject *project, FsError *err);     // settings "cameras", "output", "path"
+int fs_render(FsProject *project, FsError *err); // settings "cameras", "output", "path"
 int fs_evaluate(FsProject *project, const char *truth, FsError *err);
 int fs_export(FsProject *project, FsError *err);
-int fs_run(FsProject *project, const char *photos, FsError *err);    // all of them in order
+int fs_run(FsProject *project, const char *photos, FsError *err); // all of them in order
 
 // ---- programs beside the stages ----
 

@@ -5,10 +5,10 @@
 #include <stddef.h>
 
 typedef struct Arena {
-    char *block;            // current block, 64-byte aligned
-    size_t size, used;      // of the current block
-    size_t total;           // asked for since the last reset, over all blocks
-    struct ArenaOld *old;   // blocks outgrown since the last reset
+    char *block;          // current block, 64-byte aligned
+    size_t size, used;    // of the current block
+    size_t total;         // asked for since the last reset, over all blocks
+    struct ArenaOld *old; // blocks outgrown since the last reset
 } Arena;
 
 // 64-byte aligned, not cleared. Aborts the process only when the system is out of memory.

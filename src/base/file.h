@@ -29,8 +29,8 @@ bool fs_file_is_dir(const char *path);
 void fs_file_remove_tree(const char *path);
 
 __attribute__((format(printf, 1, 2))) char *fs_file_path(const char *format, ...); // asprintf; NULL when out of memory
-const char *fs_file_name(const char *path);          // after the last '/'
-char *fs_file_stem(const char *path);                // name without folder and extension; caller frees
+const char *fs_file_name(const char *path);                                        // after the last '/'
+char *fs_file_stem(const char *path);                    // name without folder and extension; caller frees
 bool fs_file_has_ext(const char *path, const char *ext); // case-insensitive, ext without dot
 
 typedef struct FileList {

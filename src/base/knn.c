@@ -51,8 +51,10 @@ static void select_median(KnnPoint *point, int lo, int hi, int mid, int axis)
         KnnPoint pivot = point[lo];
         int i = lo, j = hi;
         for (;;) {
-            while (++i < hi && before(&point[i], &pivot, axis)) {}
-            while (before(&pivot, &point[--j], axis)) {}
+            while (++i < hi && before(&point[i], &pivot, axis)) {
+            }
+            while (before(&pivot, &point[--j], axis)) {
+            }
             if (i >= j) break;
             swap_points(&point[i], &point[j]);
         }
@@ -140,7 +142,8 @@ static void insert(int k, int *index, float *dist2, int i, float d)
     index[at] = i;
 }
 
-static void search_leaf(const KnnTree *tree, int lo, int hi, const float q[3], int skip, int k, int *index, float *dist2)
+static void search_leaf(const KnnTree *tree, int lo, int hi, const float q[3], int skip, int k, int *index,
+                        float *dist2)
 {
     for (int i = lo; i < hi; i++) {
         const KnnPoint *p = &tree->point[i];

@@ -49,8 +49,7 @@ int fs_process_run(const char *const argv[], const char *log_path, const Log *lo
     for (;;) {
         pid_t done = waitpid(pid, &status, WNOHANG);
         if (done == pid) break;
-        if (done < 0 && errno != EINTR)
-            return fs_error_set(err, FS_ERR_IO, "%s: lost: %s", argv[0], strerror(errno));
+        if (done < 0 && errno != EINTR) return fs_error_set(err, FS_ERR_IO, "%s: lost: %s", argv[0], strerror(errno));
         if (!cancelled && fs_log_cancelled(log)) {
             cancelled = true;
             kill(-pid, SIGKILL);

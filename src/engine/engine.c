@@ -54,8 +54,7 @@ Planes fs_engine_planes(Engine *engine, const Camera *camera, int channels)
 
 ShadeLight fs_engine_light(const Scene *scene, const Camera *camera)
 {
-    ShadeLight light = {.flash_distance = (float)scene->flash_distance,
-                        .even = scene->separation == SEPARATION_LINEAR};
+    ShadeLight light = {.flash_distance = (float)scene->flash_distance, .even = scene->separation == SEPARATION_LINEAR};
     double centre[3];
     fs_camera_centre(camera, centre);
     for (int k = 0; k < 3; k++) {

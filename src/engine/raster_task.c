@@ -18,18 +18,18 @@ typedef struct RasterWork {
     float *shaded;           // (n, 3) with light
     uint32_t *order, *spare; // visible splats by depth
     uint32_t *key, *spare_key;
-    int *band_splat_start;   // (tiles_y + 1) into band_splat
-    uint32_t *band_splat;    // visible splats of each row of tiles, by depth
-    int *band_bound;         // (tiles_y + 1): start of the band's part of band_entry
+    int *band_splat_start; // (tiles_y + 1) into band_splat
+    uint32_t *band_splat;  // visible splats of each row of tiles, by depth
+    int *band_bound;       // (tiles_y + 1): start of the band's part of band_entry
     BandEntry *band_entry;
-    int *band_entries;       // (tiles_y): how many the band has
-    int *tile_start;         // (tiles + 1) into entry
-    int *tile_count;         // (tiles)
+    int *band_entries; // (tiles_y): how many the band has
+    int *tile_start;   // (tiles + 1) into entry
+    int *tile_count;   // (tiles)
     TileEntry *entry;
     int n_entries;
-    int *slot_start;         // (n + 1)
-    float *record;           // (n_entries, FS_RECORD)
-    float *moment;           // (n, FS_RECORD)
+    int *slot_start; // (n + 1)
+    float *record;   // (n_entries, FS_RECORD)
+    float *moment;   // (n, FS_RECORD)
     float *d_shaded, *d_depth;
     long *tile_pairs;
     double (*chunk_tint)[3];
@@ -62,10 +62,22 @@ static void run_phase(Run *run, Threads *threads, ThreadsJob *job, int (*count)(
     fs_threads_for(threads, jobs, job, run);
 }
 
-static int count_chunks(const RasterWork *w) { return w->chunks; }
-static int count_one(const RasterWork *w) { return w->n > 0; }
-static int count_bands(const RasterWork *w) { return w->tiles_y; }
-static int count_tiles(const RasterWork *w) { return w->tiles_x * w->tiles_y; }
+static int count_chunks(const RasterWork *w)
+{
+    return w->chunks;
+}
+static int count_one(const RasterWork *w)
+{
+    return w->n > 0;
+}
+static int count_bands(const RasterWork *w)
+{
+    return w->tiles_y;
+}
+static int count_tiles(const RasterWork *w)
+{
+    return w->tiles_x * w->tiles_y;
+}
 
 static int chunk_end(const RasterWork *w, int begin)
 {
@@ -105,7 +117,8 @@ static void project_job(void *context, int job, int worker)
 
 // ---- phase 2: sort the visible by depth, list them by row of tiles ----
 
-static void radix_pass(const uint32_t *key, const uint32_t *value, uint32_t *key_out, uint32_t *value_out, int n, int shift)
+static void radix_pass(const uint32_t *key, const uint32_t *value, uint32_t *key_out, uint32_t *value_out, int n,
+                       int shift)
 {
     int start[2049] = {0};
     for (int i = 0; i < n; i++) start[(key[i] >> shift & 2047) + 1]++;
@@ -257,7 +270,8 @@ static void planes_to_tile(const RasterTile *tile, const Planes *from, float *to
             int inside = tile->y0 + y < from->height ? from->width - tile->x0 : 0;
             if (inside > FS_TILE) inside = FS_TILE;
             float row[FS_TILE] = {0};
-            if (inside > 0) memcpy(row, fs_planes_row(from, c, tile->y0 + y) + tile->x0, sizeof(float) * (size_t)inside);
+            if (inside > 0)
+                memcpy(row, fs_planes_row(from, c, tile->y0 + y) + tile->x0, sizeof(float) * (size_t)inside);
             memcpy(left, row, sizeof(float) * 8);
             memcpy(right, row + 8, sizeof(float) * 8);
         }
@@ -324,8 +338,8 @@ static void reduce_job(void *context, int job, int worker)
     run->kernels->project->backward(&w->camera, &params, begin, end, w->splats, w->moment, w->d_depth, &gradients);
     if (task->light)
         run->kernels->shade->backward(task->light, params.means, task->cloud->field[CLOUD_COLORS],
-                                      task->cloud->field[CLOUD_GAINS], begin, end, d_color,
-                                      task->d_field[CLOUD_COLORS], task->d_field[CLOUD_GAINS], w->chunk_tint[own]);
+                                      task->cloud->field[CLOUD_GAINS], begin, end, d_color, task->d_field[CLOUD_COLORS],
+                                      task->d_field[CLOUD_GAINS], w->chunk_tint[own]);
     else if (task->cloud->width[CLOUD_GAINS])
         memset(task->d_field[CLOUD_GAINS] + begin, 0, sizeof(float) * (size_t)(end - begin));
 }
@@ -334,8 +348,13 @@ static void reduce_job(void *context, int job, int worker)
 
 static ProjectCamera project_camera(const Camera *camera, float near)
 {
-    ProjectCamera c = {.fx = (float)camera->fx, .fy = (float)camera->fy, .cx = (float)camera->cx, .cy = (float)camera->cy,
-                       .near = near, .width = camera->width, .height = camera->height};
+    ProjectCamera c = {.fx = (float)camera->fx,
+                       .fy = (float)camera->fy,
+                       .cx = (float)camera->cx,
+                       .cy = (float)camera->cy,
+                       .near = near,
+                       .width = camera->width,
+                       .height = camera->height};
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) c.rotation[3 * i + k] = (float)camera->w2c[4 * i + k];
         c.translation[i] = (float)camera->w2c[4 * i + 3];
@@ -348,7 +367,7 @@ static ProjectCamera project_camera(const Camera *camera, float near)
 static Planes new_planes(Arena *arena, const Camera *camera, int channels)
 {
     Planes p = {camera->width, camera->height, channels, fs_planes_stride(camera->width), NULL};
-    p.px = ARENA_NEW(arena, float, (size_t)channels * (size_t)p.height * (size_t)p.stride);
+    p.px = ARENA_NEW(arena, float, (size_t)channels *(size_t)p.height *(size_t)p.stride);
     return p;
 }
 
@@ -358,7 +377,11 @@ static void set_up(RasterTask *task, const Camera *camera, float near)
     fs_arena_reset(a);
     RasterWork *w = task->work = ARENA_NEW(a, RasterWork, 1);
     int n = task->cloud->n, tx = (camera->width + FS_TILE - 1) / FS_TILE, ty = (camera->height + FS_TILE - 1) / FS_TILE;
-    *w = (RasterWork){.camera = project_camera(camera, near), .near = near, .n = n, .tiles_x = tx, .tiles_y = ty,
+    *w = (RasterWork){.camera = project_camera(camera, near),
+                      .near = near,
+                      .n = n,
+                      .tiles_x = tx,
+                      .tiles_y = ty,
                       .chunks = (n + CHUNK - 1) / CHUNK};
     w->splats = ARENA_NEW(a, Splat, n);
     if (task->light) w->shaded = ARENA_NEW(a, float, 3 * (size_t)n);
@@ -369,9 +392,9 @@ static void set_up(RasterTask *task, const Camera *camera, float near)
     w->band_splat_start = ARENA_NEW(a, int, ty + 1);
     w->band_bound = ARENA_NEW(a, int, ty + 1);
     w->band_entries = ARENA_NEW(a, int, ty);
-    w->tile_start = ARENA_NEW(a, int, tx * ty + 1);
-    w->tile_count = ARENA_NEW(a, int, tx * ty);
-    w->tile_pairs = ARENA_NEW(a, long, tx * ty);
+    w->tile_start = ARENA_NEW(a, int, tx *ty + 1);
+    w->tile_count = ARENA_NEW(a, int, tx *ty);
+    w->tile_pairs = ARENA_NEW(a, long, tx *ty);
     memset(w->band_splat_start, 0, sizeof(int) * (size_t)(ty + 1));
     memset(w->band_bound, 0, sizeof(int) * (size_t)(ty + 1));
     task->n_visible = 0;
@@ -385,7 +408,7 @@ static void set_up(RasterTask *task, const Camera *camera, float near)
     for (int f = 0; f < CLOUD_FIELDS; f++)
         task->d_field[f] = ARENA_NEW(a, float, (size_t)task->cloud->width[f] * (size_t)n);
     w->slot_start = ARENA_NEW(a, int, n + 1);
-    w->moment = ARENA_NEW(a, float, (size_t)n * FS_RECORD);
+    w->moment = ARENA_NEW(a, float, (size_t)n *FS_RECORD);
     w->d_depth = ARENA_NEW(a, float, n);
     if (task->light) {
         w->d_shaded = ARENA_NEW(a, float, 3 * (size_t)n);
@@ -401,7 +424,7 @@ static void place_tiles(RasterTask *task)
     for (int t = 0; t < w->tiles_x * w->tiles_y; t++) w->tile_start[t + 1] = w->tile_start[t] + w->tile_count[t];
     w->n_entries = w->tile_start[w->tiles_x * w->tiles_y];
     w->entry = ARENA_NEW(&task->arena, TileEntry, w->n_entries);
-    if (task->train) w->record = ARENA_NEW(&task->arena, float, (size_t)w->n_entries * FS_RECORD);
+    if (task->train) w->record = ARENA_NEW(&task->arena, float, (size_t)w->n_entries *FS_RECORD);
 }
 
 void fs_raster_task_forward(const Kernels *kernels, Threads *threads, RasterTask *const *task, int n,

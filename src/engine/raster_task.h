@@ -28,9 +28,9 @@ typedef struct RasterTask {
     bool use_d_transmittance;
     // results of backward, for the cloud's n Gaussians; zero for those not seen
     float *d_field[CLOUD_FIELDS]; // like Cloud.field
-    float *d_screen;              // (N) length of the gradient with respect to the mean in NDC units (3DGS densification)
-    unsigned char *seen;          // (N)
-    double d_tint[3];             // with light: gradient of its tint
+    float *d_screen;     // (N) length of the gradient with respect to the mean in NDC units (3DGS densification)
+    unsigned char *seen; // (N)
+    double d_tint[3];    // with light: gradient of its tint
 
     // scratch
     Arena arena;

@@ -10,7 +10,7 @@ typedef struct RawInfo {
     double white_balance[3];                    // as shot: multipliers of camera RGB, green 1; 0: unknown
     double daylight[3];                         // LibRaw's guess where the file has none
     double exposure_s, iso, f_number, focal_mm; // 0: unknown
-    double srgb_from_camera[9]; // (3, 3) linear sRGB of white-balanced camera RGB; all 0: unknown
+    double srgb_from_camera[9];                 // (3, 3) linear sRGB of white-balanced camera RGB; all 0: unknown
 } RawInfo;
 
 // What the headers say; the picture is not unpacked.

@@ -49,8 +49,8 @@ static int make_layout(Layout *layout, const SheetTile *tiles, int n, int column
         layout->y[i] = (int)y;
     }
     if (x > FS_IMAGE_MAX_SIDE || y > FS_IMAGE_MAX_SIDE)
-        return fs_error_set(err, FS_ERR_INPUT, "contact sheet of %d tiles: wider or higher than %d pixels, use fewer", n,
-                            FS_IMAGE_MAX_SIDE);
+        return fs_error_set(err, FS_ERR_INPUT, "contact sheet of %d tiles: wider or higher than %d pixels, use fewer",
+                            n, FS_IMAGE_MAX_SIDE);
     return 0;
 }
 
@@ -68,7 +68,8 @@ int fs_sheet_draw(Image *sheet, const SheetTile *tiles, int n, int columns, FsEr
 {
     *sheet = (Image){0};
     if (n <= 0 || columns <= 0)
-        return fs_error_set(err, FS_ERR_INPUT, "contact sheet: %d tiles in %d columns, expected at least one", n, columns);
+        return fs_error_set(err, FS_ERR_INPUT, "contact sheet: %d tiles in %d columns, expected at least one", n,
+                            columns);
     Layout layout;
     int rc;
     TRY(make_layout(&layout, tiles, n, columns, err));

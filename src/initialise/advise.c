@@ -3,9 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define SLOPE_MIN 1.2     // median contrast growth of the transmitted points
+#define SLOPE_MIN 1.2 // median contrast growth of the transmitted points
 #define FEW_POINTS 100
-#define FAR_SHARE 0.25    // distance to the nearest photo of the other kind, against the transmitted scene's distance
+#define FAR_SHARE 0.25     // distance to the nearest photo of the other kind, against the transmitted scene's distance
 #define SEPARATION_MIN 2.0 // distance between the two kinds' growth, in spreads
 
 static int compare_floats(const void *a, const void *b)
@@ -64,25 +64,36 @@ void fs_advise(const Frames *frames, const float *xyz, const Cue *cue, const uns
     float lit = 0, lit_spread = 0, dull = 0, dull_spread = 0;
     bool some_lit = growth(cue, kind, n, POINT_TRANSMITTED, &lit, &lit_spread);
     bool both = growth(cue, kind, n, POINT_REFLECTED, &dull, &dull_spread) && some_lit;
-    fs_log_info(log, "initialise: %d points transmitted (contrast grows %.2f times with the flash), %d reflected (%.2f "
-                "times), %d unsure", count[POINT_TRANSMITTED], exp((double)lit), count[POINT_REFLECTED], exp((double)dull),
+    fs_log_info(log,
+                "initialise: %d points transmitted (contrast grows %.2f times with the flash), %d reflected (%.2f "
+                "times), %d unsure",
+                count[POINT_TRANSMITTED], exp((double)lit), count[POINT_REFLECTED], exp((double)dull),
                 count[POINT_UNSURE]);
     if (count[POINT_TRANSMITTED] && exp((double)lit) < SLOPE_MIN)
-        fs_log_warn(log, "weak flash: contrast behind the pane grows only %.2f times with it (%.1f or more is needed to "
-                    "tell the scenes apart); go closer, use a stronger flash or a lower ambient light", exp((double)lit), SLOPE_MIN);
+        fs_log_warn(log,
+                    "weak flash: contrast behind the pane grows only %.2f times with it (%.1f or more is needed to "
+                    "tell the scenes apart); go closer, use a stronger flash or a lower ambient light",
+                    exp((double)lit), SLOPE_MIN);
     if (count[POINT_TRANSMITTED] < FEW_POINTS)
-        fs_log_warn(log, "only %d points are surely behind the pane (%d are usual at least): too little texture or too "
-                    "weak a flash; the separation will be poor", count[POINT_TRANSMITTED], FEW_POINTS);
+        fs_log_warn(log,
+                    "only %d points are surely behind the pane (%d are usual at least): too little texture or too "
+                    "weak a flash; the separation will be poor",
+                    count[POINT_TRANSMITTED], FEW_POINTS);
     if (count[POINT_REFLECTED] < FEW_POINTS)
-        fs_log_warn(log, "only %d points are surely mirrored in the pane (%d are usual at least): the reflection is faint "
-                    "or without texture, its depth will be a guess", count[POINT_REFLECTED], FEW_POINTS);
+        fs_log_warn(log,
+                    "only %d points are surely mirrored in the pane (%d are usual at least): the reflection is faint "
+                    "or without texture, its depth will be a guess",
+                    count[POINT_REFLECTED], FEW_POINTS);
     double spread = fmax((double)(lit_spread + dull_spread) / 2, 0.02);
     if (both && (double)(lit - dull) < SEPARATION_MIN * spread)
-        fs_log_warn(log, "the flash cue separates the two scenes by only %.1f spreads (%.1f or more is sound): expect "
-                    "parts of one scene in the other", (double)(lit - dull) / spread, SEPARATION_MIN);
+        fs_log_warn(log,
+                    "the flash cue separates the two scenes by only %.1f spreads (%.1f or more is sound): expect "
+                    "parts of one scene in the other",
+                    (double)(lit - dull) / spread, SEPARATION_MIN);
     double gap = nearest_opposite(frames);
     if (count[POINT_TRANSMITTED] && gap > FAR_SHARE * light->distance)
-        fs_log_warn(log, "flash and no-flash photos are far apart: the nearest photo of the other kind is %.0f %% of the "
+        fs_log_warn(log,
+                    "flash and no-flash photos are far apart: the nearest photo of the other kind is %.0f %% of the "
                     "scene's distance away (at most %.0f %% is sound); take them in turns along one path",
                     100 * gap / light->distance, 100 * FAR_SHARE);
 }

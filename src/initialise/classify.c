@@ -15,8 +15,8 @@
 
 enum { N_NEAR = 16, N_FIELD = 48, N_RAY = 32, DEPTHS = DEPTH_ODDS_STEPS, ROUNDS = 25, CHUNK = 256 };
 
-#define DEPTH_SCALE 2.0f     // log depth against tangent of angle in distances between points
-#define NEAR_RADIUS 0.06f    // all three: tangents of angle in the middle view
+#define DEPTH_SCALE 2.0f  // log depth against tangent of angle in distances between points
+#define NEAR_RADIUS 0.06f // all three: tangents of angle in the middle view
 #define FIELD_RADIUS 0.1f
 #define RAY_RADIUS 0.04f
 #define NEAR_WEIGHT 0.5f
@@ -34,9 +34,9 @@ enum { N_NEAR = 16, N_FIELD = 48, N_RAY = 32, DEPTHS = DEPTH_ODDS_STEPS, ROUNDS 
 
 typedef struct Graph {
     int n;
-    float *place;    // (n, 3): direction, DEPTH_SCALE * log depth
+    float *place; // (n, 3): direction, DEPTH_SCALE * log depth
     float *log_depth;
-    float *slope, *sigma; // log of the contrast's growth
+    float *slope, *sigma;    // log of the contrast's growth
     int *near, *field, *ray; // neighbours (n, N_*)
     float *near_weight, *field_weight, *ray_weight;
     float *p, *p_next, *depth_odds, *evidence;
@@ -46,8 +46,9 @@ typedef struct Graph {
 
 static void graph_free(Graph *g)
 {
-    float **const floats[] = {&g->place, &g->log_depth, &g->slope,      &g->sigma, &g->near_weight, &g->field_weight,
-                              &g->ray_weight, &g->p,    &g->depth_odds, &g->evidence, &g->p_next};
+    float **const floats[] = {&g->place,       &g->log_depth,    &g->slope,      &g->sigma,
+                              &g->near_weight, &g->field_weight, &g->ray_weight, &g->p,
+                              &g->depth_odds,  &g->evidence,     &g->p_next};
     for (size_t i = 0; i < sizeof floats / sizeof *floats; i++) free(*floats[i]);
     free(g->near);
     free(g->field);
@@ -165,8 +166,8 @@ float fs_classify_slope_odds(float log_slope, float sigma)
 }
 
 // The depths of clear points of either kind. At first the mirrored ones are those dull points where the clearly lit
-// have no business; where these are too few every depth is as likely. They stay what they are: learnt again from the rounds'
-// results they would confirm whatever those results are.
+// have no business; where these are too few every depth is as likely. They stay what they are: learnt again from the
+// rounds' results they would confirm whatever those results are.
 static void renew_depths(Graph *g, int round, float *weight)
 {
     float even = 1 / (g->depths.step * (DEPTHS - 1));
@@ -209,7 +210,8 @@ static void round_job(void *context, int job, int worker)
             size_t at = (size_t)i * N_RAY + (size_t)k;
             ray += g->ray_weight[at] * (2 * g->p[g->ray[at]] - 1);
         }
-        float own = own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, 0.05f), support > 12 ? FIELD_SPREAD : LIT_SPREAD);
+        float own =
+            own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, 0.05f), support > 12 ? FIELD_SPREAD : LIT_SPREAD);
         g->evidence[i] = own + g->depth_odds[i] + NEAR_WEIGHT * near - RAY_WEIGHT * fminf(fmaxf(ray, -4), 4);
         g->p_next[i] = 0.5f * g->p[i] + 0.5f * to_probability(g->evidence[i]);
     }

@@ -12,12 +12,12 @@
 #include "initialise/frames.h"
 
 typedef struct Cue {
-    bool ok;          // seen well enough for the rest to mean something
-    float log_slope;  // log of the contrast's growth
-    float sigma;      // its standard deviation, by leaving out one photo at a time
-    float coherence;  // 0..1: share of the patches' contrast that belongs to this depth
-    float contrast;   // of the point itself, linear light, without flash
-    float slope[3];   // growth per colour channel; 0 where unknown
+    bool ok;         // seen well enough for the rest to mean something
+    float log_slope; // log of the contrast's growth
+    float sigma;     // its standard deviation, by leaving out one photo at a time
+    float coherence; // 0..1: share of the patches' contrast that belongs to this depth
+    float contrast;  // of the point itself, linear light, without flash
+    float slope[3];  // growth per colour channel; 0 where unknown
 } Cue;
 
 #define FS_CUE_SLOPE_MAX 20.0 // what is black without flash has no slope; this stands for it

@@ -13,17 +13,17 @@ enum {
     STEPS_MIN = 32,
     STEPS_MAX = 128,
 };
-#define STEP_PX 1.2f      // what a step of depth moves in a photo at the usual distance of photos
+#define STEP_PX 1.2f // what a step of depth moves in a photo at the usual distance of photos
 #define RANGE_MARGIN 0.15f
 #define RANGE_SHARE 0.01f // of the points may lie outside the swept range at either end
 #define SMALL_T 0.05f     // costs of a change of depth (semiglobal.h)
 #define LARGE_T 0.3f
 #define SMALL_R 0.03f
 #define LARGE_R 0.2f
-#define SURE_T 0.1f       // least scores
+#define SURE_T 0.1f // least scores
 #define SURE_R 0.1f
-#define SAME_DEPTH 0.04f  // relative; within this two views agree
-#define APART 0.08f       // relative; the mirrored surface is not this near to the transmitted one on a ray
+#define SAME_DEPTH 0.04f // relative; within this two views agree
+#define APART 0.08f      // relative; the mirrored surface is not this near to the transmitted one on a ray
 
 void fs_dense_free(DensePoints *points)
 {
@@ -112,7 +112,8 @@ static void keep_sure(const Sweep *sweep, const float *score, float sure, float 
 static bool match_transmitted(Sweep *s, DepthMap *map)
 {
     int width = s->camera.width, height = s->camera.height;
-    if (fs_semiglobal_choose(s->transmitted, width, height, s->steps, SMALL_T, LARGE_T, map->layer[0], NULL) < 0) return false;
+    if (fs_semiglobal_choose(s->transmitted, width, height, s->steps, SMALL_T, LARGE_T, map->layer[0], NULL) < 0)
+        return false;
     for (int i = 0; i < width * height; i++) map->guess[i] = s->inverse_min + map->layer[0][i] * s->inverse_step;
     keep_sure(s, s->transmitted, SURE_T, map->layer[0]);
     return true;
@@ -125,7 +126,8 @@ static bool match_reflected(Sweep *s, DepthMap *map)
         for (int d = 0; d < s->steps; d++)
             if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < APART * map->guess[i])
                 s->reflected[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
-    if (fs_semiglobal_choose(s->reflected, width, height, s->steps, SMALL_R, LARGE_R, map->layer[1], NULL) < 0) return false;
+    if (fs_semiglobal_choose(s->reflected, width, height, s->steps, SMALL_R, LARGE_R, map->layer[1], NULL) < 0)
+        return false;
     keep_sure(s, s->reflected, SURE_R, map->layer[1]);
     return true;
 }

@@ -42,7 +42,8 @@ static void pull(const Level *coarse, Level *fine, int channels)
             float fx = u - (float)x0, fy = v - (float)y0;
             for (int c = 0; c < channels; c++) {
                 const float *p = coarse->value + c;
-                size_t n = (size_t)channels, row0 = (size_t)y0 * (size_t)coarse->width, row1 = (size_t)y1 * (size_t)coarse->width;
+                size_t n = (size_t)channels, row0 = (size_t)y0 * (size_t)coarse->width,
+                       row1 = (size_t)y1 * (size_t)coarse->width;
                 float top = p[(row0 + (size_t)x0) * n] * (1 - fx) + p[(row0 + (size_t)x1) * n] * fx;
                 float bottom = p[(row1 + (size_t)x0) * n] * (1 - fx) + p[(row1 + (size_t)x1) * n] * fx;
                 float *out = &fine->value[at * n + (size_t)c];

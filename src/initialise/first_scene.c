@@ -7,8 +7,8 @@
 #include "image/tone.h"
 
 #define OPACITY 0.1f
-#define GLASS 0.08          // reflectance of a clean pane, both surfaces
-#define BRIGHT_SCENE 0.8    // the mirrored room's own light at its bright places: fixes the pane's reflectance
+#define GLASS 0.08       // reflectance of a clean pane, both surfaces
+#define BRIGHT_SCENE 0.8 // the mirrored room's own light at its bright places: fixes the pane's reflectance
 #define BRIGHT_SHARE 0.95
 #define F0_MIN 0.04
 #define F0_MAX 0.5
@@ -95,7 +95,8 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
     unsigned char *dealt = NULL;
     Material dealt_points;
     const DensePoints none = {0};
-    *scene = (Scene){.shared_geometry = strcmp(set->geometry, "shared") == 0, .pane_beta = strcmp(set->beta, "pane") == 0,
+    *scene = (Scene){.shared_geometry = strcmp(set->geometry, "shared") == 0,
+                     .pane_beta = strcmp(set->beta, "pane") == 0,
                      .separation = fs_scene_separation(set->separation)};
     scene->extent = 1.1 * frames->extent;
     scene->flash_distance = light->distance;
@@ -104,7 +105,8 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
         scene->gain_color[k] = light->color[k];
     }
     if (scene->separation != SEPARATION_FULL && !(scene->shared_geometry && scene->pane_beta)) {
-        rc = fs_error_set(err, FS_ERR_USAGE, "--separation %s goes with --geometry shared and --beta pane", set->separation);
+        rc = fs_error_set(err, FS_ERR_USAGE, "--separation %s goes with --geometry shared and --beta pane",
+                          set->separation);
         goto fail;
     }
     if (scene->separation == SEPARATION_FLASHLESS || scene->separation == SEPARATION_NONE) {

@@ -18,10 +18,10 @@ typedef struct Frame {
 typedef struct Frames {
     Frame *frame; // (n); held-out views left out
     int n, n_flash;
-    double centre[3];                      // mean of the cameras' centres
+    double centre[3];                     // mean of the cameras' centres
     double right[3], down[3], forward[3]; // mean orientation, orthonormal
-    double extent;                         // radius of the cameras' centres around their mean
-    double focal_px;                       // mean
+    double extent;                        // radius of the cameras' centres around their mean
+    double focal_px;                      // mean
 } Frames;
 
 int fs_frames_load(Frames *frames, const char *out, const Dataset *dataset, int long_edge, FsError *err);

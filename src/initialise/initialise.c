@@ -50,8 +50,10 @@ static int read_points(const char *dir, Points *points, FsError *err)
     int rc = fs_colmap_model_read(dir, &model, err);
     if (rc < 0) return rc;
     if (model.n_points < FEWEST_POINTS) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d points, at least %d are needed; run the poses stage again (--force), "
-                          "or photograph a scene with more texture", dir, model.n_points, FEWEST_POINTS);
+        rc = fs_error_set(err, FS_ERR_INPUT,
+                          "%s: %d points, at least %d are needed; run the poses stage again (--force), "
+                          "or photograph a scene with more texture",
+                          dir, model.n_points, FEWEST_POINTS);
         goto fail;
     }
     TRY(points_new(points, model.n_points, err));
@@ -176,7 +178,8 @@ int fs_initialise_run(FsProject *project, FsError *err)
     TRY(load(project, &frames, &points, err));
     fs_log_progress(log, "initialise", 1, 4, "telling the two scenes apart");
     fs_cue_measure(&frames, points.xyz, points.n, points.cue, threads);
-    TRY(fs_classify_points(&frames, points.xyz, points.cue, points.n, points.kind, points.evidence, &odds, threads, err));
+    TRY(fs_classify_points(&frames, points.xyz, points.cue, points.n, points.kind, points.evidence, &odds, threads,
+                           err));
     TRY(fs_light_fit(&frames, points.xyz, points.cue, points.kind, points.n, &light, err));
     fs_advise(&frames, points.xyz, points.cue, points.kind, points.n, &light, log);
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");

@@ -11,8 +11,8 @@
 #include "initialise/fill.h"
 
 enum { TURNS = 3, CHUNK = 256 };
-#define DARKEST 0.01f    // share of the light at its place that a seed has at least
-#define HIDDEN 0.93f     // a seed this much farther (inverse depth) than the drawn surface is not seen there
+#define DARKEST 0.01f // share of the light at its place that a seed has at least
+#define HIDDEN 0.93f  // a seed this much farther (inverse depth) than the drawn surface is not seen there
 #define SAME_SURFACE 0.05f
 #define ENOUGH_SEEDS 0.6f // seeds per pixel from which on every pixel is drawn, not every other
 #define ALPHA_NOISE 0.15f // gains near or below this tell little
@@ -26,11 +26,11 @@ typedef struct Drawn {
 typedef struct Paint {
     const Frames *frames;
     const Seeds *seeds;
-    const float *color[2]; // (n, 3) without, with flash
-    Drawn *drawn;          // (frames->n) being drawn
+    const float *color[2];    // (n, 3) without, with flash
+    Drawn *drawn;             // (frames->n) being drawn
     const Drawn *own, *other; // of the scene being painted (for what hides what) and the one to take off; may be NULL
-    float *sum[2];         // (n, 3) results: means over the photos without, with flash; NAN where not seen
-    int *failed;           // (frames->n)
+    float *sum[2];            // (n, 3) results: means over the photos without, with flash; NAN where not seen
+    int *failed;              // (frames->n)
 } Paint;
 
 static void drawn_free(Drawn *drawn, int n)
@@ -63,7 +63,8 @@ static void draw_job(void *context, int job, int worker)
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < p->seeds->n; i++) {
             if (!place(&frame->camera, p->seeds->xyz + 3 * (size_t)i, pixel, &inverse)) continue;
-            size_t x = (size_t)(pixel[0] / out->pixel), y = (size_t)(pixel[1] / out->pixel), at = y * (size_t)out->width + x;
+            size_t x = (size_t)(pixel[0] / out->pixel), y = (size_t)(pixel[1] / out->pixel),
+                   at = y * (size_t)out->width + x;
             if (pass == 0) {
                 nearest[at] = fmaxf(nearest[at], inverse);
                 continue;

@@ -43,8 +43,8 @@ static int pick(const Frames *frames, const Material *points, PointKind kind, fl
     return 0;
 }
 
-static int mix_colors(const Frames *frames, const Material *points, const FlashLight *light, Painted *p, Threads *threads,
-                      FsError *err)
+static int mix_colors(const Frames *frames, const Material *points, const FlashLight *light, Painted *p,
+                      Threads *threads, FsError *err)
 {
     const Seeds *T = &p->T, *R = &p->R;
     size_t n_T = (size_t)T->n, n_R = (size_t)R->n;
@@ -59,7 +59,8 @@ static int mix_colors(const Frames *frames, const Material *points, const FlashL
     if (rc < 0) return rc;
     for (size_t i = 0; i < n_T; i++) {
         double falloff = fs_light_falloff(frames, light, T->xyz + 3 * i);
-        for (int c = 0; c < 3; c++) p->alpha[3 * i + (size_t)c] = (float)(light->color[c] * exp((double)p->gain[i]) * falloff);
+        for (int c = 0; c < 3; c++)
+            p->alpha[3 * i + (size_t)c] = (float)(light->color[c] * exp((double)p->gain[i]) * falloff);
     }
     return fs_paint_layers(frames, T, R, p->alpha, p->T_N, p->T_F, p->R_color, threads, err);
 }

@@ -13,7 +13,7 @@
 #define SURFACE_SHARE 0.7f // of what is left after the points; the rest are copies
 #define POINT_SHARE 0.6f   // of the count at most
 #define CELL_MIN_PX 1.0f
-#define CELL_GROWTH 1.15f // from one attempt to cover all photos to the next
+#define CELL_GROWTH 1.15f    // from one attempt to cover all photos to the next
 #define SURFACE_POINTS 25000 // points that a surface is drawn from at most
 
 void fs_seeds_free(Seeds *seeds)
@@ -102,7 +102,8 @@ static int cover_frame(const Frame *frame, const float *points, int n_points, fl
 {
     int rc = 0;
     bool any = false;
-    int width = (int)ceilf((float)frame->camera.width / cell_px), height = (int)ceilf((float)frame->camera.height / cell_px);
+    int width = (int)ceilf((float)frame->camera.width / cell_px),
+        height = (int)ceilf((float)frame->camera.height / cell_px);
     size_t n = (size_t)width * (size_t)height, cell;
     float *surface = malloc(sizeof(float) * n), inverse;
     unsigned char *covered = calloc(n, 1);
@@ -141,7 +142,8 @@ static int cover_all(const Frames *frames, const float *points, int n_points, in
         rc = fs_error_memory(err);
         goto fail;
     }
-    for (int i = 0; i < n_points; i += stride) memcpy(some + 3 * (size_t)n_some++, points + 3 * (size_t)i, sizeof(float) * 3);
+    for (int i = 0; i < n_points; i += stride)
+        memcpy(some + 3 * (size_t)n_some++, points + 3 * (size_t)i, sizeof(float) * 3);
     fs_seeds_order(frames, order);
     const Camera *middle = &frames->frame[order[0]].camera;
     float cell_px = fmaxf(sqrtf((float)middle->width * (float)middle->height / (float)(count - before)), CELL_MIN_PX);
@@ -160,7 +162,8 @@ fail:
 }
 
 // Copies of the points, moved by half the distance to their neighbours.
-static int add_copies(const float *points, int n_points, int count, Rng *rng, Threads *threads, Seeds *seeds, FsError *err)
+static int add_copies(const float *points, int n_points, int count, Rng *rng, Threads *threads, Seeds *seeds,
+                      FsError *err)
 {
     enum { K = 3 };
     int *index = malloc(sizeof(int) * K * (size_t)n_points);

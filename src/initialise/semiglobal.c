@@ -11,8 +11,8 @@ typedef struct Paths {
     const float *score;
     int width, height, steps;
     float small, large;
-    float *sum;         // (height, width, steps)
-    float *row[2];      // (width, steps + 2): L of the row before and of this one, INFINITY at both ends of a pixel
+    float *sum;          // (height, width, steps)
+    float *row[2];       // (width, steps + 2): L of the row before and of this one, INFINITY at both ends of a pixel
     float *row_least[2]; // (width)
 } Paths;
 
@@ -65,8 +65,8 @@ static void sweep(Paths *p, int dx, int dy)
             size_t at = ((size_t)y * (size_t)p->width + (size_t)x) * (size_t)p->steps;
             bool first = dy == 0 ? i == 0 : j == 0 || from < 0 || from >= p->width;
             const float *source = dy == 0 ? now : before, *least = dy == 0 ? now_least : before_least;
-            now_least[x] = follow(p, p->score + at, first ? NULL : source + pitch * (size_t)from, first ? 0 : least[from],
-                                  now + pitch * (size_t)x, p->sum + at);
+            now_least[x] = follow(p, p->score + at, first ? NULL : source + pitch * (size_t)from,
+                                  first ? 0 : least[from], now + pitch * (size_t)x, p->sum + at);
         }
     }
 }
@@ -86,7 +86,13 @@ int fs_semiglobal_choose(const float *score, int width, int height, int steps, f
 {
     static const int direction[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}};
     size_t n = (size_t)width * (size_t)height, row = (size_t)width * ((size_t)steps + 2);
-    Paths p = {score, width, height, steps, small, large, calloc(n * (size_t)steps, sizeof(float)),
+    Paths p = {score,
+               width,
+               height,
+               steps,
+               small,
+               large,
+               calloc(n * (size_t)steps, sizeof(float)),
                {malloc(sizeof(float) * row), malloc(sizeof(float) * row)},
                {malloc(sizeof(float) * (size_t)width), malloc(sizeof(float) * (size_t)width)}};
     int rc = 0;

@@ -76,7 +76,8 @@ static void prepare_job(void *context, int job, int worker)
     Image *fine = &w->fine[job];
     int width = photo->width, height = photo->height;
     size_t n = (size_t)width * (size_t)height;
-    float *slow = malloc(sizeof(float) * (2 * n + (size_t)width + 6 * SLOW_SIGMA)), *trusted = malloc(sizeof(float) * n);
+    float *slow = malloc(sizeof(float) * (2 * n + (size_t)width + 6 * SLOW_SIGMA)),
+          *trusted = malloc(sizeof(float) * n);
     w->failed[job] = !slow || !trusted || fs_image_new(fine, width, height, 4, NULL) < 0;
     if (!w->failed[job]) {
         for (size_t i = 0; i < n; i++) {
@@ -138,8 +139,8 @@ typedef struct Work {
     Warp warp[2 * GROUP_MAX];
     int n_warps;
     double middle_m[3], middle_t; // depth in the middle view times q: m . (x, y, 1) + q t
-    Sums *sums;     // per worker (height, width)
-    float *planes;  // per worker, planes_size()
+    Sums *sums;                   // per worker (height, width)
+    float *planes;                // per worker, planes_size()
 } Work;
 
 // Fills warp->m, t for rays of `from` seen in `to`; focal lengths and centres of each in its own pixels.
@@ -229,7 +230,8 @@ static void add_photo(const Warp *warp, const Image *fine, double q, int width, 
             if (!(px >= 0 && py >= 0 && px < most_x && py < most_y)) continue;
             int ix = (int)px, iy = (int)py;
             float fx = px - (float)ix, fy = py - (float)iy;
-            const float *a = fine->px + 4 * ((size_t)iy * (size_t)fine->width + (size_t)ix), *b = a + 4 * (size_t)fine->width;
+            const float *a = fine->px + 4 * ((size_t)iy * (size_t)fine->width + (size_t)ix),
+                        *b = a + 4 * (size_t)fine->width;
             Four top = four_at(a), bottom = four_at(b);
             top += (four_at(a + 4) - top) * fx;
             bottom += (four_at(b + 4) - bottom) * fx;
@@ -246,11 +248,19 @@ static void add_photo(const Warp *warp, const Image *fine, double q, int width, 
 static void spread(const Sums *sums, size_t n, float *planes)
 {
     for (size_t i = 0; i < n; i++) {
-        Four N = sums[i].sum[0], F = sums[i].sum[1], NN = N * N - sums[i].own[0], NF = N * F, FF = F * F - sums[i].own[1];
+        Four N = sums[i].sum[0], F = sums[i].sum[1], NN = N * N - sums[i].own[0], NF = N * F,
+             FF = F * F - sums[i].own[1];
         Four own_N = sums[i].own[0], own_F = sums[i].own[1];
-        float value[PLANES] = {NN[0] + NN[1] + NN[2], NF[0] + NF[1] + NF[2], FF[0] + FF[1] + FF[2],
-                               NN[3], NF[3], FF[3],
-                               own_N[0] + own_N[1] + own_N[2], own_F[0] + own_F[1] + own_F[2], N[3], F[3]};
+        float value[PLANES] = {NN[0] + NN[1] + NN[2],
+                               NF[0] + NF[1] + NF[2],
+                               FF[0] + FF[1] + FF[2],
+                               NN[3],
+                               NF[3],
+                               FF[3],
+                               own_N[0] + own_N[1] + own_N[2],
+                               own_F[0] + own_F[1] + own_F[2],
+                               N[3],
+                               F[3]};
         for (int k = 0; k < PLANES; k++) planes[(size_t)k * n + i] = value[k];
     }
 }
@@ -322,9 +332,12 @@ int fs_sweep_view(const Frames *frames, const SweepPhotos *photos, int view, int
     int width = camera->width / divide > 0 ? camera->width / divide : 1;
     int height = camera->height / divide > 0 ? camera->height / divide : 1, rc = 0;
     size_t n = (size_t)width * (size_t)height, workers = (size_t)fs_threads_count(threads);
-    *sweep = (Sweep){fs_camera_resized(camera, width, height), steps, inverse_min,
+    *sweep = (Sweep){fs_camera_resized(camera, width, height),
+                     steps,
+                     inverse_min,
                      (inverse_max - inverse_min) / (float)(steps - 1),
-                     calloc(n * (size_t)steps, sizeof(float)), calloc(n * (size_t)steps, sizeof(float))};
+                     calloc(n * (size_t)steps, sizeof(float)),
+                     calloc(n * (size_t)steps, sizeof(float))};
     Work w = {.frames = frames, .photos = photos, .odds = odds, .sweep = sweep};
     w.sums = aligned_alloc(64, sizeof *w.sums * n * workers);
     w.planes = malloc(sizeof(float) * planes_size(&sweep->camera) * workers);

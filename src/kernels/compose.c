@@ -38,10 +38,12 @@ static void backward(const ComposeArgs *a, int y0, int y1)
                 float d_linear = d_I[x] * tone_encode_slope(I_linear[x], I[x]);
                 float through = tau ? tau[x] : 1;
                 if (d_T)
-                    d_T[x] += d_linear * through * fmaxf(tone_decode_slope(T[x], T_linear[x] / through), a->slope_floor);
+                    d_T[x] +=
+                        d_linear * through * fmaxf(tone_decode_slope(T[x], T_linear[x] / through), a->slope_floor);
                 if (d_tau) d_tau[x] += d_linear * T_linear[x] / through;
-                if (d_R) d_R[x] += d_linear * (beta ? beta[x] : 1) *
-                                   fmaxf(tone_decode_slope(R[x], R_linear[x]), a->slope_floor);
+                if (d_R)
+                    d_R[x] +=
+                        d_linear * (beta ? beta[x] : 1) * fmaxf(tone_decode_slope(R[x], R_linear[x]), a->slope_floor);
                 if (d_beta) d_beta[x] += d_linear * R_linear[x];
             }
         }

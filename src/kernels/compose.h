@@ -27,7 +27,7 @@ typedef struct ComposeArgs {
     const Planes *d_T, *d_R, *d_beta; // added to; NULL where not wanted
     float slope_floor; // decode's slope is taken as at least this: 0 is the true gradient; more lets a layer that went
                        // black in front of the other come back (its sign is right, its size is a preconditioner)
-    const Planes *tau;   // (1, h, w) what the pane lets through: T_linear = tau * decode(T); NULL: 1
+    const Planes *tau; // (1, h, w) what the pane lets through: T_linear = tau * decode(T); NULL: 1
     const Planes *d_tau; // added to; NULL where not wanted
 } ComposeArgs;
 

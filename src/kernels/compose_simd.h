@@ -77,7 +77,9 @@ static void backward(const ComposeArgs *a, int y0, int y1)
                 if (d_T) add_v(d_T + x, lanes, d * through * v_max(decode_slope_v(v_load(T + x), t), floor));
                 if (d_tau) add_v(d_tau + x, lanes, d * t);
                 if (d_beta) add_v(d_beta + x, lanes, d * r);
-                if (d_R) add_v(d_R + x, lanes, (beta ? d * v_load(beta + x) : d) * v_max(decode_slope_v(v_load(R + x), r), floor));
+                if (d_R)
+                    add_v(d_R + x, lanes,
+                          (beta ? d * v_load(beta + x) : d) * v_max(decode_slope_v(v_load(R + x), r), floor));
             }
         }
 }

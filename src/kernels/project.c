@@ -12,6 +12,7 @@
 #define LANES 1
 typedef REAL real;
 
+// clang-format off
 FN real r_set(float x) { return (real)x; }
 FN real r_sqrt(real x) { return (real)sqrt((double)x); }
 FN real r_exp(real x) { return (real)exp((double)x); }
@@ -21,6 +22,7 @@ FN real r_min(real a, real b) { return a < b ? a : b; }
 FN real r_where(real a, real limit, real b) { return a <= limit && a >= -limit ? b : 0; }
 FN void put(real *v, int lane, float x) { v[lane] = (real)x; }
 FN float get(const real *v, int lane) { return (float)v[lane]; }
+// clang-format on
 
 #include "kernels/project_body.h"
 #include "kernels/project_io.h"

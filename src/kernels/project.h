@@ -12,8 +12,8 @@
 typedef struct ProjectCamera {
     float rotation[9], translation[3]; // world to camera
     float fx, fy, cx, cy;
-    float near;           // splats with z under this are invisible, world units
-    int width, height;    // pixels
+    float near;             // splats with z under this are invisible, world units
+    int width, height;      // pixels
     float limit_x, limit_y; // |x/z| and |y/z| are clamped to this in J
 } ProjectCamera;
 

@@ -7,13 +7,13 @@ typedef struct Gaussian { // parameters, or their gradients
     real mean[3], scale[3], quat[4], opacity;
 } Gaussian;
 
-typedef struct Projection { // what backward reuses of forward
+typedef struct Projection {   // what backward reuses of forward
     real p[3], inv_z, tx, ty; // camera space, x/z and y/z clamped
     real rq[9], s[3], q[4], inv_norm;
-    real w0[3], w1[3];  // rows of J R
-    real q0[3], q1[3];  // rows of J R Rq
-    real xx, xy, yy;    // covariance
-    real a, b, c;       // conic
+    real w0[3], w1[3]; // rows of J R
+    real q0[3], q1[3]; // rows of J R Rq
+    real xx, xy, yy;   // covariance
+    real a, b, c;      // conic
 } Projection;
 
 FN void rotation_of(const real q[4], real r[9])

@@ -24,7 +24,8 @@ FN void forward_lanes(const ProjectCamera *cam, const ProjectParams *params, int
     // t >= t_min is the ellipse d^T conic d <= reach; its half extents are sqrt(reach cov_xx), sqrt(reach cov_yy)
     real reach = r_max((l2 - r_set(t_min)) * r_set(2.0f / LOG2E), r_set(0));
     real rx = r_sqrt(reach * o.xx), ry = r_sqrt(reach * o.yy);
-    const float tiles_x = (float)((cam->width + FS_TILE - 1) / FS_TILE), tiles_y = (float)((cam->height + FS_TILE - 1) / FS_TILE);
+    const float tiles_x = (float)((cam->width + FS_TILE - 1) / FS_TILE),
+                tiles_y = (float)((cam->height + FS_TILE - 1) / FS_TILE);
     for (int l = 0; l < n; l++) {
         Splat *s = &splats[i + l];
         s->x = get(&x, l);
@@ -82,7 +83,8 @@ FN void backward_lanes(const ProjectCamera *cam, const ProjectParams *params, in
     }
 }
 
-static void forward(const ProjectCamera *cam, const ProjectParams *params, int begin, int end, float t_min, Splat *splats)
+static void forward(const ProjectCamera *cam, const ProjectParams *params, int begin, int end, float t_min,
+                    Splat *splats)
 {
     for (int i = begin; i < end; i += LANES)
         forward_lanes(cam, params, i, end - i < LANES ? end - i : LANES, t_min, splats);

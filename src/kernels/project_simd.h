@@ -10,6 +10,7 @@
 #define LANES VW
 typedef vf real;
 
+// clang-format off
 FN real r_set(float x) { return v_set(x); }
 FN real r_sqrt(real x) { return v_sqrt(x); }
 FN real r_exp(real x) { return v_exp(x); }
@@ -19,6 +20,7 @@ FN real r_min(real a, real b) { return v_min(a, b); }
 FN real r_where(real a, real limit, real b) { return v_where(v_le(v_abs(a), limit), b); }
 FN void put(real *v, int lane, float x) { ((float *)v)[lane] = x; }
 FN float get(const real *v, int lane) { return ((const float *)v)[lane]; }
+// clang-format on
 
 #include "kernels/project_body.h"
 #include "kernels/project_io.h"

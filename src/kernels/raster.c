@@ -8,8 +8,14 @@
 #define REAL float
 #endif
 
-static int group_x(int pixel) { return pixel / 128 * 8 + pixel % 8; }
-static int group_y(int pixel) { return pixel % 128 / 8; }
+static int group_x(int pixel)
+{
+    return pixel / 128 * 8 + pixel % 8;
+}
+static int group_y(int pixel)
+{
+    return pixel % 128 / 8;
+}
 
 static void cover(const Splat *s, int x0, int y0, int tiles, float t_min, uint32_t *mask)
 {

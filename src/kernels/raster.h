@@ -31,8 +31,8 @@ typedef struct Splat {
     float x, y;       // mean, pixels
     float a, b, c, l; // A, B, C, L above
     float feature[FS_FEATURES_MAX];
-    float depth;            // z, world units
-    uint16_t tile[4];       // tiles touched by the bounding box: x0, y0, x1, y1 (exclusive); x0 = x1 when invisible
+    float depth;      // z, world units
+    uint16_t tile[4]; // tiles touched by the bounding box: x0, y0, x1, y1 (exclusive); x0 = x1 when invisible
     float pad[3];
 } Splat;
 _Static_assert(sizeof(Splat) == 64, "a splat is one cache line");

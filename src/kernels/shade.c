@@ -8,12 +8,14 @@
 #define LANES 1
 typedef float real;
 
+// clang-format off
 FN real r_set(float x) { return x; }
 FN real r_exp(real x) { return expf(x); }
 FN real r_pow(real x, float e) { return powf(x, e); }
 FN real r_max(real a, real b) { return a > b ? a : b; }
 FN void put(real *v, int lane, float x) { v[lane] = x; }
 FN float get(const real *v, int lane) { return v[lane]; }
+// clang-format on
 
 #include "kernels/shade_body.h"
 

@@ -40,6 +40,7 @@ INLINE void v_store(float *p, vf v)
     memcpy(p, &v, sizeof v);
 }
 
+// clang-format off
 #if VW == 16
 typedef __mmask16 vm;
 INLINE vf v_set(float x) { return (vf)_mm512_set1_ps(x); }
@@ -131,6 +132,7 @@ INLINE float v_sum(vf a) { return vaddvq_f32((float32x4_t)a); }
 #endif
 
 INLINE vf v_abs(vf a) { return (vf)((vi)a & v_seti(0x7fffffff)); }
+// clang-format on
 INLINE vf v_copysign(vf magnitude, vf sign)
 {
     return (vf)(((vi)magnitude & v_seti(0x7fffffff)) | ((vi)sign & v_seti((int32_t)0x80000000)));

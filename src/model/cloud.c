@@ -72,7 +72,8 @@ void fs_cloud_compact(Cloud *cloud, const unsigned char *keep)
         n = 0;
         for (int i = 0; i < cloud->n; i++) {
             if (!keep[i]) continue;
-            if (w && n != i) memcpy(cloud->field[f] + (size_t)n * w, cloud->field[f] + (size_t)i * w, sizeof(float) * w);
+            if (w && n != i)
+                memcpy(cloud->field[f] + (size_t)n * w, cloud->field[f] + (size_t)i * w, sizeof(float) * w);
             n++;
         }
     }

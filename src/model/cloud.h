@@ -15,9 +15,9 @@ typedef enum CloudField {
 } CloudField;
 
 typedef struct CloudFieldInfo {
-    const char *name;    // "means"
-    const char *ply[4];  // PLY property names of our own files
-    int width;           // floats per Gaussian; colours and gains: see Cloud.width
+    const char *name;   // "means"
+    const char *ply[4]; // PLY property names of our own files
+    int width;          // floats per Gaussian; colours and gains: see Cloud.width
 } CloudFieldInfo;
 extern const CloudFieldInfo fs_cloud_fields[CLOUD_FIELDS];
 

@@ -106,8 +106,10 @@ static int read_separation(const json_t *root, Scene *scene, const char *path, F
     bool ok = scene->separation < SEPARATIONS;
     if (ok && (scene->separation == SEPARATION_FULL || (scene->shared_geometry && scene->pane_beta))) return 0;
     scene->separation = SEPARATION_FULL;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: separation: expected full, or with shared geometry and a pane "
-                        "flashless, linear or none", path);
+    return fs_error_set(err, FS_ERR_INPUT,
+                        "%s: separation: expected full, or with shared geometry and a pane "
+                        "flashless, linear or none",
+                        path);
 }
 
 static int read_number(const json_t *root, const Number *number, Scene *scene, const char *path, FsError *err)

@@ -45,9 +45,9 @@ typedef struct Scene {
     bool pane_beta;       // beta has no cloud: it follows `pane`
     Cloud cloud[LAYERS];  // n = 0 where a layer has no cloud of its own
     Pane pane;
-    double gain_color[3];  // shared geometry: alpha_c = gain_color[c] * exp(gain) * (flash_distance / distance)^2
-    double flash_distance; // world units; distance at which the falloff is 1
-    double extent;         // radius of the cameras' centres around their mean, world units (learning rates, pruning)
+    double gain_color[3];   // shared geometry: alpha_c = gain_color[c] * exp(gain) * (flash_distance / distance)^2
+    double flash_distance;  // world units; distance at which the falloff is 1
+    double extent;          // radius of the cameras' centres around their mean, world units (learning rates, pruning)
     double metres_per_unit; // 0 when unknown
     double flash_return;    // R in a flash photo is 1 + this times R without: flash light that comes back by the room
 } Scene;

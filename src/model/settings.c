@@ -12,19 +12,30 @@
 
 #define OFFSET(member) offsetof(Settings, member)
 #define BOOL(name_, member, stages_, help_)                                                                            \
-    {.name = name_, .type = FS_OPTION_BOOL, .stages = stages_, .initial = "false", .help = help_, .offset = OFFSET(member)}
+    {                                                                                                                  \
+        .name = name_, .type = FS_OPTION_BOOL, .stages = stages_, .initial = "false", .help = help_,                   \
+        .offset = OFFSET(member)                                                                                       \
+    }
 #define INT(name_, member, stages_, initial_, min_, max_, argument_, help_)                                            \
-    {.name = name_, .type = FS_OPTION_INT, .stages = stages_, .initial = initial_, .min = min_, .max = max_,           \
-     .argument = argument_, .help = help_, .offset = OFFSET(member)}
+    {                                                                                                                  \
+        .name = name_, .type = FS_OPTION_INT, .stages = stages_, .initial = initial_, .min = min_, .max = max_,        \
+        .argument = argument_, .help = help_, .offset = OFFSET(member)                                                 \
+    }
 #define FLOAT(name_, member, stages_, initial_, min_, max_, argument_, help_)                                          \
-    {.name = name_, .type = FS_OPTION_FLOAT, .stages = stages_, .initial = initial_, .min = min_, .max = max_,         \
-     .argument = argument_, .help = help_, .offset = OFFSET(member)}
+    {                                                                                                                  \
+        .name = name_, .type = FS_OPTION_FLOAT, .stages = stages_, .initial = initial_, .min = min_, .max = max_,      \
+        .argument = argument_, .help = help_, .offset = OFFSET(member)                                                 \
+    }
 #define STRING(name_, member, stages_, initial_, argument_, help_)                                                     \
-    {.name = name_, .type = FS_OPTION_STRING, .stages = stages_, .initial = initial_, .argument = argument_,           \
-     .help = help_, .offset = OFFSET(member)}
+    {                                                                                                                  \
+        .name = name_, .type = FS_OPTION_STRING, .stages = stages_, .initial = initial_, .argument = argument_,        \
+        .help = help_, .offset = OFFSET(member)                                                                        \
+    }
 #define ENUM(name_, member, stages_, initial_, choices_, help_)                                                        \
-    {.name = name_, .type = FS_OPTION_ENUM, .stages = stages_, .initial = initial_, .choices = choices_,               \
-     .argument = choices_, .help = help_, .offset = OFFSET(member)}
+    {                                                                                                                  \
+        .name = name_, .type = FS_OPTION_ENUM, .stages = stages_, .initial = initial_, .choices = choices_,            \
+        .argument = choices_, .help = help_, .offset = OFFSET(member)                                                  \
+    }
 
 #define ALL FS_STAGE_ALL
 #define INGEST FS_STAGE_INGEST
@@ -38,7 +49,8 @@
 #define BENCH FS_STAGE_BENCH
 
 static const FsOption table[] = {
-    ENUM("preset", preset, INGEST | INITIALISE | TRAIN | RENDER, "standard", "preview|standard|paper", "named set of the settings below"),
+    ENUM("preset", preset, INGEST | INITIALISE | TRAIN | RENDER, "standard", "preview|standard|paper",
+         "named set of the settings below"),
     INT("threads", threads, ALL | SYNTH | BENCH, "0", 0, 1024, "N", "threads to use; 0: one per core"),
     INT("seed", seed, INITIALISE | TRAIN | SYNTH, "1", 0, INT_MAX, "N", "seed of all random choices"),
     INT("long-edge", long_edge, INGEST | RENDER | PAIR, "1200", 0, 16384, "N",
@@ -47,7 +59,8 @@ static const FsOption table[] = {
     ENUM("cpu", cpu, TRAIN | RENDER | BENCH, "best", "best|scalar|avx2|avx512|neon", "highest instruction set to use"),
 
     STRING("flash-glob", flash_glob, INGEST | PAIR, "", "PATTERN", "file names that are flash photos, instead of EXIF"),
-    STRING("flash-list", flash_list, INGEST, "", "FILE", "text file with one flash photo's name per line, instead of EXIF"),
+    STRING("flash-list", flash_list, INGEST, "", "FILE",
+           "text file with one flash photo's name per line, instead of EXIF"),
 
     STRING("poses", poses, POSES, "", "MODEL", "known poses: COLMAP model folder or nerfstudio transforms.json"),
     STRING("colmap", colmap, POSES, "colmap", "PROGRAM", "the COLMAP program"),
@@ -58,13 +71,16 @@ static const FsOption table[] = {
 
     INT("steps", steps, TRAIN, "5000", 1, 1000000, "N", "training steps"),
     INT("test-every", test_every, TRAIN, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
-    INT("checkpoint-every", checkpoint_every, TRAIN, "500", 0, 1000000, "N", "steps between checkpoints; 0: only at the end"),
+    INT("checkpoint-every", checkpoint_every, TRAIN, "500", 0, 1000000, "N",
+        "steps between checkpoints; 0: only at the end"),
     INT("progress-every", progress_every, TRAIN, "500", 0, 1000000, "N", "steps between contact sheets; 0: none"),
     INT("max-splats", max_splats, TRAIN, "500000", 100, 10000000, "N", "most Gaussians per cloud"),
     BOOL("resume", resume, TRAIN, "go on from the last checkpoint"),
     ENUM("separation", separation, INITIALISE | TRAIN, "full", "full|flashless|linear|none",
-         "for comparisons: one T for all photos, without the flash's cues; T_F a constant times T_N; or one cloud, no R"),
-    ENUM("lighting", lighting, TRAIN, "both", "both|flash|noflash", "train on photos of one lighting only, for comparisons"),
+         "for comparisons: one T for all photos, without the flash's cues; T_F a constant times T_N; or one cloud, no "
+         "R"),
+    ENUM("lighting", lighting, TRAIN, "both", "both|flash|noflash",
+         "train on photos of one lighting only, for comparisons"),
     ENUM("geometry", geometry, INITIALISE | TRAIN, "shared", "shared|separate",
          "one set of Gaussians for T_F and T_N, or two (the paper's way)"),
     ENUM("beta", beta, INITIALISE | TRAIN, "pane", "pane|cloud",
@@ -73,18 +89,23 @@ static const FsOption table[] = {
          "keep an exact budget by relocation, or clone, split and prune by thresholds (the paper's way)"),
     FLOAT("rgb-weight", rgb_weight, TRAIN, "1", 0, 1000, "X", "weight of the photo term"),
     FLOAT("dssim", dssim, TRAIN, "0.25", 0, 1, "X", "share of DSSIM in the photo term, the rest is L1"),
-    FLOAT("linearity", linearity, TRAIN, "0", 0, 1000, "X", "weight of Pearson's correlation of T_N and T_F (separate geometry)"),
+    FLOAT("linearity", linearity, TRAIN, "0", 0, 1000, "X",
+          "weight of Pearson's correlation of T_N and T_F (separate geometry)"),
     FLOAT("beta-smooth", beta_smooth, TRAIN, "0", 0, 1000, "X", "weight of the smoothness of a beta cloud"),
     FLOAT("depth-smooth", depth_smooth, TRAIN, "0", 0, 1000, "X", "weight of the smoothness of depth"),
-    FLOAT("gain-smooth", gain_smooth, TRAIN, "0.001", 0, 1000, "X", "weight of the smoothness of the flash gain over neighbours"),
+    FLOAT("gain-smooth", gain_smooth, TRAIN, "0.001", 0, 1000, "X",
+          "weight of the smoothness of the flash gain over neighbours"),
     FLOAT("opacity-reg", opacity_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean opacity"),
     FLOAT("scale-reg", scale_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean scale"),
-    FLOAT("slope-floor", slope_floor, TRAIN, "0.005", 0, 10, "X", "least slope of the tone curve in gradients, so that a black layer can brighten"),
+    FLOAT("slope-floor", slope_floor, TRAIN, "0.005", 0, 10, "X",
+          "least slope of the tone curve in gradients, so that a black layer can brighten"),
     FLOAT("darkest", darkest, TRAIN, "0.2", 0, 1, "X", "darkest tone-mapped colour of a Gaussian"),
-    FLOAT("rate-scale", rate_scale, TRAIN, "2", 0, 100, "X", "factor on 3DGS's learning rates of scales, rotations, colours and gains"),
+    FLOAT("rate-scale", rate_scale, TRAIN, "2", 0, 100, "X",
+          "factor on 3DGS's learning rates of scales, rotations, colours and gains"),
     FLOAT("means-rate", means_rate, TRAIN, "2.4e-3", 0, 1, "X", "first learning rate of positions, in scene extents"),
 
-    STRING("cameras", cameras, RENDER, "", "MODEL", "views to render: COLMAP model folder, transforms.json or cameras.json"),
+    STRING("cameras", cameras, RENDER, "", "MODEL",
+           "views to render: COLMAP model folder, transforms.json or cameras.json"),
     STRING("output", output, RENDER | EVALUATE, "", "DIR", "folder for the renders (default: OUT/renders)"),
     ENUM("path", path, RENDER, "none", "none|spiral", "render a camera path instead of views"),
     STRING("layers", layers, RENDER, "all", "LIST",
@@ -98,7 +119,8 @@ static const FsOption table[] = {
     STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]", "other programs' output folders to compare"),
     STRING("json", json, EVALUATE | BENCH, "", "FILE", "write the figures as JSON too"),
     ENUM("views", views, EVALUATE, "held_out", "held_out|capture|all", "views to measure at"),
-    STRING("lpips-weights", lpips_weights, EVALUATE, "", "FILE", "weights that make evaluate measure LPIPS too; see docs/lpips.md"),
+    STRING("lpips-weights", lpips_weights, EVALUATE, "", "FILE",
+           "weights that make evaluate measure LPIPS too; see docs/lpips.md"),
 
     STRING("cases", cases, BENCH, "", "WORD", "only the cases whose name contains this"),
     STRING("compare", compare, BENCH, "", "FILE,FILE", "compare two files of --json instead of measuring"),
@@ -127,15 +149,14 @@ static const struct {
 static const struct {
     const char *preset, *name, *value;
 } preset_values[] = {
-    {"preview", "steps", "3000"},       {"preview", "long-edge", "600"},   {"preview", "max-splats", "40000"},
-    {"standard", "steps", "10000"},     {"paper", "steps", "5000"},        {"paper", "geometry", "separate"},
-    {"paper", "beta", "cloud"},         {"paper", "init-count", "350000"}, {"paper", "max-splats", "500000"},
-    {"paper", "densify", "fsgs"},       {"paper", "rgb-weight", "2"},      {"paper", "linearity", "0.001"},
-    {"paper", "beta-smooth", "0.1"},    {"paper", "depth-smooth", "0.01"}, {"paper", "opacity-reg", "0"},
-    {"paper", "dssim", "0.2"},
-    {"paper", "means-rate", "1.6e-4"},  {"paper", "rate-scale", "1"},
-    {"paper", "slope-floor", "0"},      {"paper", "darkest", "0"},
-    {"paper", "scale-reg", "0"},        {"paper", "gain-smooth", "0"},
+    {"preview", "steps", "3000"},    {"preview", "long-edge", "600"},   {"preview", "max-splats", "40000"},
+    {"standard", "steps", "10000"},  {"paper", "steps", "5000"},        {"paper", "geometry", "separate"},
+    {"paper", "beta", "cloud"},      {"paper", "init-count", "350000"}, {"paper", "max-splats", "500000"},
+    {"paper", "densify", "fsgs"},    {"paper", "rgb-weight", "2"},      {"paper", "linearity", "0.001"},
+    {"paper", "beta-smooth", "0.1"}, {"paper", "depth-smooth", "0.01"}, {"paper", "opacity-reg", "0"},
+    {"paper", "dssim", "0.2"},       {"paper", "means-rate", "1.6e-4"}, {"paper", "rate-scale", "1"},
+    {"paper", "slope-floor", "0"},   {"paper", "darkest", "0"},         {"paper", "scale-reg", "0"},
+    {"paper", "gain-smooth", "0"},
 };
 
 const FsOption *fs_settings_options(size_t *n)

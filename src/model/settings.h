@@ -20,7 +20,8 @@ typedef struct FsSettings {
     int steps, test_every, checkpoint_every, progress_every, max_splats;
     bool resume;
     char *separation, *lighting, *geometry, *beta, *densify;
-    double rgb_weight, dssim, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg, means_rate, slope_floor, darkest, rate_scale;
+    double rgb_weight, dssim, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg, means_rate,
+        slope_floor, darkest, rate_scale;
     // render
     char *cameras, *output, *path, *layers;
     bool linear, video;

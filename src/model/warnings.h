@@ -14,7 +14,8 @@ void fs_warnings_free(Warnings *warnings); // accepts NULL
 void fs_warnings_stage(Warnings *warnings, const char *stage);
 
 void fs_warnings_forget(const char *out, const char *stage);
-// The kept warnings of all stages in the order of the stages, lines of text; the caller frees. NULL when there are none.
+// The kept warnings of all stages in the order of the stages, lines of text; the caller frees. NULL when there are
+// none.
 char *fs_warnings_read(const char *out);
 
 #endif

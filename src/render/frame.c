@@ -108,8 +108,10 @@ int fs_frame_align(Dataset *views, const Dataset *photos, const char *file, cons
     bool fits = fs_similarity_fit_cameras(common.view, common.photo, common.n, &move, NULL) == 0;
     if (fits) TRY(disagreement(&common, &move, &shift, &angle, err));
     if (!fits || shift > GOOD_FIT * extent || angle > 2 * SAME_TURN) {
-        fs_log_warn(log, "%s: its poses of %d photos disagree with those in views.json, and no change of frame brings them "
-                         "together; rendered as they are", file, common.n);
+        fs_log_warn(log,
+                    "%s: its poses of %d photos disagree with those in views.json, and no change of frame brings them "
+                    "together; rendered as they are",
+                    file, common.n);
         goto fail;
     }
     for (int i = 0; i < views->n; i++) views->view[i].camera = fs_similarity_camera(&move, &views->view[i].camera);

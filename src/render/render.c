@@ -32,7 +32,7 @@ typedef struct Run {
 
 // One walk over views: what to leave behind.
 typedef struct Walk {
-    const char *what;    // for the progress line
+    const char *what; // for the progress line
     const Dataset *views;
     bool files, films;   // layers as files, films of the views in their order
     PictureSheet *sheet; // NULL: none; else views are those of the photos
@@ -45,11 +45,14 @@ static int parse_layers(const char *list, bool wanted[RENDER_LAYERS], FsError *e
     for (const char *p = list; *p;) {
         size_t n = strcspn(p, ",");
         int l = 0;
-        while (l < RENDER_LAYERS && (strlen(fs_render_layers[l].name) != n || strncmp(fs_render_layers[l].name, p, n))) l++;
+        while (l < RENDER_LAYERS && (strlen(fs_render_layers[l].name) != n || strncmp(fs_render_layers[l].name, p, n)))
+            l++;
         if (l == RENDER_LAYERS)
-            return fs_error_set(err, FS_ERR_USAGE,
-                                "--layers: '%.*s' is no layer; there are T_N, T_F, R, R_scene, beta, I_N, I_F, depth_T, "
-                                "depth_R, or all", (int)n, p);
+            return fs_error_set(
+                err, FS_ERR_USAGE,
+                "--layers: '%.*s' is no layer; there are T_N, T_F, R, R_scene, beta, I_N, I_F, depth_T, "
+                "depth_R, or all",
+                (int)n, p);
         wanted[l] = true;
         p += n;
         if (*p == ',') p++;
@@ -167,7 +170,8 @@ static int check_film_sizes(const Run *run, const Dataset *views, FsError *err)
     for (int i = 1; i < views->n; i++)
         if (views->view[i].camera.width != views->view[0].camera.width ||
             views->view[i].camera.height != views->view[0].camera.height)
-            return fs_error_set(err, FS_ERR_INPUT, "%s: its views differ in size, a video needs one size; leave --video",
+            return fs_error_set(err, FS_ERR_INPUT,
+                                "%s: its views differ in size, a video needs one size; leave --video",
                                 run->project->set.cameras);
     return 0;
 }
@@ -224,7 +228,8 @@ static int render_model(Run *run, FsError *err)
     Dataset views = {0};
     int rc;
     TRY(fs_views_of_model(run->project, &run->photos, &views, err));
-    TRY(walk_views(run, &(Walk){.what = "views", .views = &views, .files = true, .films = run->project->set.video}, err));
+    TRY(walk_views(run, &(Walk){.what = "views", .views = &views, .files = true, .films = run->project->set.video},
+                   err));
 fail:
     fs_dataset_free(&views);
     return rc;

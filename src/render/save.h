@@ -8,10 +8,12 @@
 
 #include "engine/engine.h"
 
-// What is not written is removed where an earlier run left it. metres_per_unit: 0 when the scale is unknown. linear: writes the float TIFF of colours and beta too.
+// What is not written is removed where an earlier run left it. metres_per_unit: 0 when the scale is unknown. linear:
+// writes the float TIFF of colours and beta too.
 int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Image *image, double metres_per_unit,
                   bool linear, FsError *err);
-// Removes the renders of all layers in dir that are older than the file `than`: they show another scene. Returns how many.
+// Removes the renders of all layers in dir that are older than the file `than`: they show another scene. Returns how
+// many.
 int fs_save_drop_older(const char *dir, const char *than);
 // The folder of a layer, made when missing.
 int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err);

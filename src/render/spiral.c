@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #define TURNS 2
-#define RISE 0.5             // turns of the forward-backward motion per turn of the circle
-#define FAR_WEIGHT 0.75      // share of the far depth in the focus disparity
+#define RISE 0.5        // turns of the forward-backward motion per turn of the circle
+#define FAR_WEIGHT 0.75 // share of the far depth in the focus disparity
 #define OFFSET_PERCENTILE 0.9
 
 static double dot(const double a[3], const double b[3])
@@ -74,8 +74,8 @@ int fs_spiral_fit(Spiral *spiral, const Camera *cameras, int n, double nearest, 
     *spiral = (Spiral){0};
     if (n < 1) return fs_error_set(err, FS_ERR_INPUT, "camera path: no posed photos to make it from");
     if (!(nearest > 0) || !(farthest >= nearest) || !isfinite(farthest))
-        return fs_error_set(err, FS_ERR_INPUT, "camera path: scene depths %g to %g, expected positive and rising", nearest,
-                            farthest);
+        return fs_error_set(err, FS_ERR_INPUT, "camera path: scene depths %g to %g, expected positive and rising",
+                            nearest, farthest);
     double down[3] = {0};
     for (int i = 0; i < n; i++) {
         double c[3];

@@ -12,10 +12,10 @@
 #include "model/camera.h"
 
 typedef struct Spiral {
-    double centre[3];               // world
+    double centre[3];                     // world
     double right[3], down[3], forward[3]; // unit axes of the average pose, world
-    double radius[3];               // along right, down, forward, world units
-    double focus_depth;             // of the point looked at, along forward from centre
+    double radius[3];                     // along right, down, forward, world units
+    double focus_depth;                   // of the point looked at, along forward from centre
 } Spiral;
 
 // nearest and farthest: depths that hold nearly all of the scene (say its 1st and 99th percentile), world units.

@@ -138,12 +138,12 @@ static int open_frame(Video *video)
     video->frame->colorspace = AVCOL_SPC_BT709;
     int rc = av_frame_get_buffer(video->frame, 0);
     if (rc < 0) return rc;
-    video->scaler = sws_getContext(video->width, video->height, AV_PIX_FMT_RGB24, video->width, video->height,
-                                   AV_PIX_FMT_YUV420P, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INP,
-                                   NULL, NULL, NULL);
+    video->scaler =
+        sws_getContext(video->width, video->height, AV_PIX_FMT_RGB24, video->width, video->height, AV_PIX_FMT_YUV420P,
+                       SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INP, NULL, NULL, NULL);
     if (!video->scaler) return AVERROR(ENOMEM);
-    sws_setColorspaceDetails(video->scaler, sws_getCoefficients(SWS_CS_ITU709), 1, sws_getCoefficients(SWS_CS_ITU709), 0,
-                             0, 1 << 16, 1 << 16);
+    sws_setColorspaceDetails(video->scaler, sws_getCoefficients(SWS_CS_ITU709), 1, sws_getCoefficients(SWS_CS_ITU709),
+                             0, 0, 1 << 16, 1 << 16);
     return 0;
 }
 
@@ -152,7 +152,8 @@ int fs_video_open(Video **result, const char *path, int width, int height, int f
 {
     *result = NULL;
     if (width < 2 || height < 2)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: pictures of %d x %d are too small for a video", path, width, height);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: pictures of %d x %d are too small for a video", path, width,
+                            height);
     Video *video = calloc(1, sizeof *video);
     if (!video) return fs_error_memory(err);
     video->width = width & ~1;

@@ -50,8 +50,8 @@ static int check_names(const char *file, const Dataset *views, FsError *err)
             return fs_error_set(err, FS_ERR_INPUT, "%s: view '%.100s': its name cannot be a file name", file,
                                 views->view[i].name);
         if (i && strcmp(views->view[i].name, views->view[i - 1].name) == 0)
-            return fs_error_set(err, FS_ERR_INPUT, "%s: two views are named '%s', their renders would be one file", file,
-                                views->view[i].name);
+            return fs_error_set(err, FS_ERR_INPUT, "%s: two views are named '%s', their renders would be one file",
+                                file, views->view[i].name);
     }
     return 0;
 }
@@ -115,8 +115,8 @@ fail:
     return rc;
 }
 
-int fs_views_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest,
-                       Dataset *views, FsError *err)
+int fs_views_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest, Dataset *views,
+                       FsError *err)
 {
     int rc = 0, n = project->set.path_views;
     int long_edge = fs_settings_was_set(&project->set, "long-edge") ? project->set.long_edge : 0;

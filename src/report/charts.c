@@ -60,7 +60,8 @@ void fs_charts_cameras(FILE *f, const Dataset *dataset)
     }
     fprintf(f, "<text x=\"12\" y=\"20\">towards the glass</text><text x=\"12\" y=\"%d\">", HEIGHT - 12);
     fputs("<tspan fill=\"#f2b44b\">&#9679; with flash</tspan> &#160; <tspan fill=\"#6fb1e8\">&#9679; without</tspan>"
-          "</text></svg>\n", f);
+          "</text></svg>\n",
+          f);
 }
 
 // ---- the training log ----
@@ -126,14 +127,16 @@ void fs_charts_curve(FILE *f, const Curve *curve)
     fprintf(f, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"training loss\">\n", WIDTH, HEIGHT);
     for (int i = 0; i <= 4; i++) {
         double at = low + (high - low) * i / 4, py = bottom - (bottom - top) * i / 4;
-        fprintf(f, "<path d=\"M%.1f %.1fH%.1f\" stroke=\"#2d3035\"/><text x=\"8\" y=\"%.1f\">%.3g</text>\n", left, py, right,
-                py + 4, pow(10, at));
+        fprintf(f, "<path d=\"M%.1f %.1fH%.1f\" stroke=\"#2d3035\"/><text x=\"8\" y=\"%.1f\">%.3g</text>\n", left, py,
+                right, py + 4, pow(10, at));
     }
     fputs("<polyline fill=\"none\" stroke=\"#6fb1e8\" stroke-width=\"2\" points=\"", f);
     int every = curve->n > 1000 ? curve->n / 1000 : 1;
     for (int i = 0; i < curve->n; i += every)
         fprintf(f, "%.1f,%.1f ", left + (right - left) * curve->step[i] / x[1],
                 bottom - (bottom - top) * (log10(curve->value[i]) - low) / (high - low));
-    fprintf(f, "\"/><text x=\"%.1f\" y=\"%d\">0</text><text x=\"%.1f\" y=\"%d\" text-anchor=\"end\">step %.0f</text></svg>\n",
-            left, HEIGHT - 10, right, HEIGHT - 10, x[1]);
+    fprintf(
+        f,
+        "\"/><text x=\"%.1f\" y=\"%d\">0</text><text x=\"%.1f\" y=\"%d\" text-anchor=\"end\">step %.0f</text></svg>\n",
+        left, HEIGHT - 10, right, HEIGHT - 10, x[1]);
 }

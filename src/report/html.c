@@ -5,8 +5,7 @@
 
 void fs_html_text(FILE *f, const char *text)
 {
-    for (; *text; text++)
-        switch (*text) {
+    for (; *text; text++) switch (*text) {
         case '&': fputs("&amp;", f); break;
         case '<': fputs("&lt;", f); break;
         case '>': fputs("&gt;", f); break;
@@ -37,12 +36,14 @@ const char fs_html_style[] =
     "p{margin:6px 0;color:var(--dim);max-width:75ch}a{color:var(--cool);text-decoration:none}"
     "a:hover{text-decoration:underline}\n"
     ".chips{display:flex;flex-wrap:wrap;gap:8px;margin:16px 0 28px;padding:0;list-style:none}\n"
-    ".chips li{background:var(--card);border:1px solid var(--line);border-radius:99px;padding:3px 14px;font-size:14px}\n"
+    ".chips li{background:var(--card);border:1px solid var(--line);border-radius:99px;padding:3px "
+    "14px;font-size:14px}\n"
     ".chips b{font-weight:600;font-variant-numeric:tabular-nums}\n"
     ".warn{background:#33280f;border:1px solid #6d531c;border-radius:10px;padding:12px 18px;margin:0 0 24px}\n"
     ".warn h2{margin:0 0 4px;font-size:16px}.warn ul{margin:0;padding-left:20px}\n"
     ".compare{position:relative;border-radius:10px;overflow:hidden;background:#000;user-select:none;line-height:0}\n"
-    ".compare img{width:100%;height:auto;display:block}.compare .over{position:absolute;inset:0;height:100%;clip-path:inset(0 calc(100% - "
+    ".compare img{width:100%;height:auto;display:block}.compare "
+    ".over{position:absolute;inset:0;height:100%;clip-path:inset(0 calc(100% - "
     "var(--at,50%)) 0 0)}\n"
     ".compare .bar{position:absolute;top:0;bottom:0;left:var(--at,50%);width:2px;margin-left:-1px;background:#fff;"
     "pointer-events:none}\n"
@@ -73,7 +74,8 @@ const char fs_html_script[] =
     "const box=document.querySelector('.compare');\n"
     "if(box){\n"
     " const under=box.querySelector('.under'),over=box.querySelector('.over'),right=box.querySelector('.r');\n"
-    " const views=[...document.querySelectorAll('button.view')],layers=[...document.querySelectorAll('button.layer')];\n"
+    " const "
+    "views=[...document.querySelectorAll('button.view')],layers=[...document.querySelectorAll('button.layer')];\n"
     " let view=views[0],layer='T';\n"
     " const key=()=>layer=='T'?(view.dataset.flash=='1'?'T_F':'T_N'):layer;\n"
     " const show=()=>{\n"

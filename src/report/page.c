@@ -17,7 +17,8 @@ static void write_head(FILE *f, const Page *page)
     char *whole = realpath(page->project->out, NULL);
     const char *name = fs_file_name(whole ? whole : page->project->out);
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-          "content=\"width=device-width\">\n<title>", f);
+          "content=\"width=device-width\">\n<title>",
+          f);
     fs_html_text(f, name);
     fprintf(f, " - flashsplat</title>\n<style>\n%s</style></head>\n<body><main>\n<h1>", fs_html_style);
     fs_html_text(f, name);
@@ -94,8 +95,10 @@ static void write_view_buttons(FILE *f, const Page *page)
     for (int i = 0; i < page->previews.n; i++) {
         const View *view = &page->dataset->view[page->previews.view[i]];
         if (!page->previews.has[i][PREVIEW_PHOTO]) continue;
-        fprintf(f, "<button class=\"view\" data-flash=\"%d\" data-base=\"report/%d_\"><img src=\"report/%d_photo.jpg\" "
-                "alt=\"\"><span>", view->flash, i + 1, i + 1);
+        fprintf(f,
+                "<button class=\"view\" data-flash=\"%d\" data-base=\"report/%d_\"><img src=\"report/%d_photo.jpg\" "
+                "alt=\"\"><span>",
+                view->flash, i + 1, i + 1);
         fs_html_text(f, view->name);
         fputs(view->flash ? " &#9889;</span></button>" : "</span></button>", f);
     }
@@ -106,10 +109,12 @@ static void write_comparison(FILE *f, const Page *page)
 {
     const PreviewSet *set = &page->previews;
     if (!any(set, PREVIEW_PHOTO) || !any(set, PREVIEW_T_N)) return;
-    fprintf(f, "<div class=\"compare\"><img class=\"under\" alt=\"separated layer\" width=\"%d\" height=\"%d\"><img "
-            "class=\"over\" alt=\"photo\"><div class=\"bar\"></div><span class=\"l\">Photo</span><span class=\"r\"></span>"
-            "<input type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" value=\"50\" aria-label=\"photo or layer\"></div>\n",
-            set->width, set->height);
+    fprintf(
+        f,
+        "<div class=\"compare\"><img class=\"under\" alt=\"separated layer\" width=\"%d\" height=\"%d\"><img "
+        "class=\"over\" alt=\"photo\"><div class=\"bar\"></div><span class=\"l\">Photo</span><span class=\"r\"></span>"
+        "<input type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" value=\"50\" aria-label=\"photo or layer\"></div>\n",
+        set->width, set->height);
     fputs("<div class=\"buttons\">", f);
     write_layer_button(f, "T", "Behind the glass");
     if (any(set, PREVIEW_R)) write_layer_button(f, "R", "Mirrored");
@@ -123,14 +128,18 @@ static void write_layers(FILE *f, const Page *page)
 {
     const PreviewSet *set = &page->previews;
     fputs("<h2>The layers</h2>\n<p>All pictures here share one exposure and one pleasant tone curve. The files in "
-          "<code>renders</code> hold the figures: linear<sup>0.22</sup> &#215; 255.</p>\n", f);
+          "<code>renders</code> hold the figures: linear<sup>0.22</sup> &#215; 255.</p>\n",
+          f);
     for (int i = 0; i < set->n; i++) {
         fprintf(f, "<div class=\"grid of-view\" data-base=\"report/%d_\">\n", i + 1);
         for (int p = 0; p < PREVIEWS; p++) {
             if (!set->has[i][p]) continue;
-            fprintf(f, "<figure><a href=\"report/%d_%s.jpg\"><img src=\"report/%d_%s.jpg\" alt=\"%s\" loading=\"lazy\"></a>"
-                    "<figcaption><b>%s</b><br>%s</figcaption></figure>\n", i + 1, fs_previews[p].key, i + 1,
-                    fs_previews[p].key, fs_previews[p].title, fs_previews[p].title, fs_previews[p].help);
+            fprintf(
+                f,
+                "<figure><a href=\"report/%d_%s.jpg\"><img src=\"report/%d_%s.jpg\" alt=\"%s\" loading=\"lazy\"></a>"
+                "<figcaption><b>%s</b><br>%s</figcaption></figure>\n",
+                i + 1, fs_previews[p].key, i + 1, fs_previews[p].key, fs_previews[p].title, fs_previews[p].title,
+                fs_previews[p].help);
         }
         fputs("</div>\n", f);
     }
@@ -157,8 +166,10 @@ static void write_films(FILE *f, const Page *page)
         if (!is_there(page, films[i].file)) continue;
         if (!started) fputs("<h2>Films</h2>\n<div class=\"grid wide\">\n", f);
         started = true;
-        fprintf(f, "<figure%s><video src=\"%s\" controls loop muted playsinline preload=\"metadata\"></video><figcaption>"
-                "<b>%s</b></figcaption></figure>\n", i == 0 ? " class=\"span\"" : "", films[i].file, films[i].title);
+        fprintf(f,
+                "<figure%s><video src=\"%s\" controls loop muted playsinline preload=\"metadata\"></video><figcaption>"
+                "<b>%s</b></figcaption></figure>\n",
+                i == 0 ? " class=\"span\"" : "", films[i].file, films[i].title);
     }
     if (started) fputs("</div>\n", f);
 }
@@ -183,22 +194,24 @@ static void write_figures(FILE *f, const Page *page)
     char *path = fs_file_path("%s/evaluate.json", page->project->out), *text = NULL;
     size_t size;
     json_t *root = path && fs_file_exists(path) && fs_file_read(path, MAX_FIGURES, &text, &size, NULL) == 0
-                       ? json_loadb(text, size, 0, NULL) : NULL;
+                       ? json_loadb(text, size, 0, NULL)
+                       : NULL;
     json_t *methods = json_object_get(root, "methods"), *method, *layer;
     const char *name, *key;
     if (json_object_size(methods)) {
         fputs("<h2>Against the truth</h2>\n<table><tr><th></th><th>Layer</th><th>PSNR, gain-fitted</th><th>SSIM, "
-              "gain-fitted</th><th>PSNR</th><th>SSIM</th></tr>\n", f);
-        json_object_foreach(methods, name, method)
-            json_object_foreach(json_object_get(method, "layers"), key, layer) {
-                fputs("<tr><td>", f);
-                fs_html_text(f, name);
-                fputs("</td><td>", f);
-                fs_html_text(f, key);
-                fputs("</td>", f);
-                write_figure_cells(f, layer);
-                fputs("</tr>\n", f);
-            }
+              "gain-fitted</th><th>PSNR</th><th>SSIM</th></tr>\n",
+              f);
+        json_object_foreach(methods, name, method) json_object_foreach(json_object_get(method, "layers"), key, layer)
+        {
+            fputs("<tr><td>", f);
+            fs_html_text(f, name);
+            fputs("</td><td>", f);
+            fs_html_text(f, key);
+            fputs("</td>", f);
+            write_figure_cells(f, layer);
+            fputs("</tr>\n", f);
+        }
         fputs("</table>\n", f);
     }
     json_decref(root);
@@ -210,12 +223,15 @@ static void write_capture(FILE *f, const Page *page)
 {
     fputs("<h2>Capture and training</h2>\n<div class=\"grid wide\"><figure>", f);
     fs_charts_cameras(f, page->dataset);
-    fputs("<figcaption><b>Where the photos were taken</b>, from above. Flash and no-flash photos should mingle.</figcaption>"
-          "</figure>\n", f);
+    fputs("<figcaption><b>Where the photos were taken</b>, from above. Flash and no-flash photos should "
+          "mingle.</figcaption>"
+          "</figure>\n",
+          f);
     if (page->curve.n > 1) {
         fputs("<figure>", f);
         fs_charts_curve(f, &page->curve);
-        fputs("<figcaption><b>Difference to the photos</b> (L1, tone-mapped) over the training</figcaption></figure>\n", f);
+        fputs("<figcaption><b>Difference to the photos</b> (L1, tone-mapped) over the training</figcaption></figure>\n",
+              f);
     }
     fputs("</div>\n", f);
 }
@@ -291,7 +307,8 @@ static json_t *read_marks(const Page *page)
     for (size_t i = 0; i < sizeof stages / sizeof *stages; i++) {
         char *path = fs_file_path("%s/done/%s.json", page->project->out, stages[i]), *text = NULL;
         size_t size;
-        json_t *mark = path && fs_file_read(path, MAX_MARK, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
+        json_t *mark =
+            path && fs_file_read(path, MAX_MARK, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
         json_object_update(all, json_object_get(mark, "settings"));
         json_decref(mark);
         free(text);
@@ -306,7 +323,8 @@ static void write_settings(FILE *f, const Page *page)
     const FsOption *options = fs_settings_options(&n);
     json_t *ran_with = read_marks(page);
     fputs("<h2>Settings</h2>\n<details><summary>All settings of these stages; those other than the default stand out"
-          "</summary><table>\n", f);
+          "</summary><table>\n",
+          f);
     for (size_t i = 0; i < n; i++) {
         char value[400];
         if (!(options[i].stages & FS_STAGE_ALL)) continue;

@@ -5,7 +5,15 @@
 #include "model/dataset.h"
 #include "model/project.h"
 
-typedef enum Preview { PREVIEW_PHOTO, PREVIEW_COMPOSITE, PREVIEW_T_N, PREVIEW_T_F, PREVIEW_R, PREVIEW_DEPTH, PREVIEWS } Preview;
+typedef enum Preview {
+    PREVIEW_PHOTO,
+    PREVIEW_COMPOSITE,
+    PREVIEW_T_N,
+    PREVIEW_T_F,
+    PREVIEW_R,
+    PREVIEW_DEPTH,
+    PREVIEWS
+} Preview;
 
 typedef struct PreviewInfo {
     const char *key;   // of the file: report/<n>_<key>.jpg
@@ -16,9 +24,9 @@ extern const PreviewInfo fs_previews[PREVIEWS];
 
 #define FS_PREVIEWS_VIEWS 6
 typedef struct PreviewSet {
-    int view[FS_PREVIEWS_VIEWS], n;         // indices in the dataset
-    bool has[FS_PREVIEWS_VIEWS][PREVIEWS];  // the picture was written
-    int width, height;                      // of the first picture
+    int view[FS_PREVIEWS_VIEWS], n;        // indices in the dataset
+    bool has[FS_PREVIEWS_VIEWS][PREVIEWS]; // the picture was written
+    int width, height;                     // of the first picture
 } PreviewSet;
 
 // Pictures whose sources are missing are left out; one that cannot be read is left out with a warning.

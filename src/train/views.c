@@ -74,8 +74,10 @@ int fs_views_load(Trainer *trainer, FsError *err)
         TRY(load_view(trainer, view, &trainer->views[trainer->n_views++], err));
     }
     if (trainer->n_views == 0)
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no photos to train on (all are held out, or of the other lighting); "
-                          "use a larger --test-every", path);
+        rc = fs_error_set(err, FS_ERR_INPUT,
+                          "%s: no photos to train on (all are held out, or of the other lighting); "
+                          "use a larger --test-every",
+                          path);
 fail:
     free(path);
     return rc;

@@ -63,8 +63,15 @@ static void make_views(const char *out)
     for (int i = 0; i < VIEWS; i++) {
         char name[20];
         snprintf(name, sizeof name, "IMG_%d", i + 1);
-        View view = {.name = name, .flash = i % 2, .camera = {WIDTH, HEIGHT, 50, 50, WIDTH / 2.0, HEIGHT / 2.0,
-                                                              {1, 0, 0, -0.05 * i, 0, 1, 0, 0.01 * (i % 3), 0, 0, 1, 0}}};
+        View view = {.name = name,
+                     .flash = i % 2,
+                     .camera = {WIDTH,
+                                HEIGHT,
+                                50,
+                                50,
+                                WIDTH / 2.0,
+                                HEIGHT / 2.0,
+                                {1, 0, 0, -0.05 * i, 0, 1, 0, 0.01 * (i % 3), 0, 0, 1, 0}}};
         assert_int_equal(fs_dataset_append(&data, &view, NULL), 0);
     }
     char *path = fs_file_path("%s/views.json", out);
@@ -336,9 +343,11 @@ static void wrong_requests_are_named(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(photos_are_rendered_in_the_agreed_encodings), TEST(a_second_run_is_skipped),
+        TEST(photos_are_rendered_in_the_agreed_encodings),
+        TEST(a_second_run_is_skipped),
         TEST(renders_of_an_earlier_training_go),
-        TEST(any_camera_model_is_rendered_at_the_working_size), TEST(a_spiral_makes_frames_and_films),
+        TEST(any_camera_model_is_rendered_at_the_working_size),
+        TEST(a_spiral_makes_frames_and_films),
         TEST(wrong_requests_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

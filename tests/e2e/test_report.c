@@ -14,14 +14,16 @@
 #define HEIGHT 20
 static const char *const names[] = {"a<b>&\"c", "plain", "with space", "z'%"};
 
-static void put_image(const char *out, const char *folder, const char *name, const char *suffix, int channels, float value)
+static void put_image(const char *out, const char *folder, const char *name, const char *suffix, int channels,
+                      float value)
 {
     Image image;
     char *dir = fs_file_path("%s/%s", out, folder), *path = fs_file_path("%s/%s/%s%s", out, folder, name, suffix);
     assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
     assert_int_equal(fs_image_new(&image, WIDTH, HEIGHT, channels, NULL), 0);
     for (int i = 0; i < WIDTH * HEIGHT * channels; i++) image.px[i] = value;
-    assert_int_equal(strcmp(suffix, ".tif") ? fs_png_write(path, &image, 8, NULL) : fs_tiff_write_float(path, &image, NULL), 0);
+    assert_int_equal(
+        strcmp(suffix, ".tif") ? fs_png_write(path, &image, 8, NULL) : fs_tiff_write_float(path, &image, NULL), 0);
     fs_image_free(&image);
     free(dir);
     free(path);
@@ -38,7 +40,8 @@ static void put_views(const char *out)
 {
     Dataset data = {0};
     for (int i = 0; i < 4; i++) {
-        View view = {.name = (char *)names[i], .flash = i % 2,
+        View view = {.name = (char *)names[i],
+                     .flash = i % 2,
                      .camera = {WIDTH, HEIGHT, 30, 30, 15, 10, {1, 0, 0, -0.1 * i, 0, 1, 0, 0, 0, 0, 1, 0}}};
         assert_int_equal(fs_dataset_append(&data, &view, NULL), 0);
     }
@@ -114,8 +117,9 @@ static void the_page_shows_what_is_there(void **state)
     assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
     free(dir);
     put_text(out, "warnings/ingest.txt", "ingest: <b>IMG</b> & co\n");
-    put_text(out, "log.jsonl", "{\"step\": 100, \"seconds\": 2, \"l1\": 0.3}\nnonsense\n{\"step\": 200, \"l1\": nan}\n"
-                               "{\"step\": 300, \"seconds\": 6.5, \"l1\": 0.1}\n");
+    put_text(out, "log.jsonl",
+             "{\"step\": 100, \"seconds\": 2, \"l1\": 0.3}\nnonsense\n{\"step\": 200, \"l1\": nan}\n"
+             "{\"step\": 300, \"seconds\": 6.5, \"l1\": 0.1}\n");
     put_text(out, "evaluate.json", "{\"methods\": {\"flashsplat\": {\"layers\": {\"T_N\": {\"psnr_gain\": 31.25}}}}}");
     dir = fs_file_path("%s/done", out);
     assert_int_equal(fs_file_mkdirs(dir, NULL), 0);

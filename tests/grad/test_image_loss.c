@@ -145,7 +145,8 @@ static double all_terms(World *w, bool gradient)
 
 typedef double Term(World *w, bool gradient);
 
-// A quarter of the values of plane i, more of them at the borders, against central differences: 1e-5 of the gradient's size there.
+// A quarter of the values of plane i, more of them at the borders, against central differences: 1e-5 of the gradient's
+// size there.
 static void check_plane(World *w, Term *term, int i, const char *name)
 {
     Planes *p = &w->value[i];

@@ -21,9 +21,17 @@ typedef struct Scene {
     float means[3 * N], scales[3 * N], quats[4 * N], opacities[N], colors[3 * N];
 } Scene;
 
-static const ProjectCamera camera = {.rotation = {0.96f, 0.02f, -0.28f, 0, 1, 0.05f, 0.28f, -0.05f, 0.96f}, .translation = {0.1f, -0.05f, 0.2f},
-                                     .fx = 20, .fy = 22, .cx = 8.2f, .cy = 7.6f, .near = 0.1f, .width = 16, .height = 16,
-                                     .limit_x = 1.0f, .limit_y = 1.0f};
+static const ProjectCamera camera = {.rotation = {0.96f, 0.02f, -0.28f, 0, 1, 0.05f, 0.28f, -0.05f, 0.96f},
+                                     .translation = {0.1f, -0.05f, 0.2f},
+                                     .fx = 20,
+                                     .fy = 22,
+                                     .cx = 8.2f,
+                                     .cy = 7.6f,
+                                     .near = 0.1f,
+                                     .width = 16,
+                                     .height = 16,
+                                     .limit_x = 1.0f,
+                                     .limit_y = 1.0f};
 static float weight[5 * FS_TILE_PIXELS]; // of three colours, depth, transmittance
 
 static ProjectParams params_of(Scene *s)
@@ -43,7 +51,8 @@ static double evaluate(Scene *s, Scene *gradient)
         splats[i].feature[3] = splats[i].depth;
         entries[i] = (TileEntry){(uint32_t)i, 0xffffffffu, (uint32_t)i}; // any order is a valid order
     }
-    RasterTile tile = {.n = N, .entry = entries, .splats = splats, .features = 4, .t_min = T_CUT, .transmittance_min = 0};
+    RasterTile tile = {
+        .n = N, .entry = entries, .splats = splats, .features = 4, .t_min = T_CUT, .transmittance_min = 0};
     raster_double.forward(&tile, feature, transmittance);
     double sum = 0;
     for (int i = 0; i < 4 * FS_TILE_PIXELS; i++) sum += (double)weight[i] * (double)feature[i];
@@ -87,8 +96,8 @@ int main(int argc, char **argv)
             double down = evaluate(&s, NULL), x_down = *x;
             *x = keep;
             double numeric = (up - down) / (x_up - x_down), analytic = (double)((float *)&gradient)[i];
-            CHECK(fabs(numeric - analytic) < 2e-3 * fabs(numeric) + 2e-2, "trial %d, parameter %d: %g by differences, %g by backward",
-                  trial, i, numeric, analytic);
+            CHECK(fabs(numeric - analytic) < 2e-3 * fabs(numeric) + 2e-2,
+                  "trial %d, parameter %d: %g by differences, %g by backward", trial, i, numeric, analytic);
         }
     }
     return check_end();

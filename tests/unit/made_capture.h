@@ -64,7 +64,12 @@ static inline int made_capture(Frames *frames, MadeTexture *T, MadeTexture *R, F
     for (int i = 0; i < MADE_PHOTOS; i++) {
         Frame *f = &frames->frame[i];
         f->flash = (i + i / 5) % 2;
-        f->camera = (Camera){MADE_WIDTH, MADE_HEIGHT, 150, 150, MADE_WIDTH / 2.0, MADE_HEIGHT / 2.0,
+        f->camera = (Camera){MADE_WIDTH,
+                             MADE_HEIGHT,
+                             150,
+                             150,
+                             MADE_WIDTH / 2.0,
+                             MADE_HEIGHT / 2.0,
                              {1, 0, 0, -0.12 * (i % 5) + 0.24, 0, 1, 0, -0.12 * (double)(i / 5) + 0.18, 0, 0, 1, 0}};
         int rc = fs_image_new(&f->photo, MADE_WIDTH, MADE_HEIGHT, 3, err);
         if (rc < 0) return rc;

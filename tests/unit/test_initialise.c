@@ -255,11 +255,14 @@ static void test_paint(void **state)
     for (int i = 0; i < 3 * COUNT; i++) {
         const float *t = T.xyz + i / 3 * 3, *r = R.xyz + i / 3 * 3;
         assert_true(T_N[i] >= 0 && T_F[i] >= 0 && R_color[i] >= 0);
-        error_T += fabs((double)(T_N[i] - made_texture_at(&texture_T, i % 3, (double)t[0], (double)t[1]))) / (3 * COUNT);
-        error_R += fabs((double)(R_color[i] - made_texture_at(&texture_R, i % 3, (double)r[0], (double)r[1]))) / (3 * COUNT);
+        error_T +=
+            fabs((double)(T_N[i] - made_texture_at(&texture_T, i % 3, (double)t[0], (double)t[1]))) / (3 * COUNT);
+        error_R +=
+            fabs((double)(R_color[i] - made_texture_at(&texture_R, i % 3, (double)r[0], (double)r[1]))) / (3 * COUNT);
         ratio += (double)(T_F[i] / T_N[i]) / (3 * COUNT);
     }
-    assert_true(error_T < 0.03 && error_R < 0.03); // of 0.2; half of the photo's light would be 0.05 off by the texture alone
+    assert_true(error_T < 0.03 &&
+                error_R < 0.03); // of 0.2; half of the photo's light would be 0.05 off by the texture alone
     assert_true(fabs(ratio - (double)(1 + MADE_ALPHA)) < 0.3);
     fs_seeds_free(&T);
     fs_seeds_free(&R);
@@ -268,11 +271,9 @@ static void test_paint(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_slope),    cmocka_unit_test(test_cue),
-        cmocka_unit_test(test_classify), cmocka_unit_test(test_light),
-        cmocka_unit_test(test_dense),    cmocka_unit_test(test_dense_without_points),
-        cmocka_unit_test(test_fill),     cmocka_unit_test(test_seeds),
-        cmocka_unit_test(test_paint),
+        cmocka_unit_test(test_slope), cmocka_unit_test(test_cue),   cmocka_unit_test(test_classify),
+        cmocka_unit_test(test_light), cmocka_unit_test(test_dense), cmocka_unit_test(test_dense_without_points),
+        cmocka_unit_test(test_fill),  cmocka_unit_test(test_seeds), cmocka_unit_test(test_paint),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -132,7 +132,8 @@ static void test_run(void **state)
 {
     const char *out = *state;
     char *start = fs_file_path("%s/start", out), *R = fs_file_path("%s/start/R.ply", out);
-    char *T = fs_file_path("%s/start/T_N.ply", out), *points = fs_file_path("%s/start/reflected.ply", out), *first, *second;
+    char *T = fs_file_path("%s/start/T_N.ply", out), *points = fs_file_path("%s/start/reflected.ply", out), *first,
+         *second;
     size_t first_size, second_size;
     Frames frames;
     MadeTexture texture_T, texture_R;
@@ -185,9 +186,8 @@ static void test_weak_flash(void **state)
     assert_int_equal(made_capture(&frames, &texture_T, &texture_R, NULL), 0);
     for (int i = 0; i < frames.n; i++) // all photos alike: the flash does nothing
         for (int p = 0; p < MADE_WIDTH * MADE_HEIGHT * 3 && frames.frame[i].flash; p++)
-            frames.frame[i].photo.px[p] =
-                made_photo_at(&frames.frame[i].camera, &texture_T, &texture_R, false, p % 3, p / 3 % MADE_WIDTH + 0.5,
-                              (double)(p / 3 / MADE_WIDTH) + 0.5);
+            frames.frame[i].photo.px[p] = made_photo_at(&frames.frame[i].camera, &texture_T, &texture_R, false, p % 3,
+                                                        p / 3 % MADE_WIDTH + 0.5, (double)(p / 3 / MADE_WIDTH) + 0.5);
     write_photos(out, &frames);
     write_points(out, &frames, POINTS);
     assert_int_equal(run(out, "2", "shared", NULL), 0);

@@ -83,7 +83,7 @@ static void every_character_has_a_glyph_of_its_own(void **state)
     for (int c = 0; c < 95; c++) fs_image_free(&picture[c]);
     assert_int_equal(fs_font_width("abc", 2), 36);
     assert_int_equal(fs_font_width("\xc3\xa9\xff", 1), 12); // e acute is one character, a stray byte another
-    Image small = filled(3, 3, 3, 0); // drawing over the edges stays inside
+    Image small = filled(3, 3, 3, 0);                       // drawing over the edges stays inside
     fs_font_draw(&small, -4, -5, 100, 3, white, "W\xf0\x9f");
     fs_font_draw(&small, 2, 2, 100, 5, white, "##");
     fs_image_free(&small);

@@ -175,7 +175,8 @@ static void check_raw(void **state, const View *view)
             int c = (y & 1) + (x & 1);
             assert_int_equal(libraw_COLOR(raw, y, x) == 3 ? 1 : libraw_COLOR(raw, y, x), c);
             const float *t_px = &t.px[(y * 72 + x) * 3], *r_px = &r.px[(y * 72 + x) * 3];
-            if (fmaxf(t_px[c], r_px[c]) > 0.99f) continue; // a lamp: the truth's 8 bits end at 1, the sensor's red does not
+            if (fmaxf(t_px[c], r_px[c]) > 0.99f)
+                continue; // a lamp: the truth's 8 bits end at 1, the sensor's red does not
             double value = raw->rawdata.raw_image[y * (int)raw->sizes.raw_pitch / 2 + x];
             seen[c] += (value - SENSOR_BLACK) / (SENSOR_WHITE - SENSOR_BLACK);
             expected[c] += fmin(neutral[c] * (double)(t_px[c] + r_px[c]), 1);

@@ -91,7 +91,8 @@ static int make_video(const char *path, int frames, FsError *err)
 
 static void a_video_plays(void **state)
 {
-    char *path = fs_file_path("%s/v.mp4", (const char *)*state), *again = fs_file_path("%s/w.mp4", (const char *)*state);
+    char *path = fs_file_path("%s/v.mp4", (const char *)*state),
+         *again = fs_file_path("%s/w.mp4", (const char *)*state);
     assert_int_equal(make_video(path, 37, NULL), 0);
     Seen seen = watch(path);
     assert_int_equal(seen.frames, 37);
