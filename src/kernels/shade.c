@@ -19,4 +19,4 @@ FN float get(const real *v, int lane) { return v[lane]; }
 
 #include "kernels/shade_body.h"
 
-const ShadeKernels fs_shade_scalar = {forward, backward};
+const ShadeKernels fs_shade_scalar = {forward, backward, enter, leave};

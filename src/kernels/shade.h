@@ -24,6 +24,16 @@ typedef struct ShadeKernels {
     // The falloff's gradient on means is left out: where a surface is, is for its picture to say.
     void (*backward)(const ShadeLight *light, const float *means, const float *colors, const float *gains, int begin,
                      int end, const float *d_out, float *d_colors, float *d_gains, double d_tint[3]);
+    // The optimiser's view of a Gaussian: its colour under the flash and its gain. In deep shade T_N is a small part of
+    // what the photos show while T_F is a large one, so (T_N, gain) is a bad pair to step: the flash photos' gradients
+    // drown what the others say about T_N. With T_F known, the gain alone is T_N, and only no-flash photos move it.
+    //
+    // enter: colors T_N -> T_F, d_colors and d_gains from those of (T_N, gain) to those of (T_F, gain), in place;
+    // leave: colors T_F -> T_N, by the gains as they are now. Rows whose `visible` is 0 stay.
+    void (*enter)(const ShadeLight *light, const float *means, const float *gains, const unsigned char *visible,
+                  int begin, int end, float *colors, float *d_colors, float *d_gains);
+    void (*leave)(const ShadeLight *light, const float *means, const float *gains, const unsigned char *visible,
+                  int begin, int end, float *colors);
 } ShadeKernels;
 
 extern const ShadeKernels fs_shade_scalar, fs_shade_avx2, fs_shade_avx512, fs_shade_neon;

@@ -54,3 +54,33 @@ static void backward(const ShadeLight *light, const float *means, const float *c
         }
     }
 }
+
+static void enter(const ShadeLight *light, const float *means, const float *gains, const unsigned char *visible,
+                  int begin, int end, float *colors, float *d_colors, float *d_gains)
+{
+    for (int i = begin; i < end; i += LANES) {
+        int n = end - i < LANES ? end - i : LANES;
+        real alpha[3], grow[3];
+        shade_lanes(light, means, gains, i, n, alpha, grow);
+        for (int l = 0; l < n; l++)
+            for (int k = 0; k < 3 && visible[i + l]; k++) {
+                size_t j = 3 * (size_t)(i + l) + (size_t)k;
+                float a = get(&alpha[k], l), g = get(&grow[k], l);
+                d_gains[i + l] -= d_colors[j] * colors[j] * 0.22f * a / (1 + a);
+                d_colors[j] /= g;
+                colors[j] *= g;
+            }
+    }
+}
+
+static void leave(const ShadeLight *light, const float *means, const float *gains, const unsigned char *visible,
+                  int begin, int end, float *colors)
+{
+    for (int i = begin; i < end; i += LANES) {
+        int n = end - i < LANES ? end - i : LANES;
+        real alpha[3], grow[3];
+        shade_lanes(light, means, gains, i, n, alpha, grow);
+        for (int l = 0; l < n; l++)
+            for (int k = 0; k < 3 && visible[i + l]; k++) colors[3 * (size_t)(i + l) + (size_t)k] /= get(&grow[k], l);
+    }
+}

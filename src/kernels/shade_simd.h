@@ -20,4 +20,4 @@ FN float get(const real *v, int lane) { return ((const float *)v)[lane]; }
 
 #include "kernels/shade_body.h"
 
-const ShadeKernels FS_SIMD_SUFFIX(fs_shade) = {forward, backward};
+const ShadeKernels FS_SIMD_SUFFIX(fs_shade) = {forward, backward, enter, leave};

@@ -7,6 +7,8 @@
 #include "train/trainer.h"
 
 #define CHUNK 2048
+#define GAIN_MIN -3.0f
+#define GAIN_MAX 5.0f // in deep shade the flash gives a hundred times the light that was there
 
 static const struct {
     double rate; // per step; means: times the scene's extent, falling to a hundredth
@@ -54,7 +56,24 @@ typedef struct Update {
     Trainer *trainer;
     int first[LAYERS + 1]; // first job of each layer
     double means_rate;
+    bool lit;         // the transmitted cloud is stepped as (T_F, gain)
+    ShadeLight light; // of a flash amid the cameras
 } Update;
+
+static ShadeLight middle_light(const Trainer *t)
+{
+    ShadeLight light = {.flash_distance = (float)t->scene.flash_distance};
+    double sum[3] = {0}, centre[3];
+    for (int i = 0; i < t->n_views; i++) {
+        fs_camera_centre(&t->views[i].view->camera, centre);
+        for (int k = 0; k < 3; k++) sum[k] += centre[k];
+    }
+    for (int k = 0; k < 3; k++) {
+        light.centre[k] = (float)(sum[k] / t->n_views);
+        light.tint[k] = (float)t->scene.gain_color[k];
+    }
+    return light;
+}
 
 // Weight of mean opacity and mean scale (3DGS-MCMC, Kheradmand et al. 2024, eq. 8), added to the gradients.
 static void regularise(const Trainer *t, const Cloud *cloud, RasterTask *task, int begin, int end)
@@ -110,6 +129,12 @@ static void update_job(void *context, int job, int worker)
     RasterTask *task = &t->engine->task[l];
     int begin = (job - u->first[l]) * CHUNK, end = begin + CHUNK < cloud->n ? begin + CHUNK : cloud->n;
     regularise(t, cloud, task, begin, end);
+    const ShadeKernels *shade = u->lit && l == LAYER_T_N ? t->engine->kernels.shade : NULL;
+    const float *means = cloud->field[CLOUD_MEANS];
+    float *colors = cloud->field[CLOUD_COLORS], *gains = cloud->field[CLOUD_GAINS];
+    if (shade)
+        shade->enter(&u->light, means, gains, task->seen, begin, end, colors, task->d_field[CLOUD_COLORS],
+                     task->d_field[CLOUD_GAINS]);
     for (int f = 0; f < CLOUD_FIELDS; f++) {
         size_t w = (size_t)cloud->width[f], at = w * (size_t)begin;
         if (!w || (f == CLOUD_GAINS && t->scene.separation != SEPARATION_FULL)) continue;
@@ -119,15 +144,19 @@ static void update_job(void *context, int job, int worker)
                                              state->v.field[f] + at, (size_t)(end - begin), (int)w, task->seen + begin,
                                              fs_adam_rate(rate, t->step));
     }
-    if (l != LAYER_BETA)
-        clamp_field(cloud->field[CLOUD_COLORS] + 3 * begin, 3 * (size_t)(end - begin), (float)t->set->darkest, 4);
-    if (cloud->width[CLOUD_GAINS]) clamp_field(cloud->field[CLOUD_GAINS] + begin, (size_t)(end - begin), -3.0f, 3.0f);
+    if (gains) clamp_field(gains + begin, (size_t)(end - begin), GAIN_MIN, GAIN_MAX);
+    if (shade) shade->leave(&u->light, means, gains, task->seen, begin, end, colors);
+    if (l != LAYER_BETA) clamp_field(colors + 3 * begin, 3 * (size_t)(end - begin), (float)t->set->darkest, 4);
     if (strcmp(t->set->densify, "relocate") == 0) explore(t, cloud, l, begin, end, u->means_rate);
 }
 
 void fs_optimise_step(Trainer *trainer)
 {
     Update u = {.trainer = trainer, .means_rate = fs_optimise_means_rate(trainer)};
+    if (fs_scene_lit(&trainer->scene) && trainer->scene.separation == SEPARATION_FULL) {
+        u.lit = true;
+        u.light = middle_light(trainer);
+    }
     int jobs = 0;
     bool flash = trainer->last_flash;
     for (int l = 0; l < LAYERS; l++) {

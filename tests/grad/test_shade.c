@@ -65,8 +65,71 @@ static void test_shade(void **state)
     assert_true(out[0] == before);
 }
 
+static double lit[N * 3];
+
+static double loss_of_lit(void) // by T_F under the light and the gain
+{
+    static const unsigned char all[N] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+    double sum = 0;
+    memcpy(out, lit, sizeof out);
+    fs_shade_scalar.leave(&light, means, gains, all, 0, N, out);
+    for (int i = 0; i < N * 3; i++) sum += want[i] * out[i] + want[(i + 1) % (N * 3)] * out[i] * gains[i / 3];
+    return sum;
+}
+
+static void gradients_of_T_N(void)
+{
+    memset(d_gains, 0, sizeof d_gains);
+    for (int i = 0; i < N * 3; i++) {
+        d_colors[i] = want[i] + want[(i + 1) % (N * 3)] * gains[i / 3];
+        d_gains[i / 3] += want[(i + 1) % (N * 3)] * colors[i];
+    }
+}
+
+// A loss of (T_N, gain): its gradients as those of (T_F, gain); one Gaussian is not visible and stays.
+static void test_lit_parameters(void **state)
+{
+    (void)state;
+    Rng rng = fs_rng_new(32);
+    unsigned char visible[N];
+    light.even = false;
+    for (int i = 0; i < N; i++) gains[i] = fs_rng_normal(&rng), visible[i] = 1;
+    for (int i = 0; i < N * 3; i++) {
+        colors[i] = 0.1 + fs_rng_uniform(&rng);
+        want[i] = fs_rng_normal(&rng);
+    }
+    gradients_of_T_N();
+    memcpy(lit, colors, sizeof lit);
+    visible[4] = 0;
+    double d_color = d_colors[12], d_gain = d_gains[4];
+    fs_shade_scalar.enter(&light, means, gains, visible, 0, N, lit, d_colors, d_gains);
+    assert_true(lit[12] == colors[12] && d_colors[12] == d_color && d_gains[4] == d_gain);
+    assert_true(lit[15] > colors[15]);
+    visible[4] = 1;
+    gradients_of_T_N();
+    memcpy(lit, colors, sizeof lit);
+    fs_shade_scalar.enter(&light, means, gains, visible, 0, N, lit, d_colors, d_gains);
+    double *as_flash = out, largest = 0;
+    fs_shade_scalar.forward(&light, means, colors, gains, 0, N, as_flash);
+    for (int i = 0; i < N * 3; i++) largest = fmax(largest, fabs(as_flash[i] - lit[i]));
+    assert_true(largest < 1e-12);
+    for (int set = 0; set < 2; set++) {
+        double *value = set ? gains : lit, *gradient = set ? d_gains : d_colors;
+        for (int i = 0; i < (set ? N : N * 3); i++) {
+            const double step = 1e-5;
+            double at = value[i];
+            value[i] = at + step;
+            double up = loss_of_lit();
+            value[i] = at - step;
+            double down = loss_of_lit();
+            value[i] = at;
+            assert_true(fabs((up - down) / (2 * step) - gradient[i]) <= 1e-6 * fabs(gradient[i]) + 1e-8);
+        }
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_shade)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_shade), cmocka_unit_test(test_lit_parameters)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,8 @@ typedef struct Case {
     float means[N * 3], colors[N * 3], gains[N], out[N * 3], d_out[N * 3], d_colors[N * 3], d_gains[N];
     double d_tint[3];
     ShadeLight light;
+    float lit[N * 3], d_lit[N * 3], d_lit_gains[N], back[N * 3];
+    unsigned char visible[N];
     const ShadeKernels *k;
 } Case;
 
@@ -18,7 +20,10 @@ static void make(Case *c)
         c->colors[i] = fs_rng_uniform(&rng);
         c->d_out[i] = fs_rng_normal(&rng);
     }
-    for (int i = 0; i < N; i++) c->gains[i] = fs_rng_normal(&rng);
+    for (int i = 0; i < N; i++) {
+        c->gains[i] = fs_rng_normal(&rng);
+        c->visible[i] = i % 7 != 3;
+    }
     memcpy(c->means + 30, c->light.centre, sizeof c->light.centre); // at the flash itself
 }
 static void run_forward(void *context)
@@ -30,6 +35,16 @@ static void run_backward(void *context)
 {
     Case *c = context;
     c->k->backward(&c->light, c->means, c->colors, c->gains, 0, N, c->d_out, c->d_colors, c->d_gains, c->d_tint);
+}
+static void run_lit(void *context)
+{
+    Case *c = context;
+    memcpy(c->lit, c->colors, sizeof c->lit);
+    memcpy(c->d_lit, c->d_out, sizeof c->d_lit);
+    memcpy(c->d_lit_gains, c->gains, sizeof c->d_lit_gains);
+    c->k->enter(&c->light, c->means, c->gains, c->visible, 0, N, c->lit, c->d_lit, c->d_lit_gains);
+    memcpy(c->back, c->lit, sizeof c->back);
+    c->k->leave(&c->light, c->means, c->gains, c->visible, 0, N, c->back);
 }
 static double difference(const float *a, const float *b, int n)
 {
@@ -49,6 +64,9 @@ int main(int argc, char **argv)
     ref.k = &fs_shade_scalar;
     run_forward(&ref);
     run_backward(&ref);
+    run_lit(&ref);
+    CHECK(difference(ref.colors, ref.back, N * 3) < 1e-5, "enter and leave: %g",
+          difference(ref.colors, ref.back, N * 3));
     for (int i = 0; i < N * 3; i++) { // by the formula, in double
         double d2 = 0, x = ref.light.flash_distance;
         for (int k = 0; k < 3; k++) d2 += pow((double)ref.means[i / 3 * 3 + k] - ref.light.centre[k], 2);
@@ -65,6 +83,11 @@ int main(int argc, char **argv)
         run_forward(&c);
         run_backward(&c);
         CHECK(difference(ref.out, c.out, N * 3) < 1e-5, "%s out: %g", name, difference(ref.out, c.out, N * 3));
+        run_lit(&c);
+        double lit = difference(ref.lit, c.lit, N * 3), d_lit = difference(ref.d_lit, c.d_lit, N * 3),
+               d_lit_gains = difference(ref.d_lit_gains, c.d_lit_gains, N), back = difference(ref.back, c.back, N * 3);
+        CHECK(lit < 1e-5 && d_lit < 1e-5 && d_lit_gains < 1e-5 && back < 1e-5, "%s lit: %g %g %g %g", name, lit, d_lit,
+              d_lit_gains, back);
         double e = difference(ref.d_colors, c.d_colors, N * 3), f = difference(ref.d_gains, c.d_gains, N);
         CHECK(e < 1e-5 && f < 1e-5, "%s gradients: %g %g", name, e, f);
         for (int k = 0; k < 3; k++)
