@@ -134,7 +134,7 @@ static const FsOption table[] = {
           "the mirrored layer's share of a no-flash photo's light"),
     STRING("hard", synth_hard, SYNTH, "", "LIST",
            "difficulties, comma-separated: weak-flash, strong-reflection, few-photos, low-texture, depth-overlap, "
-           "frame, flash-return, bright-near-room, pose-noise"),
+           "frame, flash-return, bright-near-room, dark, wide-path, pose-noise"),
 };
 #define N_OPTIONS (sizeof table / sizeof *table)
 

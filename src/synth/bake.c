@@ -56,7 +56,7 @@ static Vec lit_by_others(const Bake *bake, const LightPoint *p)
         else
             sum = vec_add(sum, world->fill);
     }
-    return vec_scale(sum, 1.0f / BOUNCE_RAYS);
+    return vec_scale(sum, world->bounce / BOUNCE_RAYS);
 }
 
 static void bake_job(void *context, int job, int worker)

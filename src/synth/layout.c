@@ -3,9 +3,32 @@
 
 static void world_begin(World *world, uint64_t seed, const Spec *spec, float px_per_cm, float light_step)
 {
-    *world = (World){.rng = fs_rng_new(seed), .texture_keep = 1.0f, .light_step = light_step};
+    *world = (World){.rng = fs_rng_new(seed), .texture_keep = 1.0f, .bounce = 1.0f, .light_step = light_step};
     float detail = (float)(spec->width > spec->height ? spec->width : spec->height) / 600.0f;
     world->px_per_cm = fminf(fmaxf(px_per_cm * detail, 1.0f), 20.0f);
+}
+
+// Some materials are dark (cloth, rubber, ink), so that there are surfaces whose only light is the flash's or hardly
+// any.
+static void darken(World *world, float share, uint64_t seed)
+{
+    Rng rng = fs_rng_new(seed);
+    for (int i = 0; i < world->n_surfaces; i++) {
+        Surface *s = &world->surface[i];
+        bool chosen = fs_rng_uniform(&rng) < share;
+        float albedo = 0.05f + 0.25f * fs_rng_uniform(&rng);
+        if (chosen && s->glow <= 0) s->tint = vec_scale(s->tint, albedo);
+    }
+}
+
+// Less light from everywhere and from the side of the pane: what a shelf's boards keep the lamps from lies in deep
+// shade.
+static void shade(World *world, float amount)
+{
+    float keep = 1 - 0.95f * amount;
+    world->fill = vec_scale(world->fill, keep);
+    world->bounce = 1 - 0.8f * amount;
+    for (int i = 1; i < world->n_lights; i++) world->light[i].radiance = vec_scale(world->light[i].radiance, keep);
 }
 
 int fs_layout_build(Layout *layout, const Spec *spec, FsError *err)
@@ -18,6 +41,9 @@ int fs_layout_build(Layout *layout, const Spec *spec, FsError *err)
     fs_behind_build(layout, spec, which);
     if (spec->frame) fs_behind_frame(layout);
     fs_room_build(layout, spec, which == LAYOUT_CASE ? ROOMS : room);
+    darken(&layout->behind, spec->black, 3 * (uint64_t)spec->seed + 1);
+    darken(&layout->room, spec->black, 3 * (uint64_t)spec->seed + 2);
+    shade(&layout->behind, spec->shade);
     TRY(fs_world_finish(&layout->behind, err));
     TRY(fs_world_finish(&layout->room, err));
     return 0;

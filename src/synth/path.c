@@ -32,6 +32,7 @@ static Camera look(Vec eye, Vec at, float roll, const Spec *spec)
 static Camera take(const Layout *l, const Spec *spec, double a, double b, Rng *rng)
 {
     Vec ahead = vec_unit(vec_sub(l->look_at, l->stand)), right = vec_unit(vec_cross(ahead, vec(0, 0, 1)));
+    float width = spec->path_scale * l->span_x, height = spec->path_scale * l->span_y;
     Vec up = vec_cross(right, ahead), jitter[2], eye = l->stand, at = l->look_at;
     for (int i = 0; i < 2; i++) {
         float s = i ? 0.035f : 0.022f;
@@ -41,10 +42,9 @@ static Camera take(const Layout *l, const Spec *spec, double a, double b, Rng *r
     }
     // Sideways steps follow the pane, so that the flash's own mirror image stays out of view.
     Vec along = vec_unit(vec_mad(right, l->pane_normal, -vec_dot(right, l->pane_normal)));
-    eye = vec_mad(vec_mad(eye, along, (float)a * l->span_x), up, (float)b * l->span_y);
+    eye = vec_mad(vec_mad(eye, along, (float)a * width), up, (float)b * height);
     eye = vec_add(eye, jitter[0]);
-    float follow = 0.35f; // the aim moves a little with the camera
-    at = vec_mad(vec_mad(at, along, follow * (float)a * l->span_x), up, follow * (float)b * l->span_y);
+    at = vec_mad(vec_mad(at, along, spec->follow * (float)a * width), up, spec->follow * (float)b * height);
     at = vec_add(at, jitter[1]);
     return look(eye, at, (float)uniform(rng, -0.02, 0.02), spec);
 }

@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/rng.h"
+
 static void weak_flash(Spec *s)
 {
     s->alpha = 0.3f;
@@ -50,6 +52,18 @@ static void bright_near_room(Spec *s)
     s->texture_keep = 0.35f;
 }
 
+static void dark(Spec *s)
+{
+    s->shade = 1.0f;
+    s->black = 0.5f;
+}
+
+static void wide_path(Spec *s)
+{
+    s->path_scale = 1.5f;
+    s->follow = 1.0f; // the outer parts of the scene are seen by few photos
+}
+
 static void pose_noise(Spec *s)
 {
     s->pose_noise = true;
@@ -59,9 +73,17 @@ static const struct {
     const char *word;
     void (*apply)(Spec *spec);
 } difficulties[] = {
-    {"weak-flash", weak_flash},     {"strong-reflection", strong_reflection}, {"few-photos", few_photos},
-    {"low-texture", low_texture},   {"depth-overlap", depth_overlap},         {"frame", frame},
-    {"flash-return", flash_return}, {"bright-near-room", bright_near_room},   {"pose-noise", pose_noise},
+    {"weak-flash", weak_flash},
+    {"strong-reflection", strong_reflection},
+    {"few-photos", few_photos},
+    {"low-texture", low_texture},
+    {"depth-overlap", depth_overlap},
+    {"frame", frame},
+    {"flash-return", flash_return},
+    {"bright-near-room", bright_near_room},
+    {"dark", dark},
+    {"wide-path", wide_path},
+    {"pose-noise", pose_noise},
 };
 #define N_DIFFICULTIES (sizeof difficulties / sizeof *difficulties)
 
@@ -79,6 +101,13 @@ static int apply_word(Spec *spec, const char *word, size_t length, FsError *err)
                         (int)(length < 60 ? length : 60), word, known);
 }
 
+// 0..1 from the seed, for what differs from scene to scene.
+static float from_seed(unsigned seed, unsigned salt)
+{
+    Rng rng = fs_rng_new(seed * 7919ull + salt);
+    return fs_rng_uniform(&rng);
+}
+
 int fs_spec_read(Spec *spec, const FsSettings *settings, FsError *err)
 {
     *spec = (Spec){.seed = (unsigned)settings->seed,
@@ -91,7 +120,11 @@ int fs_spec_read(Spec *spec, const FsSettings *settings, FsError *err)
                    .flash_return = 0.03f,
                    .texture_keep = 1.0f,
                    .depth_stretch = 1.0f,
-                   .room_size = 1.0f};
+                   .room_size = 1.0f,
+                   .shade = from_seed((unsigned)settings->seed, 1),
+                   .black = 0.05f + 0.2f * from_seed((unsigned)settings->seed, 2),
+                   .path_scale = 1.0f,
+                   .follow = 0.35f};
     spec->f0 = fminf(fmaxf(0.5f * spec->reflection, 0.04f), 0.4f);
     if (settings->synth_width * (int64_t)settings->synth_height > 64 << 20)
         return fs_error_set(err, FS_ERR_USAGE, "--width, --height: %dx%d is more than 64 megapixels; choose less",

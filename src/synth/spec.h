@@ -15,6 +15,10 @@ typedef struct Spec {
     float texture_keep;  // 0..1: share of the rich textures behind the pane
     float depth_stretch; // scales the depth of the transmitted scene
     float room_size;     // scales the mirrored room
+    float shade;         // 0..1: how much of the light that fills shadows is missing behind the pane
+    float black;         // share of the materials that are dark, in both scenes
+    float path_scale;    // scales the path
+    float follow;        // how far the aim moves with the camera: 0 stays, 1 as far
     bool frame;          // the pane's frame is in view
     bool pose_noise;     // truth/sparse carries the usual error of structure-from-motion
 } Spec;

@@ -49,7 +49,8 @@ typedef struct World {
     int n_textures, texture_capacity;
     AreaLight light[16];
     int n_lights;
-    Vec fill; // light that comes from everywhere, linear
+    Vec fill;     // light that comes from everywhere, linear
+    float bounce; // 0..1: how much of the light that surfaces give each other counts
     Bvh bvh;
     bool failed; // out of memory while building; the builder calls below never fail themselves
     // for the builders:

@@ -292,8 +292,8 @@ static double pose_error(void **state, const char *name)
 static void test_hard(void **state)
 {
     FsError err;
-    assert_int_equal(make(state, "x", &err, "hard", "frame,dark", NULL), FS_ERR_USAGE);
-    assert_non_null(strstr(err.message, "'dark'"));
+    assert_int_equal(make(state, "x", &err, "hard", "frame,darkness", NULL), FS_ERR_USAGE);
+    assert_non_null(strstr(err.message, "'darkness'"));
     assert_non_null(strstr(err.message, "weak-flash"));
     assert_non_null(strstr(err.message, "pose-noise"));
     assert_int_equal(make(state, "usual", NULL, "photos", "2", NULL), 0);
@@ -323,6 +323,29 @@ static void test_hard(void **state)
     fs_image_free(&f);
     fs_image_free(&r);
     fs_image_free(&beta);
+}
+
+// Share of the pixels whose light is under a limit.
+static double share_below(const Image *image, float limit)
+{
+    size_t n = (size_t)image->width * (size_t)image->height * 3, below = 0;
+    for (size_t i = 0; i < n; i++) below += image->px[i] < limit;
+    return (double)below / (double)n;
+}
+
+static void test_dark(void **state)
+{
+    assert_int_equal(make(state, "lit", NULL, "photos", "2", NULL), 0);
+    assert_int_equal(make(state, "dark", NULL, "photos", "2", "hard", "dark", NULL), 0);
+    assert_int_equal(make(state, "wide", NULL, "photos", "2", "hard", "wide-path", NULL), 0);
+    Image lit = layer(state, "lit/truth/T_N/TEST_01.png"), dark = layer(state, "dark/truth/T_N/TEST_01.png");
+    assert_true(share_below(&dark, 0.01f) > 1.3 * share_below(&lit, 0.01f));
+    Image wide = layer(state, "wide/truth/T_N/TEST_01.png"); // the same scene from another place
+    assert_true(fabs(mean(&wide) / mean(&lit) - 1) < 0.5);
+    assert_memory_not_equal(wide.px, lit.px, 4 * (size_t)lit.width * (size_t)lit.height * 3);
+    fs_image_free(&lit);
+    fs_image_free(&dark);
+    fs_image_free(&wide);
 }
 
 static bool stop(void *user)
@@ -359,7 +382,7 @@ int main(void)
 #define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, temp_dir_make, temp_dir_remove)
     const struct CMUnitTest tests[] = {
         IN_FOLDER(test_threads), IN_FOLDER(test_equation), IN_FOLDER(test_files),
-        IN_FOLDER(test_hard),    IN_FOLDER(test_refusals),
+        IN_FOLDER(test_hard),    IN_FOLDER(test_dark),     IN_FOLDER(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
