@@ -2,33 +2,51 @@
 """Separation quality over many scenes and variants: one table (markdown) and one contact sheet per scene.
 
 Trains every scene of --scenes (rendered captures with ground truth: capture/raw, truth) and a set of captures made by
-`flashsplat synth`, one run after the other, and lets `flashsplat evaluate` compare each with its truth at held-out and
-at capture views. Contact sheets and the two difference variants need python3-opencv; without it they are left out.
+`flashsplat synth`, and lets `flashsplat evaluate` compare each with its truth at held-out and at capture views. What
+was measured before with the same program and the same options is taken from the folder --out and not run again.
+Contact sheets and the two difference variants need python3-opencv; without it they are left out.
 """
-import argparse, datetime, json, pathlib, subprocess, sys, time
+import argparse, concurrent.futures, datetime, hashlib, json, os, pathlib, shutil, subprocess, sys, threading, time
 
 try:
     import cv2, numpy
+    cv2.setNumThreads(1)
 except ImportError:
     cv2 = None
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAYERS = "T_N T_F R I_N I_F".split()
-VARIANTS = {  # name: options of `run`
-    "full": [],
-    "flashless": ["--separation", "flashless"],
-    "linear": ["--separation", "linear"],
-    "none": ["--separation", "none"],
-    "paper": ["--preset", "paper"],
-    "no-linearity": ["--preset", "paper", "--linearity", "0"],
-    "pseudo-pair": None,  # gamma(F - N) of two scenes, one trained on flash photos only, one on the others
-    "true-pair": None,  # gamma(I_F - I_N) of the true composites: no training
+# The paper's settings with a start and a budget for 300 pixels; its 350000 points a layer are for 1200.
+PAPER = ["--preset", "paper", "--init-count", "24000", "--max-splats", "60000"]
+VARIANTS = {  # name: (options of `run`, layers it has)
+    "full": ([], LAYERS),
+    "flashless": (["--separation", "flashless"], LAYERS),
+    "linear": (["--separation", "linear"], LAYERS),
+    "none": (["--separation", "none"], "T_N T_F I_N I_F".split()),
+    "paper": (PAPER, LAYERS),
+    "no-linearity": ([*PAPER, "--linearity", "0"], LAYERS),
+    "pseudo-pair": (None, ["T_N"]),  # gamma(F - N) of two scenes, one trained on flash photos only, one on the others
+    "true-pair": (None, ["T_N"]),  # gamma(I_F - I_N) of the true composites: no training
 }
-SYNTH = {  # name: seed (it chooses the layout too), difficulties
-    "synth-1": (1, ""), "synth-2": (2, ""), "synth-3": (3, ""), "synth-4": (4, ""),
-    "weak-flash": (5, "weak-flash"), "strong-reflection": (6, "strong-reflection"), "few-photos": (7, "few-photos"),
-    "low-texture": (8, "low-texture"), "depth-overlap": (9, "depth-overlap"), "frame": (10, "frame"),
-    "flash-return": (11, "flash-return"), "bright-near-room": (12, "bright-near-room"), "pose-noise": (13, "pose-noise"),
+SYNTH = {  # name: seed (it chooses the layout too), difficulties, folder of the photos
+    "synth-1": (1, "", "raw"),
+    "synth-2": (2, "", "raw"),
+    "synth-3": (3, "", "raw"),
+    "synth-4": (4, "", "raw"),
+    "synth-20": (20, "", "raw"),
+    "weak-flash": (5, "weak-flash", "raw"),
+    "strong-reflection": (6, "strong-reflection", "raw"),
+    "few-photos": (7, "few-photos", "raw"),
+    "low-texture": (8, "low-texture", "raw"),
+    "depth-overlap": (9, "depth-overlap", "raw"),
+    "frame": (10, "frame", "raw"),
+    "flash-return": (11, "flash-return", "raw"),
+    "bright-near-room": (12, "bright-near-room", "raw"),
+    "pose-noise": (13, "pose-noise", "raw"),
+    "jpeg": (14, "", "jpeg"),
+    "dark": (16, "dark", "raw"),
+    "wide-path": (18, "wide-path", "raw"),
+    "collapse": (19, "bright-near-room,wide-path,few-photos", "raw"),
 }
 
 
@@ -39,8 +57,12 @@ def arguments():
     p.add_argument("--only", default="", help="names of scenes, comma-separated (default: all)")
     p.add_argument("--variants", default="full", help="of " + ", ".join(VARIANTS))
     p.add_argument("--colmap", action="store_true", help="with COLMAP's poses too, measured at the capture views")
+    p.add_argument("--jpeg", action="store_true", help="every scene from its JPEG files instead of RAW")
     p.add_argument("--out", default=str(ROOT / "demo" / "quality"), help="folder for everything this makes")
     p.add_argument("--options", default="--preset preview --long-edge 300", help="options of every run")
+    p.add_argument("--synth-options", default="", help="options of every made capture, e.g. '--width 300 --height 200'")
+    p.add_argument("--jobs", type=int, default=1, help="scenes at once, the cores shared out among them (default: 1)")
+    p.add_argument("--force", action="store_true", help="measure again what was measured before")
     return p.parse_args()
 
 
@@ -51,7 +73,7 @@ class Failed(Exception):
 def call(args, log):
     """Runs the program, all it says into a file; its warnings are returned."""
     with open(log, "ab") as f:
-        begin = f.tell()
+        begin = f.seek(0, os.SEEK_END)
         rc = subprocess.run([str(a) for a in args], stdout=f, stderr=f).returncode
     text = pathlib.Path(log).read_bytes()[begin:].decode(errors="replace")
     if rc:
@@ -59,8 +81,44 @@ def call(args, log):
     return [line.strip() for line in text.splitlines() if "warning" in line.lower()]
 
 
-def scenes_of(args):
-    """name -> folder with capture/raw and truth; made ones are made here, once."""
+def digest(*parts):
+    h = hashlib.sha256()
+    for part in parts:
+        h.update(part if isinstance(part, bytes) else repr(part).encode())
+    return h.hexdigest()[:16]
+
+
+class Case:
+    """A scene, its photos and the poses they are given; where its runs and figures are kept."""
+
+    def __init__(self, args, name, scene, photos, true_poses, recipe=None):
+        self.name, self.scene, self.true_poses, self.recipe = name, scene, true_poses, recipe
+        self.photos = scene / "capture" / photos
+        self.poses = "true" if true_poses else "COLMAP"
+        self.base = pathlib.Path(args.out)
+        self.out = self.base / f"{name}-{self.poses}"
+        self.log = self.base / f"{name}-{self.poses}.log"
+
+    def ready(self, args):
+        """Makes the capture where it is a made one and what is there is of another recipe."""
+        if not self.recipe:
+            return digest([(f.name, f.stat().st_size) for f in sorted(self.photos.glob("*"))])
+        key = digest(self.recipe, args.synth_options, *(f.read_bytes() for f in sorted((ROOT / "src/synth").glob("*.?"))))
+        mark = self.scene.parent / f"{self.scene.name}.key"
+        with MAKING.setdefault(str(self.scene), threading.Lock()):
+            if not mark.is_file() or mark.read_text() != key:
+                seed, hard = self.recipe
+                self.scene.parent.mkdir(parents=True, exist_ok=True)
+                call([args.flashsplat, "synth", "-o", self.scene, "--seed", seed, *(["--hard", hard] if hard else []),
+                      *args.synth_options.split(), *args.share], self.scene.parent / f"{self.scene.name}.log")
+                mark.write_text(key)
+        return key
+
+
+MAKING = {}
+
+
+def cases_of(args):
     only = [s for s in args.only.split(",") if s]
     found = {d.name: d for d in sorted(pathlib.Path(args.scenes).glob("*")) if (d / "truth" / "cameras.json").is_file()}
     unknown = set(only) - set(found) - set(SYNTH)
@@ -68,17 +126,12 @@ def scenes_of(args):
         sys.exit(f"--only: no scene {', '.join(sorted(unknown))}; there are {', '.join([*found, *SYNTH])}")
     if not found:
         print(f"{args.scenes}: no captures there; only made ones are measured", file=sys.stderr)
-    scenes = {n: d for n, d in found.items() if not only or n in only}
-    for name, (seed, hard) in SYNTH.items():
-        if only and name not in only:
-            continue
-        folder = pathlib.Path(args.out) / "captures" / name
-        if not (folder / "truth" / "cameras.json").is_file():
-            folder.parent.mkdir(parents=True, exist_ok=True)
-            call([args.flashsplat, "synth", "-o", folder, "--seed", seed, *(["--hard", hard] if hard else [])],
-                 folder.parent / f"{name}.log")
-        scenes[name] = folder
-    return scenes
+    captures = pathlib.Path(args.out) / "captures"
+    scenes = [(n, d, "raw", None) for n, d in found.items()]
+    scenes += [(n, captures / n, photos, (seed, hard)) for n, (seed, hard, photos) in SYNTH.items()]
+    return [Case(args, n + ("-jpeg" if args.jpeg and photos == "raw" else ""), d, "jpeg" if args.jpeg else photos, true_poses, recipe)
+            for n, d, photos, recipe in scenes if not only or n in only
+            for true_poses in ((True, False) if args.colmap else (True,))]
 
 
 def splats(out):
@@ -86,14 +139,18 @@ def splats(out):
     return "+".join(str(n) for n in clouds.values())
 
 
-def train(args, scene, out, poses, options, renders, true_poses, log):
+def train(args, case, options, renders):
     """One whole run and its renders; (seconds, splat counts, warnings)."""
     begin = time.monotonic()
-    warnings = call([args.flashsplat, "run", scene / "capture" / "raw", "-o", out, *poses, *args.options.split(), *options], log)
+    # --poses may be off by a capture's pose noise; the views to render are exact.
+    poses = ["--poses", case.scene / "truth" / "sparse"] if case.true_poses else []
+    warnings = call([args.flashsplat, "run", case.photos, "-o", case.out, *poses, *args.options.split(), *options,
+                     *args.share], case.log)
     seconds = time.monotonic() - begin
-    cameras = ["--cameras", scene / "truth" / "sparse", "--metres-per-unit", "1"] if true_poses else []
-    call([args.flashsplat, "render", out, "-o", renders, *cameras, "--force"], log)
-    return seconds, splats(out), warnings
+    cameras = ["--cameras", case.scene / "truth" / "cameras.json", "--metres-per-unit", "1"] if case.true_poses else []
+    shutil.rmtree(renders, ignore_errors=True)
+    call([args.flashsplat, "render", case.out, "--output", renders, *cameras, *args.share, "--force"], case.log)
+    return seconds, splats(case.out), warnings
 
 
 def decode(path):
@@ -107,7 +164,8 @@ def picture(folder, view):
 
 def difference(with_flash, without, to):
     """to/T_N: gamma(F - N) of the pictures of the same names in two folders."""
-    (to / "T_N").mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(to, ignore_errors=True)
+    (to / "T_N").mkdir(parents=True)
     for f in sorted(with_flash.glob("*.*")):
         n = picture(without, f.stem)
         if n:
@@ -115,100 +173,178 @@ def difference(with_flash, without, to):
             cv2.imwrite(str(to / "T_N" / f"{f.stem}.png"), numpy.rint(d * 255))
 
 
-def run_variant(args, name, scene, out, variant, poses, true_poses, log):
-    renders = out / "renders" / variant
+def run_variant(args, case, variant):
+    renders = case.out / "renders" / variant
     if variant == "true-pair":
-        difference(scene / "truth" / "I_F", scene / "truth" / "I_N", renders)
+        difference(case.scene / "truth" / "I_F", case.scene / "truth" / "I_N", renders)
         return 0, "-", []
     if variant != "pseudo-pair":
-        return train(args, scene, out, poses, VARIANTS[variant], renders, true_poses, log)
-    seconds = 0
+        return train(args, case, VARIANTS[variant][0], renders)
+    seconds, counts = 0, []
     for lighting in ("flash", "noflash"):
         options = ["--separation", "none", "--lighting", lighting]
-        s, count, warnings = train(args, scene, out, poses, options, out / "renders" / lighting, true_poses, log)
+        s, count, warnings = train(args, case, options, case.out / "renders" / lighting)
         seconds += s
-    difference(out / "renders" / "flash" / "I_F", out / "renders" / "noflash" / "I_N", renders)
-    return seconds, count, warnings
+        counts.append(count)
+    difference(case.out / "renders" / "flash" / "I_F", case.out / "renders" / "noflash" / "I_N", renders)
+    return seconds, "+".join(counts), warnings
 
 
-def measure(args, scene, out, variant, views, log):
-    report = out / f"{variant}-{views}.json"
-    call([args.flashsplat, "evaluate", out, scene / "truth", "--output", out / "renders" / variant, "--views", views,
-          "--json", report], log)
+def evaluate(args, case, variant, views):
+    report = case.out / f"{variant}-{views}.json"
+    call([args.flashsplat, "evaluate", case.out, case.scene / "truth", "--output", case.out / "renders" / variant,
+          "--views", views, "--json", report], case.log)
     return next(iter(json.loads(report.read_text())["methods"].values()))
 
 
-def cell(layer):
-    if not layer or not layer.get("n"):
-        return "-"
-    return f"{layer['psnr_gain']:.2f} / {layer['ssim_gain']:.3f} ({layer['psnr']:.2f} / {layer['ssim']:.3f})"
+def measure(args, case, variant):
+    """The figures of one variant: kept ones where there are any of the same program, capture and options."""
+    key = digest(args.program, case.ready(args), args.options, VARIANTS[variant], variant)
+    kept = case.base / f"{case.name}-{case.poses}-{variant}.json"
+    if kept.is_file() and not args.force:
+        result = json.loads(kept.read_text())
+        if result["key"] == key:
+            return result
+    mark = case.out / "program"
+    if args.force or not mark.is_file() or mark.read_text() != args.program:  # stages done by another program
+        shutil.rmtree(case.out, ignore_errors=True)
+    case.out.mkdir(parents=True, exist_ok=True)
+    mark.write_text(args.program)
+    seconds, count, warnings = run_variant(args, case, variant)
+    views = [v for v in (["held_out"] if case.true_poses else []) + (["capture"] if variant != "true-pair" else [])]
+    result = {"key": key, "commit": args.commit, "seconds": seconds, "splats": count, "warnings": warnings,
+              "views": {v: evaluate(args, case, variant, v) for v in views}}
+    kept.write_text(json.dumps(result, indent=1))
+    if cv2 is not None and views:
+        sheet(case, variant, case.base / f"{case.name}-{case.poses}-{variant}.png")
+    return result
 
 
-def row(name, poses, variant, views, method, seconds, count):
-    depth = method.get("depth_T", {}).get("median_relative_error")
-    cells = [name, poses, variant, views, *(cell(method["layers"].get(l)) for l in LAYERS),
-             f"{100 * depth:.1f}" if depth is not None else "-", f"{seconds:.0f}", count]
+def figures(result, variant, views):
+    """What a row of the table shows: layer -> four numbers or None; depth error."""
+    method = result["views"][views]
+    layers = {}
+    for l in LAYERS:
+        m = method["layers"].get(l)
+        shown = m and m.get("n") and l in VARIANTS[variant][1]
+        layers[l] = [m[k] for k in ("psnr_gain", "ssim_gain", "psnr", "ssim")] if shown else None
+    return layers, method.get("depth_T", {}).get("median_relative_error")
+
+
+def cell(numbers):
+    return "{:.2f} / {:.3f} ({:.2f} / {:.3f})".format(*numbers) if numbers else "-"
+
+
+def row(name, poses, variant, views, layers, depth, seconds, count):
+    cells = [name, poses, variant, views, *(cell(layers[l]) for l in LAYERS), f"{100 * depth:.1f}" if depth is not None else "-",
+             f"{seconds:.0f}", count]
     return "| " + " | ".join(cells) + " |"
 
 
-def sheet(scene, out, variant, path):
+def mean(values):
+    values = [v for v in values if v is not None]
+    if not values:
+        return None
+    return [sum(v) / len(values) for v in zip(*values)] if isinstance(values[0], list) else sum(values) / len(values)
+
+
+def means(results, variants):
+    """Rows of the mean of each variant over the cases that all variants have figures of."""
+    lines = []
+    for poses, views in (("true", "held_out"), ("true", "capture"), ("COLMAP", "capture")):
+        judged = [v for v in variants if any(k[1:] == (poses, v) and views in r["views"] for k, r in results.items())]
+        names = sorted({k[0] for k in results if k[1] == poses and
+                        all(views in results.get((k[0], poses, v), {"views": {}})["views"] for v in judged)})
+        for v in judged if names else []:
+            all_of = [figures(results[n, poses, v], v, views) for n in names]
+            layers = {l: mean([f[0][l] for f in all_of]) for l in LAYERS}
+            seconds = mean([results[n, poses, v]["seconds"] for n in names])
+            lines.append(row(f"mean of {len(names)}", poses, v, views, layers, mean([f[1] for f in all_of]), seconds, ""))
+    return lines
+
+
+def table(args, cases, results, failures):
+    commits = sorted({r["commit"] for r in results.values()})
+    lines = [f"Commit {', '.join(commits)}, {datetime.date.today()}, `{args.options}`. PSNR in dB / SSIM: gain-fitted (raw); "
+             "depth: median relative error of T in %; s: seconds of the run on this machine, "
+             f"{args.jobs} at once, stages that an earlier variant did left out.", "",
+             "| scene | poses | variant | views | " + " | ".join(LAYERS) + " | depth | s | splats |", "|---" * 12 + "|"]
+    for case in cases:
+        for variant in args.variants:
+            result = results.get((case.name, case.poses, variant))
+            for views in result["views"] if result else []:
+                lines.append(row(case.name, case.poses, variant, views, *figures(result, variant, views), result["seconds"],
+                                 result["splats"]))
+    lines += means(results, args.variants)
+    notes = [f"- {n}, {p} poses, {v}: {w}" for (n, p, v), r in sorted(results.items()) for w in r["warnings"]]
+    notes += [f"- failed: {f}" for f in failures]
+    return lines + (["", "What the program said:", "", *notes] if notes else [])
+
+
+def sheet(case, variant, path):
     """Truth, estimate, difference (twice as large, on grey) of T_N and R at a few views."""
     rows = []
-    views = sorted(p.stem for p in (scene / "truth" / "T_N").glob("*.*"))
-    held = [v for v in views if v.startswith("TEST")] or views
+    views = sorted(p.stem for p in (case.scene / "truth" / "T_N").glob("*.*"))
+    held = [v for v in views if v.startswith("TEST") == case.true_poses] or views
     for view in held[:3]:
         tiles = []
         for layer in ("T_N", "R"):
-            truth = picture(scene / "truth" / layer, view)
-            guess = picture(out / "renders" / variant / layer, view)
+            truth = picture(case.scene / "truth" / layer, view)
+            guess = picture(case.out / "renders" / variant / layer, view)
             if not truth or not guess:
-                return False
+                continue
             e = cv2.imread(str(guess)).astype(numpy.float64)
             t = 255 * cv2.resize(decode(truth), e.shape[1::-1], interpolation=cv2.INTER_AREA) ** 0.22
             tiles += [t, e, numpy.clip(128 + 2 * (e - t), 0, 255)]
-        rows.append(numpy.hstack(tiles))
-    cv2.imwrite(str(path), numpy.vstack(rows))
-    return True
+        if tiles:
+            rows.append(numpy.hstack(tiles))
+    if rows and all(r.shape == rows[0].shape for r in rows):
+        cv2.imwrite(str(path), numpy.vstack(rows))
+
+
+def run_case(args, case, results, failures, lock, cases):
+    for variant in args.variants:
+        try:
+            result = measure(args, case, variant)
+        except Failed as e:
+            with lock:
+                failures.append(f"{case.name}, {case.poses} poses, {variant}: {e} (all of it: {case.log})")
+                print(failures[-1], file=sys.stderr, flush=True)
+            continue
+        with lock:
+            results[case.name, case.poses, variant] = result
+            for views in result["views"]:
+                print(row(case.name, case.poses, variant, views, *figures(result, variant, views), result["seconds"],
+                          result["splats"]), flush=True)
+            for warning in result["warnings"]:
+                print(f"  {warning}", flush=True)
+            (case.base / "quality.md").write_text("\n".join(table(args, cases, results, failures)) + "\n")
 
 
 def main():
     args = arguments()
-    variants = args.variants.split(",")
-    for v in variants:
+    args.variants = args.variants.split(",")
+    for v in args.variants:
         if v not in VARIANTS:
             sys.exit(f"--variants: no variant '{v}'; known are {', '.join(VARIANTS)}")
     if cv2 is None:
         print("no python3-opencv: no contact sheets, no pseudo-pair, no true-pair", file=sys.stderr)
-        variants = [v for v in variants if VARIANTS[v] is not None]
-    commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
+        args.variants = [v for v in args.variants if VARIANTS[v][0] is not None]
+    if not pathlib.Path(args.flashsplat).is_file():
+        sys.exit(f"{args.flashsplat}: no program there; run `make` first or give --flashsplat")
+    args.program = digest(pathlib.Path(args.flashsplat).read_bytes())
+    git = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True)
+    args.commit = git.stdout.strip() or "unknown"
+    args.share = ["--threads", max(1, len(os.sched_getaffinity(0)) // args.jobs)] if args.jobs > 1 else []
     base = pathlib.Path(args.out)
     base.mkdir(parents=True, exist_ok=True)
-    lines = [f"Commit {commit}, {datetime.date.today()}, `{args.options}`. PSNR in dB / SSIM: gain-fitted (raw); depth: median "
-             "relative error of T in %; seconds of the whole run on this machine, stages done before left out.", "",
-             "| scene | poses | variant | views | " + " | ".join(LAYERS) + " | depth | s | splats |", "|---" * 12 + "|"]
-    print("\n".join(lines), flush=True)
-    failures = 0
-    for name, scene in scenes_of(args).items():
-        for true_poses in (True, False) if args.colmap else (True,):
-            kind = "true" if true_poses else "COLMAP"
-            out = base / f"{name}-{kind}"
-            out.mkdir(parents=True, exist_ok=True)
-            log = base / f"{name}-{kind}.log"
-            poses = ["--poses", scene / "truth" / "sparse"] if true_poses else []
-            for variant in variants:
-                try:
-                    seconds, count, warnings = run_variant(args, name, scene, out, variant, poses, true_poses, log)
-                    for views in ("held_out", "capture") if true_poses else ("capture",):
-                        lines.append(row(name, kind, variant, views, measure(args, scene, out, variant, views, log), seconds, count))
-                        print(lines[-1], flush=True)
-                    for warning in warnings:
-                        print(f"{name}, {variant}: {warning}", file=sys.stderr)
-                    if cv2 is not None and true_poses:
-                        sheet(scene, out, variant, base / f"{name}-{variant}.png")
-                except Failed as e:
-                    failures += 1
-                    print(f"{name}, {kind} poses, {variant}: {e} (all of it: {log})", file=sys.stderr)
-                (base / "quality.md").write_text("\n".join(lines) + "\n")
+    cases, results, failures, lock = cases_of(args), {}, [], threading.Lock()
+    with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
+        for done in [pool.submit(run_case, args, c, results, failures, lock, cases) for c in cases]:
+            done.result()
+    lines = table(args, cases, results, failures)
+    (base / "quality.md").write_text("\n".join(lines) + "\n")
+    print("\n".join(line for line in lines if line.startswith("| mean")))
     print(f"table: {base / 'quality.md'}; contact sheets beside it", file=sys.stderr)
     return 1 if failures else 0
 
