@@ -5,6 +5,7 @@
 #include <string.h>
 
 #define CHUNK 1024 // Gaussians per job
+#define AHEAD 16   // records asked for before they are needed
 
 typedef struct BandEntry {
     uint32_t splat, mask, tile_x;
@@ -27,9 +28,10 @@ typedef struct RasterWork {
     int *tile_count;   // (tiles)
     TileEntry *entry;
     int n_entries;
-    int *slot_start; // (n + 1)
-    float *record;   // (n_entries, FS_RECORD)
-    float *moment;   // (n, FS_RECORD)
+    int *place_start; // (n + 1) into place
+    uint32_t *place;  // each splat's entries
+    float *record;    // (n_entries, FS_RECORD) of gradients
+    float *moment;    // (n, FS_RECORD)
     float *d_shaded, *d_depth;
     long *tile_pairs;
     double (*chunk_tint)[3];
@@ -175,7 +177,7 @@ static void list_job(void *context, int job, int worker)
     memset(w->tile_count, 0, sizeof(int) * (size_t)(w->tiles_x * w->tiles_y));
 }
 
-// ---- phase 3: which groups of which tiles each splat touches ----
+// ---- phase 3: which rows of which tiles each splat touches ----
 
 static void band_job(void *context, int job, int worker)
 {
@@ -184,7 +186,8 @@ static void band_job(void *context, int job, int worker)
     int y;
     RasterWork *w = task_of(run, job, &y)->work;
     BandEntry *out = w->band_entry + w->band_bound[y];
-    int *count = w->tile_count + y * w->tiles_x;
+    int *count = w->tile_count + y * w->tiles_x, rows = w->camera.height - y * FS_TILE_H;
+    const uint32_t inside = rows < FS_TILE_H ? (1u << rows) - 1 : 0xffffffffu;
     for (int i = w->band_splat_start[y]; i < w->band_splat_start[y + 1]; i++) {
         uint32_t id = w->band_splat[i];
         const Splat *s = &w->splats[id];
@@ -192,10 +195,10 @@ static void band_job(void *context, int job, int worker)
         uint32_t mask[64];
         for (int x0 = s->tile[0]; x0 < s->tile[2]; x0 += 64) {
             int tiles = s->tile[2] - x0 < 64 ? s->tile[2] - x0 : 64;
-            run->kernels->raster->cover(s, x0 * FS_TILE, y * FS_TILE, tiles, FS_T_MIN, mask);
+            run->kernels->raster->cover(s, x0 * FS_TILE_W, y * FS_TILE_H, tiles, FS_T_MIN, mask);
             for (int k = 0; k < tiles; k++) {
-                if (!mask[k]) continue;
-                *out++ = (BandEntry){id, mask[k], (uint32_t)(x0 + k)};
+                if (!(mask[k] & inside)) continue;
+                *out++ = (BandEntry){id, mask[k] & inside, (uint32_t)(x0 + k)};
                 count[x0 + k]++;
             }
         }
@@ -212,21 +215,21 @@ static void scatter_job(void *context, int job, int worker)
     memcpy(at, w->tile_start + y * w->tiles_x, sizeof(int) * (size_t)w->tiles_x);
     const BandEntry *in = w->band_entry + w->band_bound[y];
     for (int i = 0, n = w->band_entries[y]; i < n; i++)
-        w->entry[at[in[i].tile_x]++] = (TileEntry){in[i].splat, in[i].mask, 0};
+        w->entry[at[in[i].tile_x]++] = (TileEntry){in[i].splat, in[i].mask};
 }
 
-static void slot_job(void *context, int job, int worker)
+static void place_job(void *context, int job, int worker)
 {
     (void)worker;
     int own;
     RasterTask *task = task_of(context, job, &own);
     if (!task->train) return;
     RasterWork *w = task->work;
-    int *start = w->slot_start;
+    int *start = w->place_start;
     memset(start, 0, sizeof(int) * (size_t)(w->n + 1));
     for (int i = 0; i < w->n_entries; i++) start[w->entry[i].splat + 1]++;
     for (int i = 0; i < w->n; i++) start[i + 1] += start[i];
-    for (int i = 0; i < w->n_entries; i++) w->entry[i].slot = (uint32_t)start[w->entry[i].splat]++;
+    for (int i = 0; i < w->n_entries; i++) w->place[start[w->entry[i].splat]++] = (uint32_t)i;
     memmove(start + 1, start, sizeof(int) * (size_t)w->n); // back to starts
     start[0] = 0;
 }
@@ -236,44 +239,39 @@ static void slot_job(void *context, int job, int worker)
 static RasterTile tile_of(const RasterTask *task, int tile)
 {
     const RasterWork *w = task->work;
-    return (RasterTile){.x0 = tile % w->tiles_x * FS_TILE,
-                        .y0 = tile / w->tiles_x * FS_TILE,
+    return (RasterTile){.x0 = tile % w->tiles_x * FS_TILE_W,
+                        .y0 = tile / w->tiles_x * FS_TILE_H,
                         .n = w->tile_start[tile + 1] - w->tile_start[tile],
                         .entry = w->entry + w->tile_start[tile],
                         .splats = w->splats,
                         .features = task->colors + task->depth,
                         .t_min = FS_T_MIN,
-                        .transmittance_min = FS_TRANSMITTANCE_MIN};
+                        .transmittance_min = FS_TRANSMITTANCE_MIN,
+                        .count = task->count};
 }
 
 static void tile_to_planes(const RasterTile *tile, const float *from, const Planes *to)
 {
     for (int c = 0; c < to->channels; c++)
-        for (int y = 0; y < FS_TILE && tile->y0 + y < to->height; y++)
-            for (int half = 0; half < 2; half++)
-                memcpy(fs_planes_row(to, c, tile->y0 + y) + tile->x0 + 8 * half,
-                       from + c * FS_TILE_PIXELS + half * 128 + y * 8, sizeof(float) * 8);
+        for (int y = 0; y < FS_TILE_H && tile->y0 + y < to->height; y++)
+            memcpy(fs_planes_row(to, c, tile->y0 + y) + tile->x0, from + c * FS_TILE_PIXELS + y * FS_TILE_W,
+                   sizeof(float) * FS_TILE_W);
 }
 
 static void planes_to_tile(const RasterTile *tile, const Planes *from, float *to) // 0 outside the image
 {
-    bool whole = tile->x0 + FS_TILE <= from->width && tile->y0 + FS_TILE <= from->height;
+    int columns = from->width - tile->x0 < FS_TILE_W ? from->width - tile->x0 : FS_TILE_W;
+    int rows = from->height - tile->y0 < FS_TILE_H ? from->height - tile->y0 : FS_TILE_H;
+    bool whole = columns == FS_TILE_W && rows == FS_TILE_H;
+    if (!whole) memset(to, 0, sizeof(float) * FS_TILE_PIXELS * (size_t)from->channels);
     for (int c = 0; c < from->channels; c++)
-        for (int y = 0; y < FS_TILE; y++) {
-            float *left = to + c * FS_TILE_PIXELS + y * 8, *right = left + 128;
-            if (whole) {
-                const float *in = fs_planes_row(from, c, tile->y0 + y) + tile->x0;
-                memcpy(left, in, sizeof(float) * 8);
-                memcpy(right, in + 8, sizeof(float) * 8);
-                continue;
-            }
-            int inside = tile->y0 + y < from->height ? from->width - tile->x0 : 0;
-            if (inside > FS_TILE) inside = FS_TILE;
-            float row[FS_TILE] = {0};
-            if (inside > 0)
-                memcpy(row, fs_planes_row(from, c, tile->y0 + y) + tile->x0, sizeof(float) * (size_t)inside);
-            memcpy(left, row, sizeof(float) * 8);
-            memcpy(right, row + 8, sizeof(float) * 8);
+        for (int y = 0; y < rows; y++) {
+            const float *in = fs_planes_row(from, c, tile->y0 + y) + tile->x0;
+            float *out = to + c * FS_TILE_PIXELS + y * FS_TILE_W;
+            if (whole)
+                memcpy(out, in, sizeof(float) * FS_TILE_W);
+            else
+                memcpy(out, in, sizeof(float) * (size_t)columns);
         }
 }
 
@@ -309,7 +307,8 @@ static void backward_job(void *context, int job, int worker)
         planes_to_tile(&tile, &task->d_transmittance, d_transmittance);
     }
     run->kernels->raster->backward(&tile, feature, task->use_d_transmittance ? transmittance : NULL, d_feature,
-                                   task->use_d_transmittance ? d_transmittance : NULL, task->work->record);
+                                   task->use_d_transmittance ? d_transmittance : NULL,
+                                   task->work->record + (size_t)task->work->tile_start[own] * FS_RECORD);
 }
 
 static void reduce_job(void *context, int job, int worker)
@@ -323,8 +322,15 @@ static void reduce_job(void *context, int job, int worker)
     float *d_color = task->light ? w->d_shaded : task->d_field[CLOUD_COLORS];
     for (int i = begin; i < end; i++) {
         float sum[FS_RECORD] = {0};
-        for (int s = w->slot_start[i]; s < w->slot_start[i + 1]; s++)
-            for (int k = 0; k < FS_RECORD; k++) sum[k] += w->record[(size_t)s * FS_RECORD + (size_t)k];
+        for (int p = w->place_start[i]; p < w->place_start[i + 1]; p++) {
+            const float *record = w->record + (size_t)w->place[p] * FS_RECORD;
+            if (p + AHEAD < w->n_entries) { // records lie far apart: their cache lines must be on the way
+                const float *ahead = w->record + (size_t)w->place[p + AHEAD] * FS_RECORD;
+                __builtin_prefetch(ahead);
+                __builtin_prefetch(ahead + FS_RECORD - 1);
+            }
+            for (int k = 0; k < FS_RECORD; k++) sum[k] += record[k];
+        }
         memcpy(w->moment + (size_t)i * FS_RECORD, sum, sizeof sum);
         for (int c = 0; c < colors; c++) d_color[(size_t)i * (size_t)colors + (size_t)c] = sum[6 + c];
         w->d_depth[i] = task->depth ? sum[6 + colors] : 0;
@@ -376,7 +382,8 @@ static void set_up(RasterTask *task, const Camera *camera, float near)
     Arena *a = &task->arena;
     fs_arena_reset(a);
     RasterWork *w = task->work = ARENA_NEW(a, RasterWork, 1);
-    int n = task->cloud->n, tx = (camera->width + FS_TILE - 1) / FS_TILE, ty = (camera->height + FS_TILE - 1) / FS_TILE;
+    int n = task->cloud->n, tx = (camera->width + FS_TILE_W - 1) / FS_TILE_W;
+    int ty = (camera->height + FS_TILE_H - 1) / FS_TILE_H;
     *w = (RasterWork){.camera = project_camera(camera, near),
                       .near = near,
                       .n = n,
@@ -407,7 +414,7 @@ static void set_up(RasterTask *task, const Camera *camera, float near)
     task->d_screen = ARENA_NEW(a, float, n);
     for (int f = 0; f < CLOUD_FIELDS; f++)
         task->d_field[f] = ARENA_NEW(a, float, (size_t)task->cloud->width[f] * (size_t)n);
-    w->slot_start = ARENA_NEW(a, int, n + 1);
+    w->place_start = ARENA_NEW(a, int, n + 1);
     w->moment = ARENA_NEW(a, float, (size_t)n *FS_RECORD);
     w->d_depth = ARENA_NEW(a, float, n);
     if (task->light) {
@@ -424,7 +431,9 @@ static void place_tiles(RasterTask *task)
     for (int t = 0; t < w->tiles_x * w->tiles_y; t++) w->tile_start[t + 1] = w->tile_start[t] + w->tile_count[t];
     w->n_entries = w->tile_start[w->tiles_x * w->tiles_y];
     w->entry = ARENA_NEW(&task->arena, TileEntry, w->n_entries);
-    if (task->train) w->record = ARENA_NEW(&task->arena, float, (size_t)w->n_entries *FS_RECORD);
+    if (!task->train) return;
+    w->place = ARENA_NEW(&task->arena, uint32_t, w->n_entries);
+    w->record = ARENA_NEW(&task->arena, float, (size_t)w->n_entries *FS_RECORD);
 }
 
 void fs_raster_task_forward(const Kernels *kernels, Threads *threads, RasterTask *const *task, int n,
@@ -444,7 +453,7 @@ void fs_raster_task_forward(const Kernels *kernels, Threads *threads, RasterTask
     run_phase(&run, threads, band_job, count_bands);
     for (int t = 0; t < n; t++) place_tiles(task[t]);
     run_phase(&run, threads, scatter_job, count_bands);
-    run_phase(&run, threads, slot_job, count_one);
+    run_phase(&run, threads, place_job, count_one);
     run_phase(&run, threads, forward_job, count_tiles);
     for (int t = 0; t < n; t++) {
         task[t]->pairs = 0;

@@ -18,10 +18,11 @@ typedef struct RasterTask {
     int colors;              // colour channels to render: the cloud's width of CLOUD_COLORS
     bool depth;              // also render z, as the last feature
     bool train;              // keep what backward needs
+    bool count;              // count pairs
     // results of forward: alpha-weighted sums over splats, and what light passes all of them
     Planes feature;       // colors (+ 1) channels
     Planes transmittance; // 1 channel
-    long pairs;           // (pixel, splat) pairs that contributed
+    long pairs;           // (pixel, splat) pairs that contributed, if asked to count, else 0
     int n_visible;
     // for backward: gradients of the loss with respect to `feature` and, if used, `transmittance`; the caller fills
     Planes d_feature, d_transmittance;

@@ -24,8 +24,8 @@ FN void forward_lanes(const ProjectCamera *cam, const ProjectParams *params, int
     // t >= t_min is the ellipse d^T conic d <= reach; its half extents are sqrt(reach cov_xx), sqrt(reach cov_yy)
     real reach = r_max((l2 - r_set(t_min)) * r_set(2.0f / LOG2E), r_set(0));
     real rx = r_sqrt(reach * o.xx), ry = r_sqrt(reach * o.yy);
-    const float tiles_x = (float)((cam->width + FS_TILE - 1) / FS_TILE),
-                tiles_y = (float)((cam->height + FS_TILE - 1) / FS_TILE);
+    const float tiles_x = (float)((cam->width + FS_TILE_W - 1) / FS_TILE_W);
+    const float tiles_y = (float)((cam->height + FS_TILE_H - 1) / FS_TILE_H);
     for (int l = 0; l < n; l++) {
         Splat *s = &splats[i + l];
         s->x = get(&x, l);
@@ -37,8 +37,8 @@ FN void forward_lanes(const ProjectCamera *cam, const ProjectParams *params, int
         s->depth = get(&o.p[2], l);
         float hx = get(&rx, l), hy = get(&ry, l);
         // pixel centres inside [x - hx, x + hx]
-        float x0 = floorf((s->x - hx - 0.5f) / FS_TILE), x1 = floorf((s->x + hx - 0.5f) / FS_TILE) + 1;
-        float y0 = floorf((s->y - hy - 0.5f) / FS_TILE), y1 = floorf((s->y + hy - 0.5f) / FS_TILE) + 1;
+        float x0 = floorf((s->x - hx - 0.5f) / FS_TILE_W), x1 = floorf((s->x + hx - 0.5f) / FS_TILE_W) + 1;
+        float y0 = floorf((s->y - hy - 0.5f) / FS_TILE_H), y1 = floorf((s->y + hy - 0.5f) / FS_TILE_H) + 1;
         x0 = x0 > 0 ? x0 : 0;
         y0 = y0 > 0 ? y0 : 0;
         x1 = x1 < tiles_x ? x1 : tiles_x;

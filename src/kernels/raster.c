@@ -8,29 +8,19 @@
 #define REAL float
 #endif
 
-static int group_x(int pixel)
-{
-    return pixel / 128 * 8 + pixel % 8;
-}
-static int group_y(int pixel)
-{
-    return pixel % 128 / 8;
-}
-
 static void cover(const Splat *s, int x0, int y0, int tiles, float t_min, uint32_t *mask)
 {
     const float margin = 1e-3f;
     memset(mask, 0, sizeof *mask * (size_t)tiles);
-    for (int row = 0; row < FS_TILE; row++) {
+    for (int row = 0; row < FS_TILE_H; row++) {
         float dy = (float)(y0 + row) + 0.5f - s->y;
         float disc = s->b * s->b * dy * dy - 4 * s->a * (s->c * dy * dy + s->l - t_min);
         if (!(disc >= 0)) continue;
         float half = sqrtf(disc) / (-2 * s->a), mid = s->x - s->b * dy / (2 * s->a) - (float)x0;
         float lo = mid - half - margin, hi = mid + half + margin;
         for (int i = 0; i < tiles; i++) {
-            float x = (float)(i * FS_TILE);
-            if (lo <= x + 7.5f && hi >= x + 0.5f) mask[i] |= 1u << row;
-            if (lo <= x + 15.5f && hi >= x + 8.5f) mask[i] |= 1u << (16 + row);
+            float x = (float)(i * FS_TILE_W);
+            if (lo <= x + FS_TILE_W - 0.5f && hi >= x + 0.5f) mask[i] |= 1u << row;
         }
     }
 }
@@ -38,8 +28,8 @@ static void cover(const Splat *s, int x0, int y0, int tiles, float t_min, uint32
 // log2 of alpha at a pixel; its offset from the mean in d.
 static REAL exponent(const RasterTile *tile, const Splat *s, int pixel, REAL d[2])
 {
-    d[0] = (REAL)(tile->x0 + group_x(pixel)) + (REAL)0.5 - (REAL)s->x;
-    d[1] = (REAL)(tile->y0 + group_y(pixel)) + (REAL)0.5 - (REAL)s->y;
+    d[0] = (REAL)(tile->x0 + pixel % FS_TILE_W) + (REAL)0.5 - (REAL)s->x;
+    d[1] = (REAL)(tile->y0 + pixel / FS_TILE_W) + (REAL)0.5 - (REAL)s->y;
     return ((REAL)s->a * d[0] + (REAL)s->b * d[1]) * d[0] + (REAL)s->c * d[1] * d[1] + (REAL)s->l;
 }
 
@@ -51,7 +41,7 @@ static long forward(const RasterTile *tile, float *feature, float *transmittance
         for (int i = 0; i < tile->n && T >= (REAL)tile->transmittance_min; i++) {
             const Splat *s = &tile->splats[tile->entry[i].splat];
             REAL d[2], t = exponent(tile, s, p, d);
-            if (!(tile->entry[i].mask >> (p / 8) & 1) || t < (REAL)tile->t_min) continue;
+            if (!(tile->entry[i].mask >> (p / FS_TILE_W) & 1) || t < (REAL)tile->t_min) continue;
             REAL alpha = (REAL)exp2((double)t);
             if (alpha > (REAL)FS_ALPHA_MAX) alpha = (REAL)FS_ALPHA_MAX;
             for (int c = 0; c < tile->features; c++) sum[c] += alpha * T * (REAL)s->feature[c];
@@ -79,7 +69,7 @@ static void backward(const RasterTile *tile, const float *feature, const float *
         REAL r[FS_RECORD] = {0};
         for (int p = 0; p < FS_TILE_PIXELS; p++) {
             REAL d[2], t = exponent(tile, s, p, d);
-            if (!(tile->entry[i].mask >> (p / 8) & 1) || t < (REAL)tile->t_min) continue;
+            if (!(tile->entry[i].mask >> (p / FS_TILE_W) & 1) || t < (REAL)tile->t_min) continue;
             if (!(T[p] >= (REAL)tile->transmittance_min)) continue;
             REAL alpha = (REAL)exp2((double)t), g = 0;
             int clamped = alpha > (REAL)FS_ALPHA_MAX;
@@ -100,7 +90,7 @@ static void backward(const RasterTile *tile, const float *feature, const float *
             r[4] += d_t * d[0] * d[1];
             r[5] += d_t * d[1] * d[1];
         }
-        for (int k = 0; k < FS_RECORD; k++) records[(size_t)tile->entry[i].slot * FS_RECORD + (size_t)k] = (float)r[k];
+        for (int k = 0; k < FS_RECORD; k++) records[i * FS_RECORD + k] = (float)r[k];
     }
 }
 

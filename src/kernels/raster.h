@@ -11,15 +11,17 @@
 //   d f_ic    = sum over pixels of alpha_i T_i d_c
 // and a splat's geometry needs the moments of d t over its pixels: 1, dx, dy, dx^2, dx dy, dy^2.
 //
-// Inside a tile (16 x 16) pixels lie in groups of 8: group g = half * 16 + row holds x = 8 half .. 8 half + 7 of row
-// `row`. A tile's entries are splats in depth order, each with a mask of the groups that its ellipse touches.
+// A tile is 8 pixels wide and 32 high; its pixels are numbered row by row. A tile's entries are splats in depth order,
+// each with a mask of the rows that its ellipse touches.
 #ifndef FS_KERNELS_RASTER_H
 #define FS_KERNELS_RASTER_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
-#define FS_TILE 16
-#define FS_TILE_PIXELS 256
+#define FS_TILE_W 8
+#define FS_TILE_H 32
+#define FS_TILE_PIXELS (FS_TILE_W * FS_TILE_H)
 #define FS_FEATURES_MAX 4               // colour and depth
 #define FS_RECORD (6 + FS_FEATURES_MAX) // floats of one gradient record
 #define FS_ALPHA_MAX 0.99f
@@ -39,8 +41,7 @@ _Static_assert(sizeof(Splat) == 64, "a splat is one cache line");
 
 typedef struct TileEntry {
     uint32_t splat; // index into the splats
-    uint32_t mask;  // bit g: group g may have pixels with t >= t_min
-    uint32_t slot;  // where backward puts the gradient record
+    uint32_t mask;  // bit y: row y may have pixels with t >= t_min
 } TileEntry;
 
 // Gradient record: moments of d t (1, dx, dy, dx^2, dx dy, dy^2), then d feature.
@@ -52,16 +53,18 @@ typedef struct RasterTile {
     int features;            // 1 .. FS_FEATURES_MAX
     float t_min;             // FS_T_MIN
     float transmittance_min; // FS_TRANSMITTANCE_MIN
+    bool count;              // whether forward counts pairs
 } RasterTile;
 
 typedef struct RasterKernels {
-    // mask[i]: groups that the splat's ellipse t >= t_min touches in tile i of a row of `tiles`, of which the first is
+    // mask[i]: rows that the splat's ellipse t >= t_min touches in tile i of a row of `tiles`, of which the first is
     // at (x0, y0) (may say yes a hair too often).
     void (*cover)(const Splat *splat, int x0, int y0, int tiles, float t_min, uint32_t *mask);
-    // feature (features, 256), transmittance (256), all in group order. Returns the pairs that contributed.
+    // feature (features, 256), transmittance (256). Returns the pairs that contributed if
+    // asked to count, else 0.
     long (*forward)(const RasterTile *tile, float *feature, float *transmittance);
     // Takes forward's results and their gradients d_feature (features, 256), d_transmittance (256, or NULL: then
-    // transmittance is not read); writes records[entry.slot] (FS_RECORD floats each).
+    // transmittance is not read); writes the entries' records (n, FS_RECORD).
     void (*backward)(const RasterTile *tile, const float *feature, const float *transmittance, const float *d_feature,
                      const float *d_transmittance, float *records);
 } RasterKernels;

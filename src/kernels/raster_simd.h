@@ -1,15 +1,19 @@
-// SIMD twin of raster.c, written once; see simd.h. A vector holds part of a group (VW 4), a group (8) or two (16).
+// SIMD twin of raster.c, written once; see simd.h. A vector holds half a row of a tile (VW 4), a row (8) or two (16).
 #include <stdbool.h>
 
 #include "kernels/raster.h"
 #include "kernels/simd.h"
 
-#define GROUP_VECTORS (VW < 8 ? 8 / VW : 1) // vectors per step of the mask
-#define LANES_PER_STEP (VW < 8 ? 8 : VW)
+// A step is what a bit of steps_of() stands for: one row of the tile, with VW 16 two.
+#define STEP_VECTORS (VW < FS_TILE_W ? FS_TILE_W / VW : 1)
+#define STEP_ROWS (VW / FS_TILE_W * STEP_VECTORS > 1 ? VW / FS_TILE_W : 1)
+#define STEPS (FS_TILE_H / STEP_ROWS)
+#define LOG2_ALPHA_MAX -0.0146f // under log2(FS_ALPHA_MAX): a splat with L below is nowhere clamped
+#define CENTRE_X (FS_TILE_W / 2)
+#define CENTRE_Y (FS_TILE_H / 2)
 
-typedef uint32_t vu __attribute__((vector_size(4 * VW)));
-
-// 2^t, t in [-30, 1]: relative error under 3e-6 (degree-4 minimax polynomial on [-1/2, 1/2]).
+// 2^t, t in [-30, 1]: relative error under 3e-6 (degree-4 minimax polynomial on [-1/2, 1/2]). Lanes out of range,
+// masked later, may hold anything.
 INLINE vf exp2_fast(vf t)
 {
     vf n = v_round(t);
@@ -19,11 +23,17 @@ INLINE vf exp2_fast(vf t)
     p = v_fma(p, r, v_set(0.24024745f));
     p = v_fma(p, r, v_set(0.69312181f));
     p = v_fma(p, r, v_set(0.99999926f));
-    return (vf)((vu)p + (vu)v_shift_left(v_to_int(n), 23)); // unsigned: lanes out of range, masked later, may wrap
+#if VW == 16
+    return (vf)_mm512_scalef_ps((__m512)p, (__m512)n);
+#else
+    typedef uint32_t vu __attribute__((vector_size(4 * VW))); // unsigned may wrap
+    return (vf)((vu)p + (vu)v_shift_left(v_to_int(n), 23));
+#endif
 }
 
-static const float row_centre[FS_TILE] = {0.5f, 1.5f, 2.5f,  3.5f,  4.5f,  5.5f,  6.5f,  7.5f,
-                                          8.5f, 9.5f, 10.5f, 11.5f, 12.5f, 13.5f, 14.5f, 15.5f};
+static const float row_centre[FS_TILE_H] = {0.5f,  1.5f,  2.5f,  3.5f,  4.5f,  5.5f,  6.5f,  7.5f,  8.5f,  9.5f,  10.5f,
+                                            11.5f, 12.5f, 13.5f, 14.5f, 15.5f, 16.5f, 17.5f, 18.5f, 19.5f, 20.5f, 21.5f,
+                                            22.5f, 23.5f, 24.5f, 25.5f, 26.5f, 27.5f, 28.5f, 29.5f, 30.5f, 31.5f};
 
 INLINE vi count_lanes(vi count, vm on) // one more in the lanes that are on
 {
@@ -37,14 +47,13 @@ INLINE vi count_lanes(vi count, vm on) // one more in the lanes that are on
 INLINE vf reciprocal(vf x)
 {
 #if VW == 16
-    vf r = (vf)_mm512_rcp14_ps((__m512)x); // one Newton step: 2^-27
-    return r * (v_set(2) - x * r);
+    return (vf)_mm512_rcp14_ps((__m512)x); // relative error under 2^-14, in one term of a gradient
 #else
     return v_set(1) / x;
 #endif
 }
 
-// The masks of steps: with VW 16, one step covers two groups.
+// The masks of steps: with VW 16, one step covers two rows.
 INLINE uint32_t steps_of(uint32_t mask)
 {
 #if VW == 16
@@ -54,33 +63,66 @@ INLINE uint32_t steps_of(uint32_t mask)
 #endif
 }
 
-// Lanes of the first vector of step g, as pixel centres.
-INLINE void lane_centres(float *x, float *y)
+// Pixel centres of vector v of a step, from the tile's centre.
+INLINE vf lane_x(int v)
 {
-    for (int p = 0; p < FS_TILE_PIXELS; p++) {
-        x[p] = (float)(p / 128 * 8 + p % 8) + 0.5f;
-        y[p] = (float)(p % 128 / 8) + 0.5f;
-    }
+    float x[VW];
+    for (int l = 0; l < VW; l++) x[l] = (float)((v * VW + l) % FS_TILE_W - CENTRE_X) + 0.5f;
+    return v_load(x);
+}
+INLINE vf lane_y(int step)
+{
+    float y[VW];
+    for (int l = 0; l < VW; l++) y[l] = (float)(step * STEP_ROWS + l / FS_TILE_W - CENTRE_Y) + 0.5f;
+    return v_load(y);
 }
 
-// Sums of the lanes of four vectors.
-INLINE void sum4(vf a, vf b, vf c, vf d, float out[4])
+// Sums of the lanes of ten vectors, the gradient record.
+#if VW == 16
+INLINE __m512 half_of(vf a, vf b) // sums of 8 lanes: a's in the lower half, b's in the upper
+{
+    __m512 inner = _mm512_mask_blend_ps(0xff00, (__m512)a, (__m512)b);
+    return _mm512_add_ps(inner, _mm512_shuffle_f32x4((__m512)a, (__m512)b, 0x4e));
+}
+INLINE __m512 quarter_of(__m512 ab, __m512 cd) // of 4 lanes: a's, b's, c's, d's
+{
+    return _mm512_add_ps(_mm512_shuffle_f32x4(ab, cd, 0x88), _mm512_shuffle_f32x4(ab, cd, 0xdd));
+}
+INLINE __m512 pairs_of(__m512 x, __m512 y) // within quarters, of 2 lanes: x's, y's
+{
+    return _mm512_add_ps(_mm512_shuffle_ps(x, y, 0x88), _mm512_shuffle_ps(x, y, 0xdd));
+}
+INLINE void sum_record(const vf v[FS_RECORD], float *out)
+{
+    __m512 x = quarter_of(half_of(v[0], v[1]), half_of(v[2], v[3]));
+    __m512 y = quarter_of(half_of(v[4], v[5]), half_of(v[6], v[7]));
+    __m512 z = half_of(v[8], v[9]);
+    z = quarter_of(z, z);
+    __m512 sums = pairs_of(pairs_of(x, y), pairs_of(z, z)); // quarter i: x_i, y_i, z_i, z_i
+    sums = _mm512_permutexvar_ps(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), sums);
+    _mm256_storeu_ps(out, _mm512_castps512_ps256(sums));
+    _mm_storel_pi((__m64 *)(out + 8), _mm512_extractf32x4_ps(sums, 2));
+}
+#else
+INLINE void sum4(const vf v[4], float *out)
 {
 #if VW == 4
-    float32x4_t ab = vpaddq_f32((float32x4_t)a, (float32x4_t)b), cd = vpaddq_f32((float32x4_t)c, (float32x4_t)d);
-    vst1q_f32(out, vpaddq_f32(ab, cd));
+    float32x4_t ab = vpaddq_f32((float32x4_t)v[0], (float32x4_t)v[1]);
+    vst1q_f32(out, vpaddq_f32(ab, vpaddq_f32((float32x4_t)v[2], (float32x4_t)v[3])));
 #else
-#if VW == 16
-#define FOLD(v) _mm256_add_ps(_mm512_castps512_ps256((__m512)v), _mm512_extractf32x8_ps((__m512)v, 1))
-#else
-#define FOLD(v) (__m256) v
-#endif
-    __m256 ab = _mm256_hadd_ps(FOLD(a), FOLD(b)), cd = _mm256_hadd_ps(FOLD(c), FOLD(d));
+    __m256 ab = _mm256_hadd_ps((__m256)v[0], (__m256)v[1]), cd = _mm256_hadd_ps((__m256)v[2], (__m256)v[3]);
     __m256 s = _mm256_hadd_ps(ab, cd);
     _mm_storeu_ps(out, _mm_add_ps(_mm256_castps256_ps128(s), _mm256_extractf128_ps(s, 1)));
-#undef FOLD
 #endif
 }
+INLINE void sum_record(const vf v[FS_RECORD], float *out)
+{
+    sum4(v, out);
+    sum4(v + 4, out + 4);
+    out[8] = v_sum(v[8]);
+    out[9] = v_sum(v[9]);
+}
+#endif
 
 static void cover(const Splat *s, int x0, int y0, int tiles, float t_min, uint32_t *mask)
 {
@@ -88,7 +130,7 @@ static void cover(const Splat *s, int x0, int y0, int tiles, float t_min, uint32
     float inv = -0.5f / s->a;
     vf k = v_set(4 * s->a * (s->l - t_min)), q = v_set(s->b * s->b - 4 * s->a * s->c);
     for (int i = 0; i < tiles; i++) mask[i] = 0;
-    for (int row = 0; row < FS_TILE; row += VW) {
+    for (int row = 0; row < FS_TILE_H; row += VW) {
         vf dy = v_load(row_centre + row) + v_set((float)y0 - s->y);
         vf disc = v_fma(q * dy, dy, v_set(0) - k);
         vm any = v_le(v_set(0), disc);
@@ -96,111 +138,143 @@ static void cover(const Splat *s, int x0, int y0, int tiles, float t_min, uint32
         vf mid = v_fma(dy, v_set(s->b * inv), v_set(s->x - (float)x0));
         vf lo = mid - half, hi = mid + half;
         for (int i = 0; i < tiles; i++) {
-            float x = (float)(i * FS_TILE);
-            vm m0 = vm_and(any, vm_and(v_le(lo, v_set(x + 7.5f)), v_le(v_set(x + 0.5f), hi)));
-            vm m1 = vm_and(any, vm_and(v_le(lo, v_set(x + 15.5f)), v_le(v_set(x + 8.5f), hi)));
-            mask[i] |= (uint32_t)vm_bits(m0) << row | (uint32_t)vm_bits(m1) << (row + 16);
+            float x = (float)(i * FS_TILE_W);
+            vm m = vm_and(any, vm_and(v_le(lo, v_set(x + FS_TILE_W - 0.5f)), v_le(v_set(x + 0.5f), hi)));
+            mask[i] |= (uint32_t)vm_bits(m) << row;
+        }
+    }
+}
+
+// ---- a tile's entries, BATCH at a time, made ready side by side ----
+// A splat's exponent over a tile is t = k + kx x + ky y + a x^2 + b x y + c y^2, with (x, y) from the tile's centre.
+// The lanes of a vector keep their x from step to step: for them t = t0 + y (t1 + c y).
+
+typedef struct Batched {
+    vf t0[STEP_VECTORS], t1[STEP_VECTORS];
+    float c, feature[FS_FEATURES_MAX];
+    float mx, my; // mean from the tile's centre
+    bool clamped; // alpha may exceed FS_ALPHA_MAX
+    int entry;
+} Batched;
+
+enum { BATCH = 64, BACKWARD_BATCH = 16 };
+
+typedef struct Batch {
+    Batched splat[BATCH];
+    uint32_t mask[BATCH]; // of steps
+    int n, next;          // entries taken, first one not looked at
+} Batch;
+
+INLINE void make_ready(const RasterTile *tile, const Splat *s, Batched *b)
+{
+    const float mx = s->x - (float)(tile->x0 + CENTRE_X), my = s->y - (float)(tile->y0 + CENTRE_Y);
+    const float kx = -(2 * s->a * mx + s->b * my), ky = -(2 * s->c * my + s->b * mx);
+    const vf k = v_set(s->l - 0.5f * (kx * mx + ky * my));
+    for (int v = 0; v < STEP_VECTORS; v++) {
+        const vf x = lane_x(v);
+        b->t0[v] = v_fma(v_fma(v_set(s->a), x, v_set(kx)), x, k);
+        b->t1[v] = v_fma(v_set(s->b), x, v_set(ky));
+    }
+    b->c = s->c;
+    memcpy(b->feature, s->feature, sizeof b->feature);
+    b->mx = mx;
+    b->my = my;
+    b->clamped = s->l > LOG2_ALPHA_MAX;
+}
+
+// The next entries of which a step is alive, at most `most`; the records of others, if there are any, become 0.
+INLINE void fill_batch(const RasterTile *tile, uint32_t alive, int most, Batch *batch, float *records)
+{
+    batch->n = 0;
+    for (; batch->next < tile->n && batch->n < most; batch->next++) {
+        const int i = batch->next;
+        if (i + 24 < tile->n) __builtin_prefetch(&tile->splats[tile->entry[i + 24].splat]);
+        const uint32_t mask = steps_of(tile->entry[i].mask) & alive;
+        if (mask) {
+            make_ready(tile, &tile->splats[tile->entry[i].splat], &batch->splat[batch->n]);
+            batch->splat[batch->n].entry = i;
+            batch->mask[batch->n++] = mask;
+        } else if (records) {
+            memset(records + (size_t)i * FS_RECORD, 0, sizeof(float) * FS_RECORD);
         }
     }
 }
 
 // ---- forward: step by step ----
-// A step's colours and transmittance stay in registers while all splats that touch it pass. The tile's entries are
-// taken BATCH at a time: their splats are copied side by side, and each step gets the list of those that touch it.
+// A step's colours and transmittance stay in registers while all splats of a batch that touch it pass.
 
-enum { BATCH = 128, STEPS = FS_TILE_PIXELS / LANES_PER_STEP, GROUPS_PER_STEP = LANES_PER_STEP / 8 };
-#if VW == 16
-typedef uint32_t BatchIndex;
-#else
-typedef uint8_t BatchIndex;
-#endif
-
-typedef struct Batch {
-    Splat splat[BATCH]; // x and y from the tile's corner
-    uint32_t mask[BATCH];
+typedef struct Lists { // for each step, those of the batch that touch it: offsets into batch->splat, bytes
     int count[STEPS];
-    BatchIndex list[STEPS][BATCH + 16];
-} Batch;
+    uint32_t at[STEPS][BATCH + 16];
+} Lists;
 
-INLINE void fill_batch(const RasterTile *tile, int first, uint32_t alive, Batch *batch)
+INLINE void fill_lists(Batch *batch, Lists *lists)
 {
-    int n = tile->n - first < BATCH ? tile->n - first : BATCH;
-    for (int i = 0; i < n; i++) {
-        const TileEntry *e = &tile->entry[first + i];
-        if (first + i + 24 < tile->n) __builtin_prefetch(&tile->splats[e[24].splat]);
-        batch->splat[i] = tile->splats[e->splat];
-        batch->splat[i].x -= (float)tile->x0;
-        batch->splat[i].y -= (float)tile->y0;
-        batch->mask[i] = steps_of(e->mask) & alive;
-    }
-    memset(batch->count, 0, sizeof batch->count);
+    memset(lists->count, 0, sizeof lists->count);
 #if VW == 16
-    for (int i = n; i < (n + 15) / 16 * 16; i++) batch->mask[i] = 0;
+    for (int k = batch->n; k < (batch->n + 15) / 16 * 16; k++) batch->mask[k] = 0;
     const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    for (int i = 0; i < n; i += 16) {
-        __m512i mask = _mm512_loadu_si512(batch->mask + i), index = _mm512_add_epi32(lane, _mm512_set1_epi32(i));
+    for (int k = 0; k < batch->n; k += 16) {
+        __m512i mask = _mm512_loadu_si512(batch->mask + k), index = _mm512_add_epi32(lane, _mm512_set1_epi32(k));
+        index = _mm512_mullo_epi32(index, _mm512_set1_epi32((int)sizeof(Batched)));
         for (int s = 0; s < STEPS; s++) {
             __mmask16 on = _mm512_test_epi32_mask(mask, _mm512_set1_epi32(1 << (2 * s)));
-            _mm512_storeu_si512(batch->list[s] + batch->count[s], _mm512_maskz_compress_epi32(on, index));
-            batch->count[s] += __builtin_popcount(on);
+            _mm512_storeu_si512(lists->at[s] + lists->count[s], _mm512_maskz_compress_epi32(on, index));
+            lists->count[s] += __builtin_popcount(on);
         }
     }
 #else
-    for (int i = 0; i < n; i++)
-        for (uint32_t m = batch->mask[i]; m; m &= m - 1) {
+    for (int k = 0; k < batch->n; k++)
+        for (uint32_t m = batch->mask[k]; m; m &= m - 1) {
             int s = __builtin_ctz(m);
-            batch->list[s][batch->count[s]++] = (BatchIndex)i;
+            lists->at[s][lists->count[s]++] = (uint32_t)k * (uint32_t)sizeof(Batched);
         }
 #endif
 }
 
 // One vector of pixels through its list; returns whether any is still open.
-INLINE bool forward_vector(const RasterTile *tile, const Batch *batch, int step, vf x, vf y, float *feature,
-                           float *transmittance, long *pairs, const int nf)
+INLINE bool forward_vector(const RasterTile *tile, const Batch *batch, const Lists *lists, int step, int v,
+                           float *feature, float *transmittance, long *pairs, const int nf, const bool count)
 {
-    const vf t_min = v_set(tile->t_min), T_min = v_set(tile->transmittance_min);
+    const vf t_min = v_set(tile->t_min), T_min = v_set(tile->transmittance_min), y = lane_y(step);
     vf T = v_load(transmittance), sum[FS_FEATURES_MAX];
     for (int k = 0; k < nf; k++) sum[k] = v_load(feature + k * FS_TILE_PIXELS);
-    vf T_end = T; // T goes on falling in closed lanes, where nobody asks: the chain from splat to splat stays short
     vm open = v_le(T_min, T);
     vi n_pairs = v_seti(0);
-    for (int i = 0, n = batch->count[step]; i < n && vm_any(open); i++) {
-        const Splat *s = &batch->splat[batch->list[step][i]];
-        vf dx = x - v_set(s->x), dy = y - v_set(s->y);
-        vf t = v_fma(v_fma(v_set(s->a), dx, v_set(s->b) * dy), dx, v_fma(v_set(s->c) * dy, dy, v_set(s->l)));
+    for (int i = 0, n = lists->count[step]; i < n && vm_any(open); i++) {
+        const Batched *s = (const Batched *)((const char *)batch->splat + lists->at[step][i]);
+        vf t = v_fma(v_fma(v_set(s->c), y, s->t1[v]), y, s->t0[v]);
         vm near = v_le(t_min, t);
         vf alpha = v_where(near, v_min(exp2_fast(t), v_set(FS_ALPHA_MAX)));
         vf w = v_where(open, alpha * T);
         for (int k = 0; k < nf; k++) sum[k] = v_fma(w, v_set(s->feature[k]), sum[k]);
-        n_pairs = count_lanes(n_pairs, vm_and(near, open));
-        T = v_fma(v_set(0) - alpha, T, T);
-        T_end = v_sel(open, T, T_end);
+        if (count) n_pairs = count_lanes(n_pairs, vm_and(near, open));
+        T = T - w;
         open = v_le(T_min, T);
     }
-    v_store(transmittance, T_end);
+    v_store(transmittance, T);
     for (int k = 0; k < nf; k++) v_store(feature + k * FS_TILE_PIXELS, sum[k]);
-    for (int l = 0; l < VW; l++) *pairs += n_pairs[l];
+    for (int l = 0; count && l < VW; l++) *pairs += n_pairs[l];
     return vm_any(open);
 }
 
-INLINE long forward_n(const RasterTile *tile, float *feature, float *transmittance, const int nf)
+INLINE long forward_n(const RasterTile *tile, float *feature, float *transmittance, const int nf, const bool count)
 {
-    _Alignas(64) float px[FS_TILE_PIXELS], py[FS_TILE_PIXELS];
-    _Alignas(64) Batch batch;
-    lane_centres(px, py);
+    Batch batch;
+    Lists lists;
     for (int p = 0; p < FS_TILE_PIXELS; p++) transmittance[p] = 1;
     memset(feature, 0, sizeof(float) * FS_TILE_PIXELS * (size_t)nf);
     uint32_t alive = steps_of(0xffffffffu);
     long pairs = 0;
-    for (int i = 0; i < tile->n && alive; i += BATCH) {
-        fill_batch(tile, i, alive, &batch);
+    for (batch.next = 0; batch.next < tile->n && alive;) {
+        fill_batch(tile, alive, BATCH, &batch, NULL);
+        fill_lists(&batch, &lists);
         for (int s = 0; s < STEPS; s++) {
             bool open = false;
-            if (!batch.count[s]) continue;
-            for (int p = s * LANES_PER_STEP; p < (s + 1) * LANES_PER_STEP; p += VW)
-                open |= forward_vector(tile, &batch, s, v_load(px + p), v_load(py + p), feature + p, transmittance + p,
-                                       &pairs, nf);
-            if (!open) alive &= ~(1u << (s * GROUPS_PER_STEP));
+            if (!lists.count[s]) continue;
+            for (int v = 0, p = s * STEP_VECTORS * VW; v < STEP_VECTORS; v++, p += VW)
+                open |= forward_vector(tile, &batch, &lists, s, v, feature + p, transmittance + p, &pairs, nf, count);
+            if (!open) alive &= ~(1u << (s * STEP_ROWS));
         }
     }
     return pairs;
@@ -209,94 +283,121 @@ INLINE long forward_n(const RasterTile *tile, float *feature, float *transmittan
 static long forward(const RasterTile *tile, float *feature, float *transmittance)
 {
     switch (tile->features) {
-    case 1: return forward_n(tile, feature, transmittance, 1);
-    case 2: return forward_n(tile, feature, transmittance, 2);
-    case 3: return forward_n(tile, feature, transmittance, 3);
-    default: return forward_n(tile, feature, transmittance, 4);
+    case 1:
+        return tile->count ? forward_n(tile, feature, transmittance, 1, true)
+                           : forward_n(tile, feature, transmittance, 1, false);
+    case 2:
+        return tile->count ? forward_n(tile, feature, transmittance, 2, true)
+                           : forward_n(tile, feature, transmittance, 2, false);
+    case 3:
+        return tile->count ? forward_n(tile, feature, transmittance, 3, true)
+                           : forward_n(tile, feature, transmittance, 3, false);
+    default:
+        return tile->count ? forward_n(tile, feature, transmittance, 4, true)
+                           : forward_n(tile, feature, transmittance, 4, false);
     }
+}
+
+// ---- backward: splat by splat ----
+
+typedef struct Pixels { // of one vector
+    vf y, T, behind, d[FS_FEATURES_MAX];
+} Pixels;
+
+INLINE void fill_pixels(const float *feature, const float *transmittance, const float *d_feature,
+                        const float *d_transmittance, Pixels *pixels, const int nf)
+{
+    for (int i = 0; i < STEPS * STEP_VECTORS; i++) {
+        const int p = i * VW;
+        vf s = d_transmittance ? v_load(d_transmittance + p) * v_load(transmittance + p) : v_set(0);
+        for (int k = 0; k < nf; k++) {
+            pixels[i].d[k] = v_load(d_feature + k * FS_TILE_PIXELS + p);
+            s = v_fma(pixels[i].d[k], v_load(feature + k * FS_TILE_PIXELS + p), s);
+        }
+        pixels[i].behind = s;
+        pixels[i].T = v_set(1);
+        pixels[i].y = lane_y(i / STEP_VECTORS);
+    }
+}
+
+// One splat over the pixels from step `first` to `last`, of each step vector v: adds to the record's sums. Returns the
+// steps that turned out to be closed. The moments in y need no multiplication in the loop: with j = 1 for the last
+// step, 2 for the one before it, ..., sums of sums are sum d t, sum j d t, sum j (j + 1) / 2 d t.
+INLINE uint32_t backward_vectors(const RasterTile *tile, const Batched *s, int first, int last, int v, Pixels *pixels,
+                                 vf sum[FS_RECORD], const int nf, const bool clamp)
+{
+    const vf t_min = v_set(tile->t_min), T_min = v_set(tile->transmittance_min), t0 = s->t0[v], t1 = s->t1[v];
+    const vf c = v_set(s->c);
+    vf f[FS_FEATURES_MAX], d_f[FS_FEATURES_MAX];
+    for (int k = 0; k < nf; k++) {
+        f[k] = v_set(s->feature[k]);
+        d_f[k] = v ? sum[6 + k] : v_set(0);
+    }
+    uint32_t closed = 0;
+    vf n0 = v_set(0), n1 = n0, n2 = n0;
+    for (int step = first; step <= last; step++) {
+        Pixels *p = &pixels[step * STEP_VECTORS + v];
+        const vf T = p->T, y = p->y;
+        const vm open = v_le(T_min, T);
+        if (vm_any(open)) {
+            vf t = v_fma(v_fma(c, y, t1), y, t0);
+            vf alpha = v_where(vm_and(open, v_le(t_min, t)), exp2_fast(t));
+            vm free = v_le(alpha, v_set(FS_ALPHA_MAX));
+            if (clamp) alpha = v_min(alpha, v_set(FS_ALPHA_MAX));
+            vf w = alpha * T, g = p->d[0] * f[0];
+            for (int k = 1; k < nf; k++) g = v_fma(p->d[k], f[k], g);
+            for (int k = 0; k < nf; k++) d_f[k] = v_fma(w, p->d[k], d_f[k]);
+            g = w * g;
+            vf rest = p->behind - g;
+            vf d_t = v_fma(v_set(0) - alpha * reciprocal(v_set(1) - alpha), rest, g);
+            if (clamp) d_t = v_where(free, d_t);
+            p->behind = rest;
+            p->T = T - w;
+            n0 = n0 + d_t;
+        } else {
+            closed |= 1u << (step * STEP_ROWS);
+        }
+        n1 = n1 + n0;
+        n2 = n2 + n1;
+    }
+    const vf h = v_set(STEP_ROWS), ln2 = v_set(0.69314718f);
+    n0 = n0 * ln2;
+    n1 = n1 * (h * ln2);
+    n2 = n2 * (2 * h * h * ln2);
+    const vf y = lane_y(last + 1) - v_set(s->my), dx = lane_x(v) - v_set(s->mx), gx = n0 * dx;
+    vf gy = v_fma(y, n0, v_set(0) - n1);
+    const vf m[6] = {n0, gx, gy, gx * dx, gy * dx, v_fma(y, gy - n1, n2 - h * n1)};
+    for (int k = 0; k < 6; k++) sum[k] = v ? sum[k] + m[k] : m[k];
+    for (int k = 0; k < nf; k++) sum[6 + k] = d_f[k];
+    return closed;
 }
 
 INLINE void backward_n(const RasterTile *tile, const float *feature, const float *transmittance, const float *d_feature,
                        const float *d_transmittance, float *records, const int nf)
 {
-    _Alignas(64) float px[FS_TILE_PIXELS], py[FS_TILE_PIXELS], T_now[FS_TILE_PIXELS], behind[FS_TILE_PIXELS];
-    lane_centres(px, py);
-    for (int p = 0; p < FS_TILE_PIXELS; p += VW) {
-        vf s = d_transmittance ? v_load(d_transmittance + p) * v_load(transmittance + p) : v_set(0);
-        for (int k = 0; k < nf; k++)
-            s = v_fma(v_load(d_feature + k * FS_TILE_PIXELS + p), v_load(feature + k * FS_TILE_PIXELS + p), s);
-        v_store(behind + p, s);
-        v_store(T_now + p, v_set(1));
-    }
-    const vf t_min = v_set(tile->t_min), T_min = v_set(tile->transmittance_min), zero = v_set(0);
-    uint32_t alive[GROUP_VECTORS];
-    for (int v = 0; v < GROUP_VECTORS; v++) alive[v] = steps_of(0xffffffffu);
-    for (int i = 0; i < tile->n; i++) {
-        const Splat *s = &tile->splats[tile->entry[i].splat];
-        if (i + 8 < tile->n) { // splats and records lie far apart: their cache lines must be on the way
-            const TileEntry *ahead = &tile->entry[i + 8];
-            const float *record = records + (size_t)ahead->slot * FS_RECORD;
-            __builtin_prefetch(&tile->splats[ahead->splat]);
-            __builtin_prefetch(record, 1);
-            __builtin_prefetch(record + FS_RECORD - 1, 1);
-        }
-        const vf my = v_set(s->y - (float)tile->y0), c = v_set(s->c);
-        const uint32_t steps = steps_of(tile->entry[i].mask);
-        vf f[FS_FEATURES_MAX], d_f[FS_FEATURES_MAX];
-        for (int k = 0; k < nf; k++) {
-            f[k] = v_set(s->feature[k]);
-            d_f[k] = zero;
-        }
-        vf m0 = zero, m1 = zero, m2 = zero, m3 = zero, m4 = zero, m5 = zero;
-        for (int part = 0; part < 2 * GROUP_VECTORS; part++) { // lanes keep their x within a part
-            const int half = part & 1, v = part >> 1;
-            uint32_t m = steps & alive[v] & (half ? 0xffff0000u : 0xffffu);
-            if (!m) continue;
-            const vf dx = v_load(px + half * 128 + v * VW) - v_set(s->x - (float)tile->x0);
-            const vf b_dx = v_set(s->b) * dx, t_dx = v_fma(v_set(s->a) * dx, dx, v_set(s->l));
-            vf n0 = zero, n1 = zero, n2 = zero; // moments of d_t in y
-            for (; m; m &= m - 1) {
-                const int step = __builtin_ctz(m), p = step * 8 + v * VW;
-                vf dy = v_load(py + p) - my, T = v_load(T_now + p);
-                vf t = v_fma(v_fma(c, dy, b_dx), dy, t_dx);
-                vm on = vm_and(v_le(t_min, t), v_le(T_min, T));
-                vf alpha = v_where(on, exp2_fast(t));
-                vm free = v_le(alpha, v_set(FS_ALPHA_MAX));
-                alpha = v_min(alpha, v_set(FS_ALPHA_MAX));
-                vf w = alpha * T, g = zero;
-                for (int k = 0; k < nf; k++) {
-                    vf d_k = v_load(d_feature + k * FS_TILE_PIXELS + p);
-                    g = k ? v_fma(d_k, f[k], g) : d_k * f[k];
-                    d_f[k] = v_fma(w, d_k, d_f[k]);
-                }
-                vf rest = v_load(behind + p) - w * g;
-                v_store(behind + p, rest);
-                vf d_t = v_where(free, w * g - alpha * (rest * reciprocal(v_set(1) - alpha)));
-                T = v_fma(v_set(0) - alpha, T, T);
-                v_store(T_now + p, T);
-                if (!vm_any(v_le(T_min, T))) alive[v] &= ~(1u << step);
-                vf gy = d_t * dy;
-                n0 = n0 + d_t;
-                n1 = n1 + gy;
-                n2 = v_fma(gy, dy, n2);
+    Pixels pixels[STEPS * STEP_VECTORS];
+    Batch batch;
+    vf sums[BACKWARD_BATCH][FS_RECORD];
+    memset(sums, 0, sizeof sums);
+    fill_pixels(feature, transmittance, d_feature, d_transmittance, pixels, nf);
+    uint32_t alive = steps_of(0xffffffffu);
+    for (batch.next = 0; batch.next < tile->n;) {
+        fill_batch(tile, alive, BACKWARD_BATCH, &batch, records);
+        for (int i = 0; i < batch.n; i++) {
+            const Batched *s = &batch.splat[i];
+            const uint32_t steps = batch.mask[i] & alive;
+            if (!steps) {
+                memset(sums[i], 0, sizeof sums[i]);
+                continue;
             }
-            vf gx = n0 * dx;
-            m0 = m0 + n0;
-            m1 = m1 + gx;
-            m2 = m2 + n1;
-            m3 = v_fma(gx, dx, m3);
-            m4 = v_fma(n1, dx, m4);
-            m5 = m5 + n2;
+            const int first = __builtin_ctz(steps) / STEP_ROWS, last = (31 - __builtin_clz(steps)) / STEP_ROWS;
+            uint32_t closed = steps;
+            for (int v = 0; v < STEP_VECTORS; v++)
+                closed &= s->clamped ? backward_vectors(tile, s, first, last, v, pixels, sums[i], nf, true)
+                                     : backward_vectors(tile, s, first, last, v, pixels, sums[i], nf, false);
+            alive &= ~closed;
         }
-        const vf ln2 = v_set(0.69314718f);
-        float r[12];
-        sum4(m0 * ln2, m1 * ln2, m2 * ln2, m3 * ln2, r);
-        sum4(m4 * ln2, m5 * ln2, d_f[0], nf > 1 ? d_f[1] : zero, r + 4);
-        if (nf > 2)
-            sum4(d_f[2], nf > 3 ? d_f[3] : zero, zero, zero, r + 8);
-        else
-            r[8] = r[9] = 0;
-        memcpy(records + (size_t)tile->entry[i].slot * FS_RECORD, r, sizeof(float) * FS_RECORD);
+        for (int i = 0; i < batch.n; i++) sum_record(sums[i], records + (size_t)batch.splat[i].entry * FS_RECORD);
     }
 }
 

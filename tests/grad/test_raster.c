@@ -18,13 +18,13 @@
 #undef backward
 #include "kernels/project.c"
 
-enum { N = 7, TILES = 2, FEATURES = 4 };
+enum { N = 7, TILES_X = 4, TILES = 4, FEATURES = 4 };
 #define OPEN_T_MIN (-60.0)
 
 typedef struct World {
     double means[N * 3], scales[N * 3], quats[N * 4], opacities[N], colors[N * 3];
     double d_means[N * 3], d_scales[N * 3], d_quats[N * 4], d_opacities[N], d_colors[N * 3], d_depth[N];
-    double want[TILES * TILES][FEATURES * FS_TILE_PIXELS], want_t[TILES * TILES][FS_TILE_PIXELS]; // dL/d result
+    double want[TILES][FEATURES * FS_TILE_PIXELS], want_t[TILES][FS_TILE_PIXELS]; // dL/d result
     ProjectCamera camera;
     Splat splats[N];
     TileEntry entry[N];
@@ -46,7 +46,7 @@ static World *make_world(void)
         for (int k = 0; k < 3; k++) w->colors[3 * i + k] = fs_rng_uniform(&rng);
     }
     w->means[0] = 1.9; // beyond the clamp of J: its tail still reaches the picture
-    for (int t = 0; t < TILES * TILES; t++) {
+    for (int t = 0; t < TILES; t++) {
         for (int i = 0; i < FEATURES * FS_TILE_PIXELS; i++) w->want[t][i] = fs_rng_normal(&rng);
         for (int i = 0; i < FS_TILE_PIXELS; i++) w->want_t[t][i] = fs_rng_normal(&rng);
     }
@@ -58,7 +58,8 @@ static World *make_world(void)
 
 static RasterTile tile_of(World *w, int t)
 {
-    return (RasterTile){t % TILES * FS_TILE, t / TILES * FS_TILE, N, w->entry, w->splats, FEATURES, OPEN_T_MIN, 0};
+    return (RasterTile){
+        t % TILES_X * FS_TILE_W, t / TILES_X * FS_TILE_H, N, w->entry, w->splats, FEATURES, OPEN_T_MIN, 0};
 }
 
 // The loss: sum of all results, weighted at random.
@@ -70,9 +71,9 @@ static double render(World *w, double feature[][FEATURES * FS_TILE_PIXELS], doub
     for (int i = 0; i < N; i++) {
         for (int k = 0; k < 3; k++) w->splats[i].feature[k] = w->colors[3 * i + k];
         w->splats[i].feature[3] = w->splats[i].depth;
-        w->entry[i] = (TileEntry){(uint32_t)i, 0xffffffffu, (uint32_t)i};
+        w->entry[i] = (TileEntry){(uint32_t)i, 0xffffffffu};
     }
-    for (int t = 0; t < TILES * TILES; t++) {
+    for (int t = 0; t < TILES; t++) {
         RasterTile tile = tile_of(w, t);
         fs_raster_scalar.forward(&tile, feature[t], transmittance[t]);
         for (int i = 0; i < FEATURES * FS_TILE_PIXELS; i++) loss += w->want[t][i] * feature[t][i];
@@ -83,10 +84,10 @@ static double render(World *w, double feature[][FEATURES * FS_TILE_PIXELS], doub
 
 static void gradients(World *w)
 {
-    static double feature[TILES * TILES][FEATURES * FS_TILE_PIXELS], transmittance[TILES * TILES][FS_TILE_PIXELS];
+    static double feature[TILES][FEATURES * FS_TILE_PIXELS], transmittance[TILES][FS_TILE_PIXELS];
     render(w, feature, transmittance);
     memset(w->moments, 0, sizeof w->moments);
-    for (int t = 0; t < TILES * TILES; t++) {
+    for (int t = 0; t < TILES; t++) {
         RasterTile tile = tile_of(w, t);
         double records[N * FS_RECORD];
         fs_raster_scalar.backward(&tile, feature[t], transmittance[t], w->want[t], w->want_t[t], records);
@@ -103,7 +104,7 @@ static void gradients(World *w)
 
 static void check_field(World *w, double *value, const double *gradient, int n, const char *name)
 {
-    static double feature[TILES * TILES][FEATURES * FS_TILE_PIXELS], transmittance[TILES * TILES][FS_TILE_PIXELS];
+    static double feature[TILES][FEATURES * FS_TILE_PIXELS], transmittance[TILES][FS_TILE_PIXELS];
     double largest = 0, worst = 0;
     for (int i = 0; i < n; i++) largest = fmax(largest, fabs(gradient[i]));
     assert_true(largest > 0);

@@ -28,8 +28,8 @@ static void make(Case *c, int n, int features, bool cut)
         float sx = expf(1.0f + 0.8f * fs_rng_normal(&rng)), sy = expf(1.0f + 0.8f * fs_rng_normal(&rng));
         float angle = 6.28f * fs_rng_uniform(&rng), u = cosf(angle), v = sinf(angle);
         float p = 0.72134752f / (sx * sx + 0.3f), q = 0.72134752f / (sy * sy + 0.3f); // log2(e) / 2 / variance
-        s->x = X0 - 4 + 24 * fs_rng_uniform(&rng);
-        s->y = Y0 - 4 + 24 * fs_rng_uniform(&rng);
+        s->x = X0 - 4 + (FS_TILE_W + 8) * fs_rng_uniform(&rng);
+        s->y = Y0 - 4 + (FS_TILE_H + 8) * fs_rng_uniform(&rng);
         s->a = -(p * u * u + q * v * v);
         s->b = -2 * (p - q) * u * v;
         s->c = -(p * v * v + q * u * u);
@@ -45,10 +45,10 @@ static void make(Case *c, int n, int features, bool cut)
         uint32_t id = (uint32_t)(SPLATS - 1 - i);
         uint32_t mask = 0xffffffffu;
         if (cut) fs_raster_scalar.cover(&c->splats[id], X0, Y0, 1, FS_T_MIN, &mask);
-        c->entry[i] = (TileEntry){id, mask, (uint32_t)((i * 7) % SPLATS)};
+        c->entry[i] = (TileEntry){id, mask};
     }
-    c->tile =
-        (RasterTile){X0, Y0, n, c->entry, c->splats, features, cut ? FS_T_MIN : -29.0f, cut ? FS_TRANSMITTANCE_MIN : 0};
+    c->tile = (RasterTile){
+        X0, Y0, n, c->entry, c->splats, features, cut ? FS_T_MIN : -29.0f, cut ? FS_TRANSMITTANCE_MIN : 0, true};
 }
 static void drop(Case *c)
 {
@@ -100,12 +100,14 @@ static void compare(int n, int features, bool cut)
         memcpy(c->feature, ref->feature, sizeof c->feature);
         memcpy(c->transmittance, ref->transmittance, sizeof c->transmittance);
         run_backward(c);
-        for (int k = 0; k < 6 + features; k++) { // each kind of moment on its own scale
+        // Each kind of moment on its own scale. Where alpha is large, a 14-bit reciprocal is in one of two terms
+        // (AVX-512).
+        for (int k = 0; k < 6 + features; k++) {
             float a[SPLATS], b[SPLATS];
             for (int i = 0; i < SPLATS; i++)
                 a[i] = ref->records[i * FS_RECORD + k], b[i] = c->records[i * FS_RECORD + k];
             e = difference(a, b, SPLATS);
-            CHECK(e < (cut ? 2e-2 : 1e-4), "%s n %d features %d record %d: %g", name, n, features, k, e);
+            CHECK(e < (cut ? 2e-2 : 5e-4), "%s n %d features %d record %d: %g", name, n, features, k, e);
         }
         drop(c);
     }
@@ -114,7 +116,7 @@ static void compare(int n, int features, bool cut)
     free(c);
 }
 
-// Every pixel over the threshold lies in a marked group; few groups are marked that have none.
+// Every pixel over the threshold lies in a marked row; few rows are marked that have none.
 static void check_cover(void)
 {
     Case *c = malloc(sizeof *c);
@@ -122,26 +124,26 @@ static void check_cover(void)
     make(c, SPLATS, 3, true);
     FOR_LEVELS(level)
     {
-        int extra = 0, groups = 0;
+        int extra = 0, rows = 0;
         for (int i = 0; i < SPLATS; i++) {
             const Splat *s = &c->splats[i];
             uint32_t row[2], mask; // as the second of two tiles
-            fs_kernels_at(level).raster->cover(s, X0 - FS_TILE, Y0, 2, FS_T_MIN, row);
+            fs_kernels_at(level).raster->cover(s, X0 - FS_TILE_W, Y0, 2, FS_T_MIN, row);
             mask = row[1];
-            for (int g = 0; g < 32; g++) {
+            for (int g = 0; g < FS_TILE_H; g++) {
                 double best = -1e9;
-                for (int l = 0; l < 8; l++) {
-                    double dx = X0 + g / 16 * 8 + l + 0.5 - s->x, dy = Y0 + g % 16 + 0.5 - s->y;
+                for (int l = 0; l < FS_TILE_W; l++) {
+                    double dx = X0 + l + 0.5 - s->x, dy = Y0 + g + 0.5 - s->y;
                     best = fmax(best, (s->a * dx + s->b * dy) * dx + s->c * dy * dy + s->l);
                 }
                 if (best > FS_T_MIN + 1e-4)
-                    CHECK(mask >> g & 1, "%s splat %d group %d: %g not covered", fs_cpu_name(level), i, g, best);
-                groups += best > FS_T_MIN;
+                    CHECK(mask >> g & 1, "%s splat %d row %d: %g not covered", fs_cpu_name(level), i, g, best);
+                rows += best > FS_T_MIN;
                 extra += best < FS_T_MIN && (mask >> g & 1);
             }
         }
         // a row's ellipse may pass between two pixel centres
-        CHECK(extra < groups / 20, "%s: %d of %d groups for nothing", fs_cpu_name(level), extra, groups);
+        CHECK(extra < rows / 20, "%s: %d of %d rows for nothing", fs_cpu_name(level), extra, rows);
     }
     drop(c);
     free(c);
