@@ -80,10 +80,12 @@ static void compose_job(void *context, int job, int worker)
     (void)worker;
     View *v = context;
     int y0 = job * STRIP, y1 = y0 + STRIP < v->camera->height ? y0 + STRIP : v->camera->height;
-    if (v->scene->pane_beta)
-        fs_pane_forward(&v->scene->pane, v->camera, &v->beta[0], &v->tau, y0, y1);
-    else
+    if (v->scene->pane_beta) {
+        PaneView pane = fs_pane_view(&v->scene->pane, v->camera);
+        v->engine->kernels.pane->forward(&pane, &v->beta[0], &v->tau, y0, y1);
+    } else {
         fs_engine_sigmoid(&v->engine->task[LAYER_BETA].feature, &v->beta[0], y0, y1);
+    }
     fs_engine_scale(&v->beta[0], (float)(1 + v->scene->flash_return), &v->beta[1], y0, y1);
     for (int f = 0; f < 2; f++) {
         ComposeArgs args = {.T = &v->T[f],

@@ -5,10 +5,12 @@
 #include "base/cpu.h"
 #include "kernels/adam.h"
 #include "kernels/compose.h"
+#include "kernels/pane.h"
 #include "kernels/pearson.h"
 #include "kernels/photometric.h"
 #include "kernels/project.h"
 #include "kernels/raster.h"
+#include "kernels/regularise.h"
 #include "kernels/shade.h"
 #include "kernels/smooth.h"
 
@@ -22,6 +24,8 @@ typedef struct Kernels {
     const ProjectKernels *project;
     const RasterKernels *raster;
     const ShadeKernels *shade;
+    const PaneKernels *pane;
+    const RegulariseKernels *regularise;
 } Kernels;
 
 // The tables of the setting "cpu" ("best" or a level's name); an error when this machine lacks it.

@@ -80,13 +80,10 @@ static void regularise(const Trainer *t, const Cloud *cloud, RasterTask *task, i
 {
     float w_opacity = (float)(t->set->opacity_reg / cloud->n), w_scale = (float)(t->set->scale_reg / (3.0 * cloud->n));
     w_scale /= (float)t->scene.extent;
-    for (int i = begin; i < end; i++) {
-        if (!task->seen[i]) continue;
-        float o = 1 / (1 + expf(-cloud->field[CLOUD_OPACITIES][i]));
-        task->d_field[CLOUD_OPACITIES][i] += w_opacity * o * (1 - o);
-        for (int k = 0; k < 3; k++)
-            task->d_field[CLOUD_SCALES][3 * i + k] += w_scale * expf(cloud->field[CLOUD_SCALES][3 * i + k]);
-    }
+    const RegulariseKernels *k = t->engine->kernels.regularise; // those not seen too: Adam passes them over
+    size_t n = (size_t)(end - begin);
+    k->sigmoid(cloud->field[CLOUD_OPACITIES] + begin, n, w_opacity, task->d_field[CLOUD_OPACITIES] + begin);
+    k->exp(cloud->field[CLOUD_SCALES] + 3 * begin, 3 * n, w_scale, task->d_field[CLOUD_SCALES] + 3 * begin);
 }
 
 // Noise on the means of nearly transparent Gaussians, so that they search (3DGS-MCMC, eq. 9).
@@ -95,8 +92,9 @@ static void explore(const Trainer *t, Cloud *cloud, int layer, int begin, int en
     Rng rng = fs_rng_new(((uint64_t)t->set->seed << 40) ^ ((uint64_t)t->step << 20) ^ (uint64_t)(begin / CHUNK) ^
                          ((uint64_t)layer << 60));
     for (int i = begin; i < end; i++) {
-        float o = 1 / (1 + expf(-cloud->field[CLOUD_OPACITIES][i]));
-        if (o > 0.1f) continue;
+        float logit = cloud->field[CLOUD_OPACITIES][i];
+        if (logit > -2.1972246f) continue; // opacity over a tenth
+        float o = 1 / (1 + expf(-logit));
         float size = (float)(5e5 * means_rate) / (1 + expf(100 * (o - 0.005f)));
         const float *q = cloud->field[CLOUD_QUATS] + 4 * i, *s = cloud->field[CLOUD_SCALES] + 3 * i;
         double quat[4] = {q[0], q[1], q[2], q[3]}, r[9];

@@ -12,6 +12,11 @@
 const char *const fs_loss_names[LOSS_TERMS] = {"l1",          "dssim",        "linearity",
                                                "beta_smooth", "depth_smooth", "gain_smooth"};
 
+typedef struct GlobalGradient { // of the numbers that belong to the whole scene
+    PaneGradient pane;
+    double flash_return;
+} GlobalGradient;
+
 typedef struct Step {
     Trainer *trainer;
     const TrainView *view;
@@ -23,6 +28,8 @@ typedef struct Step {
     Planes black, d_black; // 3 planes of R where there is none
     Planes I, d_I, T_linear, R_linear, I_linear, other_linear;
     PearsonSums *pearson, pearson_total; // per strip, and all
+    PaneView pane;
+    GlobalGradient *global; // per strip
     int strips;
 } Step;
 
@@ -132,7 +139,7 @@ static void compose_job(void *context, int strip, int worker)
     Trainer *t = s->trainer;
     int y0 = strip * STRIP, y1 = strip_end(s, strip);
     if (t->scene.pane_beta)
-        fs_pane_forward(&t->scene.pane, &s->view->view->camera, &s->beta, &s->tau, y0, y1);
+        t->engine->kernels.pane->forward(&s->pane, &s->beta, &s->tau, y0, y1);
     else
         fs_engine_sigmoid(&s->task[LAYER_BETA]->feature, &s->beta, y0, y1);
     if (s->view->view->flash) fs_engine_scale(&s->beta, (float)(1 + t->scene.flash_return), &s->beta, y0, y1);
@@ -147,6 +154,20 @@ static void compose_job(void *context, int strip, int worker)
         PearsonArgs pearson = {.X_linear = &s->T_linear, .Y_linear = &s->other_linear};
         s->pearson[strip] = t->engine->kernels.pearson->sums(&pearson, y0, y1);
     }
+}
+
+static GlobalGradient global_gradient(const Step *s, int y0, int y1)
+{
+    const Trainer *t = s->trainer;
+    GlobalGradient sum = {0};
+    if (t->scene.pane_beta) sum.pane = t->engine->kernels.pane->backward(&s->pane, &s->d_beta, &s->d_tau, y0, y1);
+    for (int y = y0; y < y1 && s->view->view->flash; y++) {
+        const float *beta = fs_planes_row(&s->beta, 0, y), *d_beta = fs_planes_row(&s->d_beta, 0, y);
+        double row = 0;
+        for (int x = 0; x < s->beta.width; x++) row += (double)(beta[x] * d_beta[x]);
+        sum.flash_return += row;
+    }
+    return sum;
 }
 
 static void loss_job(void *context, int strip, int worker)
@@ -200,6 +221,7 @@ static void loss_job(void *context, int strip, int worker)
                                .weight = (float)t->set->linearity};
         k->pearson->gradient(&pearson, &s->pearson_total, y0, y1);
     }
+    s->global[strip] = global_gradient(s, y0, y1);
 }
 
 // beta = sigmoid(x): d_x = d_beta beta (1 - beta)
@@ -242,14 +264,18 @@ static void update_globals(Step *s)
     GlobalState *g = &t->globals;
     int step = t->step + 1;
     if (scene->separation == SEPARATION_NONE) return;
+    GlobalGradient d = {0};
+    for (int i = 0; i < s->strips; i++) {
+        for (int k = 0; k < 3; k++) d.pane.normal[k] += s->global[i].pane.normal[k];
+        d.pane.dimming += s->global[i].pane.dimming;
+        d.flash_return += s->global[i].flash_return;
+    }
     if (scene->pane_beta) {
-        PaneGradient d = {0};
-        fs_pane_backward(&scene->pane, &s->view->view->camera, &s->d_beta, &s->d_tau, 0, s->beta.height, &d);
         double *n = scene->pane.normal;
-        for (int i = 0; i < 3; i++) adam_scalar(&n[i], d.normal[i], &g->m[i], &g->v[i], 5e-3, step);
+        for (int i = 0; i < 3; i++) adam_scalar(&n[i], d.pane.normal[i], &g->m[i], &g->v[i], 5e-3, step);
         double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         for (int i = 0; i < 3; i++) n[i] /= length;
-        adam_scalar(&scene->pane.dimming, d.dimming, &g->m[3], &g->v[3], 1e-3, step);
+        adam_scalar(&scene->pane.dimming, d.pane.dimming, &g->m[3], &g->v[3], 1e-3, step);
         scene->pane.dimming = fmin(fmax(scene->pane.dimming, 0.02), 0.5);
     }
     if (!fs_scene_lit(scene) || !s->view->view->flash) return;
@@ -259,14 +285,7 @@ static void update_globals(Step *s)
                     step);
         scene->gain_color[i] = exp(x);
     }
-    double d_return = 0;
-    for (int y = 0; y < s->beta.height; y++) {
-        const float *beta = fs_planes_row(&s->beta, 0, y), *d_beta = fs_planes_row(&s->d_beta, 0, y);
-        double row = 0;
-        for (int x = 0; x < s->beta.width; x++) row += (double)(beta[x] * d_beta[x]);
-        d_return += row;
-    }
-    adam_scalar(&scene->flash_return, d_return / (1 + scene->flash_return), &g->m[7], &g->v[7], 5e-4, step);
+    adam_scalar(&scene->flash_return, d.flash_return / (1 + scene->flash_return), &g->m[7], &g->v[7], 5e-4, step);
     scene->flash_return = fmin(fmax(scene->flash_return, 0), 0.25);
 }
 
@@ -298,6 +317,8 @@ void fs_step_run(Trainer *trainer, const TrainView *view)
     s->I_linear = fs_engine_planes(e, camera, 3);
     s->other_linear = fs_engine_planes(e, camera, 3);
     s->strips = (camera->height + STRIP - 1) / STRIP;
+    s->global = ARENA_NEW(&e->arena, GlobalGradient, s->strips);
+    s->pane = fs_pane_view(&trainer->scene.pane, camera);
     s->pearson = ARENA_NEW(&e->arena, PearsonSums, s->strips);
     memset(s->pearson, 0, sizeof *s->pearson * (size_t)s->strips);
     fs_threads_for(e->threads, s->strips, compose_job, s);

@@ -1,0 +1,30 @@
+// The pane (model/scene.h: Pane) at every pixel of a view, forward and backward.
+//
+//   c = normal . ray / |ray|,   rho = 1 + 22 (1 - |c|)^5,   ray = base + x dx + y dy
+//   beta = min(f0 rho, most),   tau = (1 - min(dimming rho, most)) / (1 - dimming)
+#ifndef FS_KERNELS_PANE_H
+#define FS_KERNELS_PANE_H
+
+#include "kernels/planes.h"
+
+typedef struct PaneView {
+    float base[3], dx[3], dy[3]; // ray of pixel (x, y) in the world, any length
+    float normal[3];             // unit
+    float f0, dimming, most;
+} PaneView;
+
+typedef struct PaneGradient {
+    double normal[3]; // of the normal's free directions
+    double dimming;
+} PaneGradient;
+
+typedef struct PaneKernels {
+    // beta and tau (1 plane each) for rows [y0, y1).
+    void (*forward)(const PaneView *view, const Planes *beta, const Planes *tau, int y0, int y1);
+    // The part of rows [y0, y1) in the gradient, given dL/dbeta and dL/dtau.
+    PaneGradient (*backward)(const PaneView *view, const Planes *d_beta, const Planes *d_tau, int y0, int y1);
+} PaneKernels;
+
+extern const PaneKernels fs_pane_scalar, fs_pane_avx2, fs_pane_avx512, fs_pane_neon;
+
+#endif

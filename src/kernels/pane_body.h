@@ -1,0 +1,54 @@
+// The maths of pane.h over `real`, as in project_body.h: one pixel per lane. The includer defines real, LANES, r_set,
+// r_lanes (0, 1, ...), r_load, r_store, r_sum, r_sqrt, r_abs, r_min and r_below (a < limit ? b : 0).
+FN real cosine(const PaneView *v, int x, int y, real ray[3])
+{
+    real length2 = r_set(0), dot = r_set(0), px = r_set((float)x) + r_lanes();
+    for (int k = 0; k < 3; k++) {
+        ray[k] = px * r_set(v->dx[k]) + r_set(v->base[k] + (float)y * v->dy[k]);
+        length2 = length2 + ray[k] * ray[k];
+    }
+    real inv = r_set(1) / r_sqrt(length2);
+    for (int k = 0; k < 3; k++) {
+        ray[k] = ray[k] * inv;
+        dot = dot + ray[k] * r_set(v->normal[k]);
+    }
+    return dot;
+}
+
+static void forward(const PaneView *v, const Planes *beta, const Planes *tau, int y0, int y1)
+{
+    const real most = r_set(v->most), one = r_set(1);
+    for (int y = y0; y < y1; y++)
+        for (int x = 0; x < beta->stride; x += LANES) {
+            real ray[3], u = one - r_abs(cosine(v, x, y, ray)), rho = one + r_set(22) * (u * u) * (u * u) * u;
+            r_store(fs_planes_row(beta, 0, y) + x, r_min(r_set(v->f0) * rho, most));
+            r_store(fs_planes_row(tau, 0, y) + x,
+                    (one - r_min(r_set(v->dimming) * rho, most)) * r_set(1 / (1 - v->dimming)));
+        }
+}
+
+static PaneGradient backward(const PaneView *v, const Planes *d_beta, const Planes *d_tau, int y0, int y1)
+{
+    PaneGradient gradient = {0};
+    const real most = r_set(v->most), one = r_set(1), width = r_set((float)d_beta->width);
+    const float rest = 1 / (1 - v->dimming);
+    for (int y = y0; y < y1; y++) {
+        real part[4] = {r_set(0), r_set(0), r_set(0), r_set(0)};
+        for (int x = 0; x < d_beta->width; x += LANES) {
+            real px = r_set((float)x) + r_lanes();
+            real d_b = r_below(px, width, r_load(fs_planes_row(d_beta, 0, y) + x));
+            real d_t = r_below(px, width, r_load(fs_planes_row(d_tau, 0, y) + x));
+            real ray[3], c = cosine(v, x, y, ray), u = one - r_abs(c), u4 = (u * u) * (u * u);
+            real rho = one + r_set(22) * u4 * u;
+            d_t = r_below(r_set(v->dimming) * rho, most, d_t);
+            real d_rho = r_below(r_set(v->f0) * rho, most, d_b * r_set(v->f0)) - d_t * r_set(v->dimming * rest);
+            real d_c = d_rho * r_set(110) * u4;
+            d_c = r_below(c, r_set(0), d_c + d_c) - d_c; // |c| grows with -c where c < 0
+            for (int k = 0; k < 3; k++) part[k] = part[k] + d_c * (ray[k] - c * r_set(v->normal[k]));
+            part[3] = part[3] + d_t * (one - rho) * r_set(rest * rest);
+        }
+        for (int k = 0; k < 3; k++) gradient.normal[k] += (double)r_sum(part[k]);
+        gradient.dimming += (double)r_sum(part[3]);
+    }
+    return gradient;
+}

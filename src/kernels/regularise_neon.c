@@ -1,0 +1,1 @@
+#include "kernels/regularise_simd.h"
