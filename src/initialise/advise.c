@@ -1,12 +1,21 @@
+// Thresholds from captures: the four rendered ones and ordinary made ones lie at 4.1 to 5.3 errors and a growth of 2,
+// a made one with alpha 0.3, which still comes apart, at 2.0 and 1.24, one with alpha 0.1 at 0.2 and 1.07.
 #include "initialise/advise.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-#define SLOPE_MIN 1.2 // median contrast growth of the transmitted points
+#define SLOPE_MIN 1.15     // median contrast growth of the transmitted points
+#define SEPARATION_MIN 1.5 // distance between the two kinds' median growth, in errors of a point's growth
+#define ERROR_MIN 0.02     // of the growth's logarithm
 #define FEW_POINTS 100
-#define FAR_SHARE 0.25     // distance to the nearest photo of the other kind, against the transmitted scene's distance
-#define SEPARATION_MIN 2.0 // distance between the two kinds' growth, in spreads
+#define FEW_PHOTOS 5   // of either kind
+#define FAR_SHARE 0.12 // distance to the nearest photo of the other kind, against the transmitted scene's distance
+
+typedef struct Growth {
+    int n;
+    double median, error; // of the growth's logarithm: the points' median, the median of their own errors
+} Growth;
 
 static int compare_floats(const void *a, const void *b)
 {
@@ -14,21 +23,25 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-// Median and spread (half the middle two thirds) of the growth's logarithm of one kind.
-static bool growth(const Cue *cue, const unsigned char *kind, int n, PointKind wanted, float *median, float *spread)
+// Of one kind; n = 0 where there are none (or no memory: advice is a courtesy).
+static Growth growth_of(const Cue *cue, const unsigned char *kind, int n, PointKind wanted)
 {
-    float *value = malloc(sizeof *value * ((size_t)n + 1));
-    int m = 0;
-    if (!value) return false;
-    for (int i = 0; i < n; i++)
-        if (kind[i] == wanted) value[m++] = cue[i].log_slope;
-    qsort(value, (size_t)m, sizeof *value, compare_floats);
-    if (m) {
-        *median = value[m / 2];
-        *spread = 0.5f * (value[(int)(0.8333f * (float)(m - 1))] - value[(int)(0.1667f * (float)(m - 1))]);
+    Growth growth = {0};
+    float *slope = malloc(sizeof *slope * ((size_t)n + 1)), *sigma = malloc(sizeof *sigma * ((size_t)n + 1));
+    for (int i = 0; slope && sigma && i < n; i++)
+        if (kind[i] == wanted) {
+            slope[growth.n] = cue[i].log_slope;
+            sigma[growth.n++] = cue[i].sigma;
+        }
+    if (growth.n) {
+        qsort(slope, (size_t)growth.n, sizeof *slope, compare_floats);
+        qsort(sigma, (size_t)growth.n, sizeof *sigma, compare_floats);
+        growth.median = (double)slope[growth.n / 2];
+        growth.error = (double)sigma[growth.n / 2];
     }
-    free(value);
-    return m > 0;
+    free(slope);
+    free(sigma);
+    return growth;
 }
 
 // Median over the photos of the distance to the nearest photo of the other kind.
@@ -55,45 +68,55 @@ static double nearest_opposite(const Frames *frames)
     return median;
 }
 
-void fs_advise(const Frames *frames, const float *xyz, const Cue *cue, const unsigned char *kind, int n,
-               const FlashLight *light, const Log *log)
+static void advise_cue(const Growth *lit, const Growth *dull, const Log *log)
 {
-    (void)xyz;
-    int count[3] = {0};
-    for (int i = 0; i < n; i++) count[kind[i]]++;
-    float lit = 0, lit_spread = 0, dull = 0, dull_spread = 0;
-    bool some_lit = growth(cue, kind, n, POINT_TRANSMITTED, &lit, &lit_spread);
-    bool both = growth(cue, kind, n, POINT_REFLECTED, &dull, &dull_spread) && some_lit;
-    fs_log_info(log,
-                "initialise: %d points transmitted (contrast grows %.2f times with the flash), %d reflected (%.2f "
-                "times), %d unsure",
-                count[POINT_TRANSMITTED], exp((double)lit), count[POINT_REFLECTED], exp((double)dull),
-                count[POINT_UNSURE]);
-    if (count[POINT_TRANSMITTED] && exp((double)lit) < SLOPE_MIN)
+    double separation = (lit->median - dull->median) / fmax((lit->error + dull->error) / 2, ERROR_MIN);
+    if (lit->n && dull->n) fs_log_info(log, "initialise: the two lie %.1f errors of a point apart", separation);
+    if (lit->n && exp(lit->median) < SLOPE_MIN)
         fs_log_warn(log,
-                    "weak flash: contrast behind the pane grows only %.2f times with it (%.1f or more is needed to "
+                    "weak flash: contrast behind the pane grows only %.2f times with it (%.2f or more is needed to "
                     "tell the scenes apart); go closer, use a stronger flash or a lower ambient light",
-                    exp((double)lit), SLOPE_MIN);
-    if (count[POINT_TRANSMITTED] < FEW_POINTS)
+                    exp(lit->median), SLOPE_MIN);
+    if (lit->n < FEW_POINTS)
         fs_log_warn(log,
                     "only %d points are surely behind the pane (%d are usual at least): too little texture or too "
                     "weak a flash; the separation will be poor",
-                    count[POINT_TRANSMITTED], FEW_POINTS);
-    if (count[POINT_REFLECTED] < FEW_POINTS)
+                    lit->n, FEW_POINTS);
+    if (dull->n < FEW_POINTS)
         fs_log_warn(log,
                     "only %d points are surely mirrored in the pane (%d are usual at least): the reflection is faint "
                     "or without texture, its depth will be a guess",
-                    count[POINT_REFLECTED], FEW_POINTS);
-    double spread = fmax((double)(lit_spread + dull_spread) / 2, 0.02);
-    if (both && (double)(lit - dull) < SEPARATION_MIN * spread)
+                    dull->n, FEW_POINTS);
+    if (lit->n && dull->n && separation < SEPARATION_MIN)
         fs_log_warn(log,
-                    "the flash cue separates the two scenes by only %.1f spreads (%.1f or more is sound): expect "
-                    "parts of one scene in the other",
-                    (double)(lit - dull) / spread, SEPARATION_MIN);
+                    "the flash cue separates the two scenes by only %.1f errors of a point (%.1f or more is sound): "
+                    "expect parts of one scene in the other",
+                    separation, SEPARATION_MIN);
+}
+
+static void advise_photos(const Frames *frames, bool some_lit, const FlashLight *light, const Log *log)
+{
+    int n_flash = frames->n_flash, fewer = n_flash < frames->n - n_flash ? n_flash : frames->n - n_flash;
+    if (fewer < FEW_PHOTOS)
+        fs_log_warn(log,
+                    "only %d photos %s the flash: what few photos see is left to chance; take 10 to 15 of each kind",
+                    fewer, fewer == n_flash ? "with" : "without");
     double gap = nearest_opposite(frames);
-    if (count[POINT_TRANSMITTED] && gap > FAR_SHARE * light->distance)
+    if (some_lit && gap > FAR_SHARE * light->distance)
         fs_log_warn(log,
                     "flash and no-flash photos are far apart: the nearest photo of the other kind is %.0f %% of the "
                     "scene's distance away (at most %.0f %% is sound); take them in turns along one path",
                     100 * gap / light->distance, 100 * FAR_SHARE);
+}
+
+void fs_advise(const Frames *frames, const Cue *cue, const unsigned char *kind, int n, const FlashLight *light,
+               const Log *log)
+{
+    Growth lit = growth_of(cue, kind, n, POINT_TRANSMITTED), dull = growth_of(cue, kind, n, POINT_REFLECTED);
+    fs_log_info(log,
+                "initialise: %d points transmitted (contrast grows %.2f times with the flash), %d reflected (%.2f "
+                "times), %d unsure",
+                lit.n, exp(lit.median), dull.n, exp(dull.median), n - lit.n - dull.n);
+    advise_cue(&lit, &dull, log);
+    advise_photos(frames, lit.n > 0, light, log);
 }

@@ -181,7 +181,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
     TRY(fs_classify_points(&frames, points.xyz, points.cue, points.n, points.kind, points.evidence, &odds, threads,
                            err));
     TRY(fs_light_fit(&frames, points.xyz, points.cue, points.kind, points.n, &light, err));
-    fs_advise(&frames, points.xyz, points.cue, points.kind, points.n, &light, log);
+    fs_advise(&frames, points.cue, points.kind, points.n, &light, log);
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
     Material material = {points.n, points.xyz, points.cue, points.kind, {&dense[0], &dense[1]}};
     TRY(fs_peel_find(&frames, &material, &light, &odds, (uint64_t)project->set.seed, log, threads, dense, err));

@@ -1,8 +1,8 @@
 // What every stage gets: the folder, the settings, the callbacks. The names of what stages leave on disk:
 //
 //   ingest.json, linear/<view>.tif, linear/<view>_mask.png      by ingest (working images as shot)
-//   linear/features/<view>.png                                   by ingest (8 bits, x^0.35, larger: for feature
-//   detection) views.json, images/<view>.tif, images/<view>_mask.png       by poses (undistorted, with cameras)
+//   linear/features/<view>.png                                   by ingest (8 bits, x^0.35, larger: to find features)
+//   views.json, images/<view>.tif, images/<view>_mask.png        by poses (undistorted, with cameras)
 //   sparse/{cameras,images,points3D}.txt                         by poses (COLMAP text model of the joint frame)
 //   start/<cloud>.ply, start/{transmitted,reflected}.ply         by initialise
 //   clouds/<cloud>.ply, clouds/model.json                        by train

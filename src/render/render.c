@@ -12,6 +12,7 @@
 #include "model/preview.h"
 #include "render/pictures.h"
 #include "render/save.h"
+#include "render/verdict.h"
 #include "render/views.h"
 
 #define PROBE_VIEWS 5
@@ -36,6 +37,7 @@ typedef struct Walk {
     const Dataset *views;
     bool files, films;   // layers as files, films of the views in their order
     PictureSheet *sheet; // NULL: none; else views are those of the photos
+    Verdict *verdict;    // likewise
 } Walk;
 
 static int parse_layers(const char *list, bool wanted[RENDER_LAYERS], FsError *err)
@@ -137,13 +139,18 @@ static int find_exposure(Run *run, FsError *err)
 
 // ---- the walk ----
 
-static int add_to_sheet(Run *run, PictureSheet *sheet, int view, FsError *err)
+// Beside the photo itself: on the contact sheet, and judged.
+static int compare_photo(Run *run, const Walk *walk, int i, FsError *err)
 {
+    const View *view = &run->photos.view[i];
     Image photo = {0}, mask = {0};
     FsError missing = {0};
-    if (fs_dataset_load_view(run->project->out, &run->photos.view[view], &photo, &mask, &missing) < 0)
+    int rc = 0;
+    bool shown = walk->sheet && fs_pictures_sheet_wants(walk->sheet, i);
+    if (fs_dataset_load_view(run->project->out, view, &photo, &mask, &missing) < 0 && shown)
         fs_log_warn(&run->project->log, "%s; the contact sheet lacks that photo", missing.message);
-    int rc = fs_pictures_sheet_add(sheet, &run->look, &photo, &run->photos.view[view], &run->renders, err);
+    if (walk->verdict) fs_verdict_add(walk->verdict, &run->renders, &photo, &mask, view->flash);
+    if (shown) rc = fs_pictures_sheet_add(walk->sheet, &run->look, &photo, view, &run->renders, err);
     fs_image_free(&photo);
     fs_image_free(&mask);
     return rc;
@@ -159,7 +166,7 @@ static int walk_view(Run *run, const Walk *walk, Films *films, int i, FsError *e
     fs_log_progress(&run->project->log, "render", i, walk->views->n, view->name);
     TRY(fs_engine_render(run->engine, &run->scene, &view->camera, &run->renders, err));
     if (walk->files) TRY(save_view(run, view->name, err));
-    if (walk->sheet && fs_pictures_sheet_wants(walk->sheet, i)) TRY(add_to_sheet(run, walk->sheet, i, err));
+    if (walk->sheet || walk->verdict) TRY(compare_photo(run, walk, i, err));
     if (films) TRY(fs_pictures_films_add(films, &run->look, &run->renders, err));
 fail:
     return rc;
@@ -208,12 +215,15 @@ static int render_photos(Run *run, FsError *err)
 {
     Dataset views = {0};
     PictureSheet *sheet = NULL;
+    Verdict verdict = {0};
     char *sheet_path = fs_file_path("%s/sheet.png", run->project->out);
     int rc;
     if (!sheet_path) return fs_error_memory(err);
     TRY(fs_views_of_photos(run->project, &run->photos, &views, err));
     TRY(fs_pictures_sheet_begin(&sheet, &run->photos, err));
-    TRY(walk_views(run, &(Walk){.what = "photos", .views = &views, .files = true, .sheet = sheet}, err));
+    TRY(walk_views(run, &(Walk){.what = "photos", .views = &views, .files = true, .sheet = sheet, .verdict = &verdict},
+                   err));
+    if (run->scene.separation != SEPARATION_NONE) fs_verdict_tell(&verdict, &run->project->log);
     TRY(fs_pictures_sheet_write(sheet, sheet_path, err));
     fs_log_info(&run->project->log, "render: contact sheet %s", sheet_path);
 fail:

@@ -1,0 +1,73 @@
+// What is said about a capture's flash cue and its photos, from made-up cues.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <math.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "initialise/advise.h"
+
+enum { POINTS = 400 };
+static char warnings[4000];
+
+static void keep_warning(void *user, FsLogLevel level, const char *message)
+{
+    (void)user;
+    if (level == FS_LOG_WARN) strncat(warnings, message, sizeof warnings - strlen(warnings) - 1);
+}
+
+// `lit` points whose contrast grows by `growth`, the rest mirrored; n_flash flash photos `apart` to the right of
+// n_other without, each 5 cm from the next; the scene is 2 m away.
+static const char *say(int lit, int reflected, double growth, int n_flash, int n_other, double apart)
+{
+    Frame frame[64] = {0};
+    Frames frames = {.frame = frame, .n = n_flash + n_other, .n_flash = n_flash};
+    for (int i = 0; i < frames.n; i++) {
+        frame[i].flash = i < n_flash;
+        frame[i].centre[0] = frame[i].flash ? apart : 0;
+        frame[i].centre[1] = 0.05 * (i < n_flash ? i : i - n_flash);
+    }
+    Cue cue[POINTS];
+    unsigned char kind[POINTS];
+    for (int i = 0; i < POINTS; i++) {
+        kind[i] = i < lit ? POINT_TRANSMITTED : i < lit + reflected ? POINT_REFLECTED : POINT_UNSURE;
+        cue[i] = (Cue){.ok = true, .log_slope = i < lit ? (float)log(growth) : 0.04f, .sigma = 0.15f};
+        cue[i].log_slope += 0.05f * (float)(i % 5 - 2);
+    }
+    FlashLight light = {.color = {1, 1, 1}, .distance = 2, .mean_slope = growth};
+    Log log = {.log = keep_warning};
+    warnings[0] = 0;
+    fs_advise(&frames, cue, kind, POINTS, &light, &log);
+    return warnings;
+}
+
+static void test_sound(void **state)
+{
+    (void)state;
+    assert_string_equal(say(250, 120, 2.0, 15, 15, 0.05), "");
+    assert_string_equal(say(250, 120, 1.35, 6, 6, 0.1), ""); // weak but sound, 12 photos
+}
+
+static void test_warns(void **state)
+{
+    (void)state;
+    say(250, 120, 1.07, 15, 15, 0.05);
+    assert_non_null(strstr(warnings, "weak flash: contrast behind the pane grows only 1.07 times"));
+    assert_non_null(strstr(warnings, "only 0.2 errors of a point"));
+    assert_non_null(strstr(say(60, 200, 2.0, 15, 15, 0.05), "only 60 points are surely behind"));
+    assert_non_null(strstr(say(250, 30, 2.0, 15, 15, 0.05), "only 30 points are surely mirrored"));
+    assert_non_null(strstr(say(250, 120, 2.0, 3, 15, 0.05), "only 3 photos with the flash"));
+    assert_non_null(strstr(say(250, 120, 2.0, 15, 2, 0.05), "only 2 photos without the flash"));
+    assert_non_null(strstr(say(250, 120, 2.0, 15, 15, 0.4), "20 % of the scene's distance"));
+    assert_null(strstr(warnings, "weak"));
+    assert_non_null(strstr(say(0, 0, 2.0, 15, 15, 0.4), "only 0 points are surely behind"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_sound), cmocka_unit_test(test_warns)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
