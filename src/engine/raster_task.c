@@ -5,7 +5,6 @@
 #include <string.h>
 
 #define CHUNK 1024 // Gaussians per job
-#define AHEAD 16   // records asked for before they are needed
 
 typedef struct BandEntry {
     uint32_t splat, mask, tile_x;
@@ -28,10 +27,9 @@ typedef struct RasterWork {
     int *tile_count;   // (tiles)
     TileEntry *entry;
     int n_entries;
-    int *place_start; // (n + 1) into place
-    uint32_t *place;  // each splat's entries
-    float *record;    // (n_entries, FS_RECORD) of gradients
-    float *moment;    // (n, FS_RECORD)
+    int *slot_start; // (n + 1) into record
+    float *record;   // (n_entries, FS_RECORD) of gradients
+    float *moment;   // (n, FS_RECORD)
     float *d_shaded, *d_depth;
     long *tile_pairs;
     double (*chunk_tint)[3];
@@ -215,21 +213,21 @@ static void scatter_job(void *context, int job, int worker)
     memcpy(at, w->tile_start + y * w->tiles_x, sizeof(int) * (size_t)w->tiles_x);
     const BandEntry *in = w->band_entry + w->band_bound[y];
     for (int i = 0, n = w->band_entries[y]; i < n; i++)
-        w->entry[at[in[i].tile_x]++] = (TileEntry){in[i].splat, in[i].mask};
+        w->entry[at[in[i].tile_x]++] = (TileEntry){in[i].splat, in[i].mask, 0};
 }
 
-static void place_job(void *context, int job, int worker)
+static void slot_job(void *context, int job, int worker)
 {
     (void)worker;
     int own;
     RasterTask *task = task_of(context, job, &own);
     if (!task->train) return;
     RasterWork *w = task->work;
-    int *start = w->place_start;
+    int *start = w->slot_start;
     memset(start, 0, sizeof(int) * (size_t)(w->n + 1));
     for (int i = 0; i < w->n_entries; i++) start[w->entry[i].splat + 1]++;
     for (int i = 0; i < w->n; i++) start[i + 1] += start[i];
-    for (int i = 0; i < w->n_entries; i++) w->place[start[w->entry[i].splat]++] = (uint32_t)i;
+    for (int i = 0; i < w->n_entries; i++) w->entry[i].slot = (uint32_t)start[w->entry[i].splat]++;
     memmove(start + 1, start, sizeof(int) * (size_t)w->n); // back to starts
     start[0] = 0;
 }
@@ -307,8 +305,7 @@ static void backward_job(void *context, int job, int worker)
         planes_to_tile(&tile, &task->d_transmittance, d_transmittance);
     }
     run->kernels->raster->backward(&tile, feature, task->use_d_transmittance ? transmittance : NULL, d_feature,
-                                   task->use_d_transmittance ? d_transmittance : NULL,
-                                   task->work->record + (size_t)task->work->tile_start[own] * FS_RECORD);
+                                   task->use_d_transmittance ? d_transmittance : NULL, task->work->record);
 }
 
 static void reduce_job(void *context, int job, int worker)
@@ -322,13 +319,8 @@ static void reduce_job(void *context, int job, int worker)
     float *d_color = task->light ? w->d_shaded : task->d_field[CLOUD_COLORS];
     for (int i = begin; i < end; i++) {
         float sum[FS_RECORD] = {0};
-        for (int p = w->place_start[i]; p < w->place_start[i + 1]; p++) {
-            const float *record = w->record + (size_t)w->place[p] * FS_RECORD;
-            if (p + AHEAD < w->n_entries) { // records lie far apart: their cache lines must be on the way
-                const float *ahead = w->record + (size_t)w->place[p + AHEAD] * FS_RECORD;
-                __builtin_prefetch(ahead);
-                __builtin_prefetch(ahead + FS_RECORD - 1);
-            }
+        for (int p = w->slot_start[i]; p < w->slot_start[i + 1]; p++) {
+            const float *record = w->record + (size_t)p * FS_RECORD;
             for (int k = 0; k < FS_RECORD; k++) sum[k] += record[k];
         }
         memcpy(w->moment + (size_t)i * FS_RECORD, sum, sizeof sum);
@@ -414,7 +406,7 @@ static void set_up(RasterTask *task, const Camera *camera, float near)
     task->d_screen = ARENA_NEW(a, float, n);
     for (int f = 0; f < CLOUD_FIELDS; f++)
         task->d_field[f] = ARENA_NEW(a, float, (size_t)task->cloud->width[f] * (size_t)n);
-    w->place_start = ARENA_NEW(a, int, n + 1);
+    w->slot_start = ARENA_NEW(a, int, n + 1);
     w->moment = ARENA_NEW(a, float, (size_t)n *FS_RECORD);
     w->d_depth = ARENA_NEW(a, float, n);
     if (task->light) {
@@ -432,7 +424,6 @@ static void place_tiles(RasterTask *task)
     w->n_entries = w->tile_start[w->tiles_x * w->tiles_y];
     w->entry = ARENA_NEW(&task->arena, TileEntry, w->n_entries);
     if (!task->train) return;
-    w->place = ARENA_NEW(&task->arena, uint32_t, w->n_entries);
     w->record = ARENA_NEW(&task->arena, float, (size_t)w->n_entries *FS_RECORD);
 }
 
@@ -453,7 +444,7 @@ void fs_raster_task_forward(const Kernels *kernels, Threads *threads, RasterTask
     run_phase(&run, threads, band_job, count_bands);
     for (int t = 0; t < n; t++) place_tiles(task[t]);
     run_phase(&run, threads, scatter_job, count_bands);
-    run_phase(&run, threads, place_job, count_one);
+    run_phase(&run, threads, slot_job, count_one);
     run_phase(&run, threads, forward_job, count_tiles);
     for (int t = 0; t < n; t++) {
         task[t]->pairs = 0;

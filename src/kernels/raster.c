@@ -90,7 +90,7 @@ static void backward(const RasterTile *tile, const float *feature, const float *
             r[4] += d_t * d[0] * d[1];
             r[5] += d_t * d[1] * d[1];
         }
-        for (int k = 0; k < FS_RECORD; k++) records[i * FS_RECORD + k] = (float)r[k];
+        for (int k = 0; k < FS_RECORD; k++) records[(size_t)tile->entry[i].slot * FS_RECORD + (size_t)k] = (float)r[k];
     }
 }
 

@@ -42,6 +42,7 @@ _Static_assert(sizeof(Splat) == 64, "a splat is one cache line");
 typedef struct TileEntry {
     uint32_t splat; // index into the splats
     uint32_t mask;  // bit y: row y may have pixels with t >= t_min
+    uint32_t slot;  // where backward puts the gradient record
 } TileEntry;
 
 // Gradient record: moments of d t (1, dx, dy, dx^2, dx dy, dy^2), then d feature.
@@ -64,7 +65,7 @@ typedef struct RasterKernels {
     // asked to count, else 0.
     long (*forward)(const RasterTile *tile, float *feature, float *transmittance);
     // Takes forward's results and their gradients d_feature (features, 256), d_transmittance (256, or NULL: then
-    // transmittance is not read); writes the entries' records (n, FS_RECORD).
+    // transmittance is not read); writes records[entry.slot] (FS_RECORD floats each).
     void (*backward)(const RasterTile *tile, const float *feature, const float *transmittance, const float *d_feature,
                      const float *d_transmittance, float *records);
 } RasterKernels;

@@ -154,10 +154,10 @@ typedef struct Batched {
     float c, feature[FS_FEATURES_MAX];
     float mx, my; // mean from the tile's centre
     bool clamped; // alpha may exceed FS_ALPHA_MAX
-    int entry;
+    uint32_t slot;
 } Batched;
 
-enum { BATCH = 64, BACKWARD_BATCH = 16 };
+enum { BATCH = 64, BACKWARD_BATCH = 16, AHEAD = 24 };
 
 typedef struct Batch {
     Batched splat[BATCH];
@@ -188,14 +188,21 @@ INLINE void fill_batch(const RasterTile *tile, uint32_t alive, int most, Batch *
     batch->n = 0;
     for (; batch->next < tile->n && batch->n < most; batch->next++) {
         const int i = batch->next;
-        if (i + 24 < tile->n) __builtin_prefetch(&tile->splats[tile->entry[i + 24].splat]);
+        if (i + AHEAD < tile->n) { // splats and records lie far apart: their cache lines must be on the way
+            const TileEntry *ahead = &tile->entry[i + AHEAD];
+            __builtin_prefetch(&tile->splats[ahead->splat]);
+            if (records) {
+                __builtin_prefetch(records + (size_t)ahead->slot * FS_RECORD, 1);
+                __builtin_prefetch(records + (size_t)ahead->slot * FS_RECORD + FS_RECORD - 1, 1);
+            }
+        }
         const uint32_t mask = steps_of(tile->entry[i].mask) & alive;
         if (mask) {
             make_ready(tile, &tile->splats[tile->entry[i].splat], &batch->splat[batch->n]);
-            batch->splat[batch->n].entry = i;
+            batch->splat[batch->n].slot = tile->entry[i].slot;
             batch->mask[batch->n++] = mask;
         } else if (records) {
-            memset(records + (size_t)i * FS_RECORD, 0, sizeof(float) * FS_RECORD);
+            memset(records + (size_t)tile->entry[i].slot * FS_RECORD, 0, sizeof(float) * FS_RECORD);
         }
     }
 }
@@ -397,7 +404,7 @@ INLINE void backward_n(const RasterTile *tile, const float *feature, const float
                                      : backward_vectors(tile, s, first, last, v, pixels, sums[i], nf, false);
             alive &= ~closed;
         }
-        for (int i = 0; i < batch.n; i++) sum_record(sums[i], records + (size_t)batch.splat[i].entry * FS_RECORD);
+        for (int i = 0; i < batch.n; i++) sum_record(sums[i], records + (size_t)batch.splat[i].slot * FS_RECORD);
     }
 }
 

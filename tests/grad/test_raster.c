@@ -71,7 +71,7 @@ static double render(World *w, double feature[][FEATURES * FS_TILE_PIXELS], doub
     for (int i = 0; i < N; i++) {
         for (int k = 0; k < 3; k++) w->splats[i].feature[k] = w->colors[3 * i + k];
         w->splats[i].feature[3] = w->splats[i].depth;
-        w->entry[i] = (TileEntry){(uint32_t)i, 0xffffffffu};
+        w->entry[i] = (TileEntry){(uint32_t)i, 0xffffffffu, (uint32_t)i};
     }
     for (int t = 0; t < TILES; t++) {
         RasterTile tile = tile_of(w, t);

@@ -45,7 +45,7 @@ static void make(Case *c, int n, int features, bool cut)
         uint32_t id = (uint32_t)(SPLATS - 1 - i);
         uint32_t mask = 0xffffffffu;
         if (cut) fs_raster_scalar.cover(&c->splats[id], X0, Y0, 1, FS_T_MIN, &mask);
-        c->entry[i] = (TileEntry){id, mask};
+        c->entry[i] = (TileEntry){id, mask, (uint32_t)((i * 7) % SPLATS)};
     }
     c->tile = (RasterTile){
         X0, Y0, n, c->entry, c->splats, features, cut ? FS_T_MIN : -29.0f, cut ? FS_TRANSMITTANCE_MIN : 0, true};
