@@ -126,22 +126,23 @@ INLINE void sum_record(const vf v[FS_RECORD], float *out)
 
 static void cover(const Splat *s, int x0, int y0, int tiles, float t_min, uint32_t *mask)
 {
-    const float margin = 1e-3f;
-    float inv = -0.5f / s->a;
-    vf k = v_set(4 * s->a * (s->l - t_min)), q = v_set(s->b * s->b - 4 * s->a * s->c);
-    for (int i = 0; i < tiles; i++) mask[i] = 0;
-    for (int row = 0; row < FS_TILE_H; row += VW) {
-        vf dy = v_load(row_centre + row) + v_set((float)y0 - s->y);
+    const float margin = 1e-3f, inv = -0.5f / s->a;
+    const vf k = v_set(4 * s->a * (s->l - t_min)), q = v_set(s->b * s->b - 4 * s->a * s->c);
+    vf lo[FS_TILE_H / VW], hi[FS_TILE_H / VW]; // where each row's chord begins and ends
+    for (int i = 0; i < FS_TILE_H / VW; i++) {
+        vf dy = v_load(row_centre + i * VW) + v_set((float)y0 - s->y);
         vf disc = v_fma(q * dy, dy, v_set(0) - k);
-        vm any = v_le(v_set(0), disc);
-        vf half = v_fma(v_sqrt(v_max(disc, v_set(0))), v_set(inv), v_set(margin));
+        vf half = v_fma(v_sqrt(disc), v_set(inv), v_set(margin)); // NaN where there is none: compares as false
         vf mid = v_fma(dy, v_set(s->b * inv), v_set(s->x - (float)x0));
-        vf lo = mid - half, hi = mid + half;
-        for (int i = 0; i < tiles; i++) {
-            float x = (float)(i * FS_TILE_W);
-            vm m = vm_and(any, vm_and(v_le(lo, v_set(x + FS_TILE_W - 0.5f)), v_le(v_set(x + 0.5f), hi)));
-            mask[i] |= (uint32_t)vm_bits(m) << row;
-        }
+        lo[i] = mid - half;
+        hi[i] = mid + half;
+    }
+    for (int tile = 0; tile < tiles; tile++) {
+        const vf first = v_set((float)(tile * FS_TILE_W) + 0.5f), last = first + v_set(FS_TILE_W - 1);
+        uint32_t bits = 0;
+        for (int i = 0; i < FS_TILE_H / VW; i++)
+            bits |= (uint32_t)vm_bits(vm_and(v_le(lo[i], last), v_le(first, hi[i]))) << (i * VW);
+        mask[tile] = bits;
     }
 }
 
