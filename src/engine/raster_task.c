@@ -216,13 +216,9 @@ static void scatter_job(void *context, int job, int worker)
         w->entry[at[in[i].tile_x]++] = (TileEntry){in[i].splat, in[i].mask, 0};
 }
 
-static void slot_job(void *context, int job, int worker)
+// Numbers the gradient records by splat: what backward writes all over, the sums then read in order.
+static void number_records(RasterWork *w)
 {
-    (void)worker;
-    int own;
-    RasterTask *task = task_of(context, job, &own);
-    if (!task->train) return;
-    RasterWork *w = task->work;
     int *start = w->slot_start;
     memset(start, 0, sizeof(int) * (size_t)(w->n + 1));
     for (int i = 0; i < w->n_entries; i++) start[w->entry[i].splat + 1]++;
@@ -273,12 +269,23 @@ static void planes_to_tile(const RasterTile *tile, const Planes *from, float *to
         }
 }
 
+static int count_forward(const RasterWork *w)
+{
+    return 1 + count_tiles(w);
+}
+
+// The first job of a task is not a tile: it does for backward what cannot be shared, while the others go on.
 static void forward_job(void *context, int job, int worker)
 {
     (void)worker;
     Run *run = context;
     int own;
     RasterTask *task = task_of(run, job, &own);
+    if (own == 0) {
+        if (task->train) number_records(task->work);
+        return;
+    }
+    own--;
     RasterTile tile = tile_of(task, own);
     _Alignas(64) float feature[FS_FEATURES_MAX * FS_TILE_PIXELS], transmittance[FS_TILE_PIXELS];
     task->work->tile_pairs[own] = run->kernels->raster->forward(&tile, feature, transmittance);
@@ -444,8 +451,7 @@ void fs_raster_task_forward(const Kernels *kernels, Threads *threads, RasterTask
     run_phase(&run, threads, band_job, count_bands);
     for (int t = 0; t < n; t++) place_tiles(task[t]);
     run_phase(&run, threads, scatter_job, count_bands);
-    run_phase(&run, threads, slot_job, count_one);
-    run_phase(&run, threads, forward_job, count_tiles);
+    run_phase(&run, threads, forward_job, count_forward);
     for (int t = 0; t < n; t++) {
         task[t]->pairs = 0;
         for (int i = 0; i < count_tiles(task[t]->work); i++) task[t]->pairs += task[t]->work->tile_pairs[i];
