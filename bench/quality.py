@@ -306,7 +306,7 @@ def run_case(args, case, results, failures, lock, cases):
     for variant in args.variants:
         try:
             result = measure(args, case, variant)
-        except Failed as e:
+        except (Failed, OSError, ValueError, KeyError) as e:  # the other cases go on
             with lock:
                 failures.append(f"{case.name}, {case.poses} poses, {variant}: {e} (all of it: {case.log})")
                 print(failures[-1], file=sys.stderr, flush=True)
@@ -332,6 +332,7 @@ def main():
         args.variants = [v for v in args.variants if VARIANTS[v][0] is not None]
     if not pathlib.Path(args.flashsplat).is_file():
         sys.exit(f"{args.flashsplat}: no program there; run `make` first or give --flashsplat")
+    args.flashsplat = str(pathlib.Path(args.flashsplat).resolve())
     args.program = digest(pathlib.Path(args.flashsplat).read_bytes())
     git = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True)
     args.commit = git.stdout.strip() or "unknown"

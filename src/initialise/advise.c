@@ -8,9 +8,9 @@
 #define SLOPE_MIN 1.15     // median contrast growth of the transmitted points
 #define SEPARATION_MIN 1.5 // distance between the two kinds' median growth, in errors of a point's growth
 #define ERROR_MIN 0.02     // of the growth's logarithm
-#define FEW_POINTS 100
+#define FEW_POINTS 50
 #define FEW_PHOTOS 5   // of either kind
-#define FAR_SHARE 0.12 // distance to the nearest photo of the other kind, against the transmitted scene's distance
+#define FAR_SHARE 0.15 // distance to the nearest photo of the other kind, against the transmitted scene's distance
 
 typedef struct Growth {
     int n;

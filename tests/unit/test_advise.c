@@ -57,7 +57,7 @@ static void test_warns(void **state)
     say(250, 120, 1.07, 15, 15, 0.05);
     assert_non_null(strstr(warnings, "weak flash: contrast behind the pane grows only 1.07 times"));
     assert_non_null(strstr(warnings, "only 0.2 errors of a point"));
-    assert_non_null(strstr(say(60, 200, 2.0, 15, 15, 0.05), "only 60 points are surely behind"));
+    assert_non_null(strstr(say(40, 200, 2.0, 15, 15, 0.05), "only 40 points are surely behind"));
     assert_non_null(strstr(say(250, 30, 2.0, 15, 15, 0.05), "only 30 points are surely mirrored"));
     assert_non_null(strstr(say(250, 120, 2.0, 3, 15, 0.05), "only 3 photos with the flash"));
     assert_non_null(strstr(say(250, 120, 2.0, 15, 2, 0.05), "only 2 photos without the flash"));
