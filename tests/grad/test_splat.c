@@ -49,7 +49,7 @@ static double evaluate(Scene *s, Scene *gradient)
     for (int i = 0; i < N; i++) {
         memcpy(splats[i].feature, s->colors + 3 * i, 3 * sizeof(float));
         splats[i].feature[3] = splats[i].depth;
-        entries[i] = (TileEntry){(uint32_t)i, 0xffffffffu}; // any order is a valid order
+        entries[i] = (TileEntry){(uint32_t)i, 0xffffffffu, (uint32_t)i}; // any order is a valid order
     }
     RasterTile tile = {
         .n = N, .entry = entries, .splats = splats, .features = 4, .t_min = T_CUT, .transmittance_min = 0};
