@@ -40,6 +40,7 @@ void fs_engine_free(Engine *engine)
 {
     if (!engine) return;
     for (int l = 0; l < LAYERS; l++) fs_raster_task_free(&engine->task[l]);
+    fs_raster_task_free(&engine->lit_R);
     fs_arena_free(&engine->arena);
     fs_threads_free(engine->threads);
     free(engine);
@@ -64,14 +65,21 @@ ShadeLight fs_engine_light(const Scene *scene, const Camera *camera)
     return light;
 }
 
+ShadeLight fs_engine_return(const Scene *scene, const Camera *camera)
+{
+    ShadeLight light = fs_engine_light(scene, camera);
+    for (int k = 0; k < 3; k++) light.tint[k] *= (float)scene->flash_return;
+    return light;
+}
+
 // ---- rendering all layers of a view ----
 
 typedef struct View {
     Engine *engine;
     const Scene *scene;
     const Camera *camera;
-    Planes T[2], R, beta[2], tau; // without and with flash; T, R tone-mapped
-    Planes linear[3], I[2], I_linear[2];
+    Planes T[2], R[2], beta, tau; // without and with flash; T, R tone-mapped
+    Planes linear[4], I[2], I_linear[2];
     Renders *out;
 } View;
 
@@ -82,28 +90,21 @@ static void compose_job(void *context, int job, int worker)
     int y0 = job * STRIP, y1 = y0 + STRIP < v->camera->height ? y0 + STRIP : v->camera->height;
     if (v->scene->pane_beta) {
         PaneView pane = fs_pane_view(&v->scene->pane, v->camera);
-        v->engine->kernels.pane->forward(&pane, &v->beta[0], &v->tau, y0, y1);
+        v->engine->kernels.pane->forward(&pane, &v->beta, &v->tau, y0, y1);
     } else {
-        fs_engine_sigmoid(&v->engine->task[LAYER_BETA].feature, &v->beta[0], y0, y1);
+        fs_engine_sigmoid(&v->engine->task[LAYER_BETA].feature, &v->beta, y0, y1);
     }
-    fs_engine_scale(&v->beta[0], (float)(1 + v->scene->flash_return), &v->beta[1], y0, y1);
     for (int f = 0; f < 2; f++) {
         ComposeArgs args = {.T = &v->T[f],
-                            .R = &v->R,
-                            .beta = &v->beta[f],
+                            .R = &v->R[f],
+                            .beta = &v->beta,
                             .I = &v->I[f],
                             .T_linear = &v->linear[f],
-                            .R_linear = &v->linear[2],
+                            .R_linear = &v->linear[2 + f],
                             .I_linear = &v->I_linear[f],
                             .tau = v->scene->pane_beta ? &v->tau : NULL};
         v->engine->kernels.compose->forward(&args, y0, y1);
     }
-}
-
-void fs_engine_scale(const Planes *in, float factor, const Planes *out, int y0, int y1)
-{
-    for (int y = y0; y < y1; y++)
-        for (int x = 0; x < out->stride; x++) fs_planes_row(out, 0, y)[x] = factor * fs_planes_row(in, 0, y)[x];
 }
 
 void fs_engine_sigmoid(const Planes *logit, const Planes *out, int y0, int y1)
@@ -148,8 +149,8 @@ static int to_depth(const RasterTask *task, Image *image, FsError *err)
 int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, Renders *renders, FsError *err)
 {
     fs_arena_reset(&engine->arena);
-    ShadeLight light = fs_engine_light(scene, camera);
-    RasterTask *task[LAYERS];
+    ShadeLight light = fs_engine_light(scene, camera), back = fs_engine_return(scene, camera);
+    RasterTask *task[LAYERS + 1], *lit_R = &engine->task[LAYER_R];
     int n = 0;
     for (int l = 0; l < LAYERS; l++) {
         if (l == LAYER_BETA && scene->pane_beta) continue;
@@ -161,15 +162,22 @@ int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, R
         t->depth = true;
         t->train = false;
     }
+    if (fs_scene_lit(scene) && scene->cloud[LAYER_R].n) {
+        task[n++] = lit_R = &engine->lit_R;
+        lit_R->cloud = &scene->cloud[LAYER_R];
+        lit_R->light = &back;
+        lit_R->colors = 3;
+    }
     fs_raster_task_forward(&engine->kernels, engine->threads, task, n, camera, (float)(FS_ENGINE_NEAR * scene->extent));
     View v = {.engine = engine, .scene = scene, .camera = camera, .out = renders};
     v.T[0] = engine->task[LAYER_T_N].feature;
     v.T[1] = engine->task[LAYER_T_F].feature;
-    v.R = engine->task[LAYER_R].feature;
-    v.T[0].channels = v.T[1].channels = v.R.channels = 3;
-    for (int i = 0; i < 2; i++) v.beta[i] = fs_engine_planes(engine, camera, 1);
+    v.R[0] = engine->task[LAYER_R].feature;
+    v.R[1] = lit_R->feature;
+    v.T[0].channels = v.T[1].channels = v.R[0].channels = v.R[1].channels = 3;
+    v.beta = fs_engine_planes(engine, camera, 1);
     v.tau = fs_engine_planes(engine, camera, 1);
-    for (int i = 0; i < 3; i++) v.linear[i] = fs_engine_planes(engine, camera, 3);
+    for (int i = 0; i < 4; i++) v.linear[i] = fs_engine_planes(engine, camera, 3);
     for (int i = 0; i < 2; i++) {
         v.I[i] = fs_engine_planes(engine, camera, 3);
         v.I_linear[i] = fs_engine_planes(engine, camera, 3);
@@ -179,8 +187,8 @@ int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, R
         RenderLayer layer;
         const Planes *planes, *times;
     } copies[] = {
-        {RENDER_T_N, &v.linear[0], NULL},     {RENDER_T_F, &v.linear[1], NULL}, {RENDER_R, &v.linear[2], &v.beta[0]},
-        {RENDER_R_SCENE, &v.linear[2], NULL}, {RENDER_BETA, &v.beta[0], NULL},  {RENDER_I_N, &v.I_linear[0], NULL},
+        {RENDER_T_N, &v.linear[0], NULL},     {RENDER_T_F, &v.linear[1], NULL}, {RENDER_R, &v.linear[2], &v.beta},
+        {RENDER_R_SCENE, &v.linear[2], NULL}, {RENDER_BETA, &v.beta, NULL},  {RENDER_I_N, &v.I_linear[0], NULL},
         {RENDER_I_F, &v.I_linear[1], NULL},
     };
     int rc = 0;

@@ -6,12 +6,14 @@
 
 #include "image/tone.h"
 
-#define OPACITY 0.1f
+#define OPACITY 0.5f
+#define SHRINK 0.6f // of the distance to the neighbours: blobs that hide each other hold the start up
 #define GLASS 0.08       // reflectance of a clean pane, both surfaces
 #define BRIGHT_SCENE 0.8 // the mirrored room's own light at its bright places: fixes the pane's reflectance
 #define BRIGHT_SHARE 0.95
 #define F0_MIN 0.04
 #define F0_MAX 0.5
+#define RETURN 0.2 // of the flash comes back by the mirrored room
 
 static int cloud_from_seeds(const Seeds *seeds, const float *linear, const float *gain, Cloud *cloud, FsError *err)
 {
@@ -19,7 +21,7 @@ static int cloud_from_seeds(const Seeds *seeds, const float *linear, const float
     if (rc < 0) return rc;
     memcpy(cloud->field[CLOUD_MEANS], seeds->xyz, sizeof(float) * 3 * (size_t)seeds->n);
     for (int i = 0; i < seeds->n; i++) {
-        for (int k = 0; k < 3; k++) cloud->field[CLOUD_SCALES][3 * (size_t)i + (size_t)k] = logf(seeds->scale[i]);
+        for (int k = 0; k < 3; k++) cloud->field[CLOUD_SCALES][3 * (size_t)i + (size_t)k] = logf(SHRINK * seeds->scale[i]);
         cloud->field[CLOUD_QUATS][4 * (size_t)i] = 1;
         cloud->field[CLOUD_OPACITIES][i] = logf(OPACITY / (1 - OPACITY));
         for (int k = 0; k < 3 && linear; k++)
@@ -100,6 +102,7 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
                      .separation = fs_scene_separation(set->separation)};
     scene->extent = 1.1 * frames->extent;
     scene->flash_distance = light->distance;
+    scene->flash_return = RETURN;
     for (int k = 0; k < 3; k++) {
         scene->pane.normal[k] = frames->forward[k];
         scene->gain_color[k] = light->color[k];

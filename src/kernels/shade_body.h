@@ -9,7 +9,7 @@ FN void shade_lanes(const ShadeLight *light, const float *means, const float *ga
         m = m - r_set(light->centre[k]);
         d2 = d2 + m * m;
     }
-    for (int l = 0; l < LANES; l++) put(&gain, l, gains[i + (l < n ? l : 0)]);
+    for (int l = 0; l < LANES; l++) put(&gain, l, gains ? gains[i + (l < n ? l : 0)] : 0);
     real near2 = r_set(1e-4f * light->flash_distance * light->flash_distance);
     real fall = r_set(light->flash_distance * light->flash_distance) / r_max(d2, near2) * r_exp(gain);
     if (light->even) fall = r_exp(gain);
@@ -42,13 +42,13 @@ static void backward(const ShadeLight *light, const float *means, const float *c
         real alpha[3], grow[3];
         shade_lanes(light, means, gains, i, n, alpha, grow);
         for (int l = 0; l < n; l++) {
-            d_gains[i + l] = 0;
+            if (d_gains) d_gains[i + l] = 0;
             for (int k = 0; k < 3; k++) {
                 size_t j = 3 * (size_t)(i + l) + (size_t)k;
                 float a = get(&alpha[k], l), g = get(&grow[k], l);
                 float d_log_alpha = d_out[j] * colors[j] * 0.22f * g * a / (1 + a);
                 d_colors[j] = d_out[j] * g;
-                d_gains[i + l] += d_log_alpha;
+                if (d_gains) d_gains[i + l] += d_log_alpha;
                 d_tint[k] += (double)(d_log_alpha / light->tint[k]);
             }
         }

@@ -49,7 +49,8 @@ typedef struct Scene {
     double flash_distance;  // world units; distance at which the falloff is 1
     double extent;          // radius of the cameras' centres around their mean, world units (learning rates, pruning)
     double metres_per_unit; // 0 when unknown
-    double flash_return;    // R in a flash photo is 1 + this times R without: flash light that comes back by the room
+    double flash_return;    // shared geometry: flash light that comes back by the mirrored room brightens R like T,
+                            // with gain_color times this and no gains
 } Scene;
 
 void fs_scene_free(Scene *scene);

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/exp.h"
 #include "base/rng.h"
 #include "train/trainer.h"
 
@@ -55,7 +56,7 @@ double fs_optimise_means_rate(const Trainer *trainer)
 typedef struct Update {
     Trainer *trainer;
     int first[LAYERS + 1]; // first job of each layer
-    double means_rate;
+    double means_rate, settle;
     bool lit;         // the transmitted cloud is stepped as (T_F, gain)
     ShadeLight light; // of a flash amid the cameras
 } Update;
@@ -84,6 +85,11 @@ static void regularise(const Trainer *t, const Cloud *cloud, RasterTask *task, i
     size_t n = (size_t)(end - begin);
     k->sigmoid(cloud->field[CLOUD_OPACITIES] + begin, n, w_opacity, task->d_field[CLOUD_OPACITIES] + begin);
     k->exp(cloud->field[CLOUD_SCALES] + 3 * begin, 3 * n, w_scale, task->d_field[CLOUD_SCALES] + 3 * begin);
+    if (cloud->width[CLOUD_GAINS] && t->scene.separation == SEPARATION_FULL) {
+        float push = (float)(fs_exp("GAIN_PUSH", 0.02) / cloud->n);
+        for (int i = begin; i < end; i++)
+            if (cloud->field[CLOUD_GAINS][i] < 0) task->d_field[CLOUD_GAINS][i] -= push;
+    }
 }
 
 // Noise on the means of nearly transparent Gaussians, so that they search (3DGS-MCMC, eq. 9).
@@ -137,12 +143,12 @@ static void update_job(void *context, int job, int worker)
         size_t w = (size_t)cloud->width[f], at = w * (size_t)begin;
         if (!w || (f == CLOUD_GAINS && t->scene.separation != SEPARATION_FULL)) continue;
         double rate =
-            f == CLOUD_MEANS ? u->means_rate : rates[f].rate * (f == CLOUD_OPACITIES ? 1 : t->set->rate_scale);
+            f == CLOUD_MEANS ? u->means_rate : rates[f].rate * (f == CLOUD_OPACITIES ? 1 : t->set->rate_scale) * u->settle;
         t->engine->kernels.adam->step_sparse(cloud->field[f] + at, task->d_field[f] + at, state->m.field[f] + at,
                                              state->v.field[f] + at, (size_t)(end - begin), (int)w, task->seen + begin,
                                              fs_adam_rate(rate, t->step));
     }
-    if (gains) clamp_field(gains + begin, (size_t)(end - begin), GAIN_MIN, GAIN_MAX);
+    if (gains) clamp_field(gains + begin, (size_t)(end - begin), (float)fs_exp("GAIN_MIN", -3), GAIN_MAX);
     if (shade) shade->leave(&u->light, means, gains, task->seen, begin, end, colors);
     if (l != LAYER_BETA) clamp_field(colors + 3 * begin, 3 * (size_t)(end - begin), (float)t->set->darkest, 4);
     if (strcmp(t->set->densify, "relocate") == 0) explore(t, cloud, l, begin, end, u->means_rate);
@@ -151,6 +157,8 @@ static void update_job(void *context, int job, int worker)
 void fs_optimise_step(Trainer *trainer)
 {
     Update u = {.trainer = trainer, .means_rate = fs_optimise_means_rate(trainer)};
+    double from = 1 - fs_exp("SETTLE", 0.3), x = (double)trainer->step / trainer->set->steps;
+    u.settle = x > from ? pow(0.1, (x - from) / (1 - from)) : 1;
     if (fs_scene_lit(&trainer->scene) && trainer->scene.separation == SEPARATION_FULL) {
         u.lit = true;
         u.light = middle_light(trainer);

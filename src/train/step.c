@@ -5,17 +5,15 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/exp.h"
 #include "train/trainer.h"
 
 #define STRIP 32 // rows per job
+#define RETURN_MIN 0.01
+#define RETURN_MAX 1.0
 
 const char *const fs_loss_names[LOSS_TERMS] = {"l1",          "dssim",        "linearity",
                                                "beta_smooth", "depth_smooth", "gain_smooth"};
-
-typedef struct GlobalGradient { // of the numbers that belong to the whole scene
-    PaneGradient pane;
-    double flash_return;
-} GlobalGradient;
 
 typedef struct Step {
     Trainer *trainer;
@@ -29,7 +27,7 @@ typedef struct Step {
     Planes I, d_I, T_linear, R_linear, I_linear, other_linear;
     PearsonSums *pearson, pearson_total; // per strip, and all
     PaneView pane;
-    GlobalGradient *global; // per strip
+    PaneGradient *d_pane; // per strip
     int strips;
 } Step;
 
@@ -68,7 +66,7 @@ static void zero_rows(const Planes *p, int y0, int y1)
 // ---- what each layer is rendered with ----
 
 // Layers that take part in a step. With separate geometry both lightings are rendered, for the linearity term.
-static int set_up_tasks(Step *s, ShadeLight *light, RasterTask **list)
+static int set_up_tasks(Step *s, const ShadeLight *light, const ShadeLight *back, RasterTask **list)
 {
     Trainer *t = s->trainer;
     int n = 0;
@@ -80,11 +78,12 @@ static int set_up_tasks(Step *s, ShadeLight *light, RasterTask **list)
         if (fs_layers[l].light == other && !both && !t->scene.shared_geometry) continue;
         RasterTask *task = s->task[l] = list[n++] = &t->engine->task[l];
         task->cloud = cloud;
-        task->light = fs_scene_lit(&t->scene) && l == LAYER_T_N && s->view->view->flash ? light : NULL;
+        bool lit = fs_scene_lit(&t->scene) && s->view->view->flash;
+        task->light = !lit ? NULL : l == LAYER_R ? back : light;
         task->colors = fs_layers[l].channels;
         task->depth = t->set->depth_smooth > 0 && l != LAYER_BETA;
         task->train = true;
-        task->use_d_transmittance = false;
+        task->use_d_transmittance = fs_exp("OPAQUE", 0) > 0 && l != LAYER_BETA;
     }
     s->T = t->scene.shared_geometry || !s->view->view->flash ? LAYER_T_N : LAYER_T_F;
     return n;
@@ -142,7 +141,6 @@ static void compose_job(void *context, int strip, int worker)
         t->engine->kernels.pane->forward(&s->pane, &s->beta, &s->tau, y0, y1);
     else
         fs_engine_sigmoid(&s->task[LAYER_BETA]->feature, &s->beta, y0, y1);
-    if (s->view->view->flash) fs_engine_scale(&s->beta, (float)(1 + t->scene.flash_return), &s->beta, y0, y1);
     Planes p[4];
     ComposeArgs args = compose_args(s, p);
     t->engine->kernels.compose->forward(&args, y0, y1);
@@ -156,20 +154,6 @@ static void compose_job(void *context, int strip, int worker)
     }
 }
 
-static GlobalGradient global_gradient(const Step *s, int y0, int y1)
-{
-    const Trainer *t = s->trainer;
-    GlobalGradient sum = {0};
-    if (t->scene.pane_beta) sum.pane = t->engine->kernels.pane->backward(&s->pane, &s->d_beta, &s->d_tau, y0, y1);
-    for (int y = y0; y < y1 && s->view->view->flash; y++) {
-        const float *beta = fs_planes_row(&s->beta, 0, y), *d_beta = fs_planes_row(&s->d_beta, 0, y);
-        double row = 0;
-        for (int x = 0; x < s->beta.width; x++) row += (double)(beta[x] * d_beta[x]);
-        sum.flash_return += row;
-    }
-    return sum;
-}
-
 static void loss_job(void *context, int strip, int worker)
 {
     Step *s = context;
@@ -180,6 +164,13 @@ static void loss_job(void *context, int strip, int worker)
     memset(sum, 0, sizeof(double) * LOSS_TERMS);
     for (int l = 0; l < LAYERS; l++)
         if (s->task[l]) zero_rows(&s->task[l]->d_feature, y0, y1);
+    for (int l = 0; l < LAYERS; l++)
+        if (s->task[l] && s->task[l]->use_d_transmittance) {
+            const Planes *p = &s->task[l]->d_transmittance;
+            float w = (float)(fs_exp("OPAQUE", 0) / ((double)p->width * p->height));
+            for (int y = y0; y < y1; y++)
+                for (int x = 0; x < p->stride; x++) fs_planes_row(p, 0, y)[x] = x < p->width ? w : 0;
+        }
     zero_rows(&s->d_beta, y0, y1);
     zero_rows(&s->d_tau, y0, y1);
     PhotometricArgs photo = {.I = &s->I,
@@ -221,7 +212,7 @@ static void loss_job(void *context, int strip, int worker)
                                .weight = (float)t->set->linearity};
         k->pearson->gradient(&pearson, &s->pearson_total, y0, y1);
     }
-    s->global[strip] = global_gradient(s, y0, y1);
+    if (t->scene.pane_beta) s->d_pane[strip] = k->pane->backward(&s->pane, &s->d_beta, &s->d_tau, y0, y1);
 }
 
 // beta = sigmoid(x): d_x = d_beta beta (1 - beta)
@@ -264,18 +255,17 @@ static void update_globals(Step *s)
     GlobalState *g = &t->globals;
     int step = t->step + 1;
     if (scene->separation == SEPARATION_NONE) return;
-    GlobalGradient d = {0};
-    for (int i = 0; i < s->strips; i++) {
-        for (int k = 0; k < 3; k++) d.pane.normal[k] += s->global[i].pane.normal[k];
-        d.pane.dimming += s->global[i].pane.dimming;
-        d.flash_return += s->global[i].flash_return;
-    }
     if (scene->pane_beta) {
+        PaneGradient d = {0};
+        for (int i = 0; i < s->strips; i++) {
+            for (int k = 0; k < 3; k++) d.normal[k] += s->d_pane[i].normal[k];
+            d.dimming += s->d_pane[i].dimming;
+        }
         double *n = scene->pane.normal;
-        for (int i = 0; i < 3; i++) adam_scalar(&n[i], d.pane.normal[i], &g->m[i], &g->v[i], 5e-3, step);
+        for (int i = 0; i < 3; i++) adam_scalar(&n[i], d.normal[i], &g->m[i], &g->v[i], 5e-3, step);
         double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         for (int i = 0; i < 3; i++) n[i] /= length;
-        adam_scalar(&scene->pane.dimming, d.pane.dimming, &g->m[3], &g->v[3], 1e-3, step);
+        adam_scalar(&scene->pane.dimming, d.dimming, &g->m[3], &g->v[3], 1e-3, step);
         scene->pane.dimming = fmin(fmax(scene->pane.dimming, 0.02), 0.5);
     }
     if (!fs_scene_lit(scene) || !s->view->view->flash) return;
@@ -285,8 +275,13 @@ static void update_globals(Step *s)
                     step);
         scene->gain_color[i] = exp(x);
     }
-    adam_scalar(&scene->flash_return, d.flash_return / (1 + scene->flash_return), &g->m[7], &g->v[7], 5e-4, step);
-    scene->flash_return = fmin(fmax(scene->flash_return, 0), 0.25);
+    const RasterTask *R = s->task[LAYER_R];
+    if (!R || !R->light) return;
+    double d_return = 0;
+    for (int i = 0; i < 3; i++) d_return += R->d_tint[i] * scene->gain_color[i];
+    double x = log(scene->flash_return);
+    adam_scalar(&x, d_return * scene->flash_return, &g->m[7], &g->v[7], 5e-3, step);
+    scene->flash_return = exp(fmin(fmax(x, log(RETURN_MIN)), log(RETURN_MAX)));
 }
 
 void fs_step_run(Trainer *trainer, const TrainView *view)
@@ -294,10 +289,10 @@ void fs_step_run(Trainer *trainer, const TrainView *view)
     Step step = {.trainer = trainer, .view = view}, *s = &step;
     Engine *e = trainer->engine;
     const Camera *camera = &view->view->camera;
-    ShadeLight light = fs_engine_light(&trainer->scene, camera);
+    ShadeLight light = fs_engine_light(&trainer->scene, camera), back = fs_engine_return(&trainer->scene, camera);
     RasterTask *list[LAYERS];
     fs_arena_reset(&e->arena);
-    int n = set_up_tasks(s, &light, list);
+    int n = set_up_tasks(s, &light, &back, list);
     fs_raster_task_forward(&e->kernels, e->threads, list, n, camera, (float)(FS_ENGINE_NEAR * trainer->scene.extent));
     s->beta = fs_engine_planes(e, camera, 1);
     s->d_beta = fs_engine_planes(e, camera, 1);
@@ -317,7 +312,7 @@ void fs_step_run(Trainer *trainer, const TrainView *view)
     s->I_linear = fs_engine_planes(e, camera, 3);
     s->other_linear = fs_engine_planes(e, camera, 3);
     s->strips = (camera->height + STRIP - 1) / STRIP;
-    s->global = ARENA_NEW(&e->arena, GlobalGradient, s->strips);
+    s->d_pane = ARENA_NEW(&e->arena, PaneGradient, s->strips);
     s->pane = fs_pane_view(&trainer->scene.pane, camera);
     s->pearson = ARENA_NEW(&e->arena, PearsonSums, s->strips);
     memset(s->pearson, 0, sizeof *s->pearson * (size_t)s->strips);
