@@ -97,11 +97,14 @@ static const FsOption table[] = {
           "weight of the smoothness of the flash gain over neighbours"),
     FLOAT("opacity-reg", opacity_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean opacity"),
     FLOAT("scale-reg", scale_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean scale"),
+    FLOAT("gain-push", gain_push, TRAIN, "0.02", 0, 1000, "X", "weight against gains below the usual one: what the flash hardly brightens is rather mirrored"),
+    FLOAT("opaque", opaque, TRAIN, "0.03", 0, 1000, "X", "weight of the light that passes all of a scene: it has no holes"),
     FLOAT("slope-floor", slope_floor, TRAIN, "0.005", 0, 10, "X",
           "least slope of the tone curve in gradients, so that a black layer can brighten"),
     FLOAT("darkest", darkest, TRAIN, "0.2", 0, 1, "X", "darkest tone-mapped colour of a Gaussian"),
     FLOAT("rate-scale", rate_scale, TRAIN, "2", 0, 100, "X",
           "factor on 3DGS's learning rates of scales, rotations, colours and gains"),
+    FLOAT("settle", settle, TRAIN, "0.3", 0, 1, "X", "share of the steps, at the end, in which those rates fall to a tenth"),
     FLOAT("means-rate", means_rate, TRAIN, "2.4e-3", 0, 1, "X", "first learning rate of positions, in scene extents"),
 
     STRING("cameras", cameras, RENDER, "", "MODEL",
@@ -156,7 +159,8 @@ static const struct {
     {"paper", "beta-smooth", "0.1"}, {"paper", "depth-smooth", "0.01"}, {"paper", "opacity-reg", "0"},
     {"paper", "dssim", "0.2"},       {"paper", "means-rate", "1.6e-4"}, {"paper", "rate-scale", "1"},
     {"paper", "slope-floor", "0"},   {"paper", "darkest", "0"},         {"paper", "scale-reg", "0"},
-    {"paper", "gain-smooth", "0"},
+    {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},       {"paper", "opaque", "0"},
+    {"paper", "settle", "0"},
 };
 
 const FsOption *fs_settings_options(size_t *n)

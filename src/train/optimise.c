@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/exp.h"
 #include "base/rng.h"
 #include "train/trainer.h"
 
@@ -56,7 +55,7 @@ double fs_optimise_means_rate(const Trainer *trainer)
 typedef struct Update {
     Trainer *trainer;
     int first[LAYERS + 1]; // first job of each layer
-    double means_rate, settle;
+    double means_rate, settle; // settle: factor on all other rates
     bool lit;         // the transmitted cloud is stepped as (T_F, gain)
     ShadeLight light; // of a flash amid the cameras
 } Update;
@@ -76,7 +75,8 @@ static ShadeLight middle_light(const Trainer *t)
     return light;
 }
 
-// Weight of mean opacity and mean scale (3DGS-MCMC, Kheradmand et al. 2024, eq. 8), added to the gradients.
+// Weight of mean opacity and mean scale (3DGS-MCMC, Kheradmand et al. 2024, eq. 8), added to the gradients; and of gains
+// below the usual one, of which there are few: what the flash hardly brightens is mirrored, unless the photos insist.
 static void regularise(const Trainer *t, const Cloud *cloud, RasterTask *task, int begin, int end)
 {
     float w_opacity = (float)(t->set->opacity_reg / cloud->n), w_scale = (float)(t->set->scale_reg / (3.0 * cloud->n));
@@ -86,7 +86,7 @@ static void regularise(const Trainer *t, const Cloud *cloud, RasterTask *task, i
     k->sigmoid(cloud->field[CLOUD_OPACITIES] + begin, n, w_opacity, task->d_field[CLOUD_OPACITIES] + begin);
     k->exp(cloud->field[CLOUD_SCALES] + 3 * begin, 3 * n, w_scale, task->d_field[CLOUD_SCALES] + 3 * begin);
     if (cloud->width[CLOUD_GAINS] && t->scene.separation == SEPARATION_FULL) {
-        float push = (float)(fs_exp("GAIN_PUSH", 0.02) / cloud->n);
+        float push = (float)(t->set->gain_push / cloud->n);
         for (int i = begin; i < end; i++)
             if (cloud->field[CLOUD_GAINS][i] < 0) task->d_field[CLOUD_GAINS][i] -= push;
     }
@@ -148,17 +148,21 @@ static void update_job(void *context, int job, int worker)
                                              state->v.field[f] + at, (size_t)(end - begin), (int)w, task->seen + begin,
                                              fs_adam_rate(rate, t->step));
     }
-    if (gains) clamp_field(gains + begin, (size_t)(end - begin), (float)fs_exp("GAIN_MIN", -3), GAIN_MAX);
+    if (gains) clamp_field(gains + begin, (size_t)(end - begin), GAIN_MIN, GAIN_MAX);
     if (shade) shade->leave(&u->light, means, gains, task->seen, begin, end, colors);
     if (l != LAYER_BETA) clamp_field(colors + 3 * begin, 3 * (size_t)(end - begin), (float)t->set->darkest, 4);
     if (strcmp(t->set->densify, "relocate") == 0) explore(t, cloud, l, begin, end, u->means_rate);
 }
 
+static double settle(const Trainer *trainer)
+{
+    double share = trainer->set->settle, begin = (1 - share) * trainer->set->steps;
+    return trainer->step > begin ? pow(0.1, (trainer->step - begin) / (share * trainer->set->steps)) : 1;
+}
+
 void fs_optimise_step(Trainer *trainer)
 {
-    Update u = {.trainer = trainer, .means_rate = fs_optimise_means_rate(trainer)};
-    double from = 1 - fs_exp("SETTLE", 0.3), x = (double)trainer->step / trainer->set->steps;
-    u.settle = x > from ? pow(0.1, (x - from) / (1 - from)) : 1;
+    Update u = {.trainer = trainer, .means_rate = fs_optimise_means_rate(trainer), .settle = settle(trainer)};
     if (fs_scene_lit(&trainer->scene) && trainer->scene.separation == SEPARATION_FULL) {
         u.lit = true;
         u.light = middle_light(trainer);

@@ -5,7 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/exp.h"
 #include "train/trainer.h"
 
 #define STRIP 32 // rows per job
@@ -13,7 +12,7 @@
 #define RETURN_MAX 1.0
 
 const char *const fs_loss_names[LOSS_TERMS] = {"l1",          "dssim",        "linearity",
-                                               "beta_smooth", "depth_smooth", "gain_smooth"};
+                                               "beta_smooth", "depth_smooth", "gain_smooth", "holes"};
 
 typedef struct Step {
     Trainer *trainer;
@@ -83,7 +82,7 @@ static int set_up_tasks(Step *s, const ShadeLight *light, const ShadeLight *back
         task->colors = fs_layers[l].channels;
         task->depth = t->set->depth_smooth > 0 && l != LAYER_BETA;
         task->train = true;
-        task->use_d_transmittance = fs_exp("OPAQUE", 0) > 0 && l != LAYER_BETA;
+        task->use_d_transmittance = t->set->opaque > 0 && l != LAYER_BETA;
     }
     s->T = t->scene.shared_geometry || !s->view->view->flash ? LAYER_T_N : LAYER_T_F;
     return n;
@@ -154,6 +153,27 @@ static void compose_job(void *context, int strip, int worker)
     }
 }
 
+// Mean of the light that passes all of a layer's splats, over the layers: a dark surface that lets light of what lies
+// behind it through would explain the photos as well, from where they were taken.
+static double holes(const Step *s, int y0, int y1)
+{
+    double sum = 0;
+    float weight = (float)(s->trainer->set->opaque / ((double)s->beta.width * s->beta.height));
+    for (int l = 0; l < LAYERS; l++) {
+        if (!s->task[l] || !s->task[l]->use_d_transmittance) continue;
+        for (int y = y0; y < y1; y++) {
+            const float *passes = fs_planes_row(&s->task[l]->transmittance, 0, y);
+            float *d_passes = fs_planes_row(&s->task[l]->d_transmittance, 0, y), row = 0;
+            for (int x = 0; x < s->beta.width; x++) {
+                row += passes[x];
+                d_passes[x] = weight;
+            }
+            sum += (double)(row * weight);
+        }
+    }
+    return s->trainer->set->opaque > 0 ? sum / s->trainer->set->opaque : 0;
+}
+
 static void loss_job(void *context, int strip, int worker)
 {
     Step *s = context;
@@ -164,13 +184,6 @@ static void loss_job(void *context, int strip, int worker)
     memset(sum, 0, sizeof(double) * LOSS_TERMS);
     for (int l = 0; l < LAYERS; l++)
         if (s->task[l]) zero_rows(&s->task[l]->d_feature, y0, y1);
-    for (int l = 0; l < LAYERS; l++)
-        if (s->task[l] && s->task[l]->use_d_transmittance) {
-            const Planes *p = &s->task[l]->d_transmittance;
-            float w = (float)(fs_exp("OPAQUE", 0) / ((double)p->width * p->height));
-            for (int y = y0; y < y1; y++)
-                for (int x = 0; x < p->stride; x++) fs_planes_row(p, 0, y)[x] = x < p->width ? w : 0;
-        }
     zero_rows(&s->d_beta, y0, y1);
     zero_rows(&s->d_tau, y0, y1);
     PhotometricArgs photo = {.I = &s->I,
@@ -185,6 +198,7 @@ static void loss_job(void *context, int strip, int worker)
     PhotometricSums p = k->photometric->loss(&photo, y0, y1);
     sum[LOSS_L1] = p.l1;
     sum[LOSS_DSSIM] = p.dssim;
+    sum[LOSS_HOLES] = holes(s, y0, y1);
     Planes planes[4];
     ComposeArgs args = compose_args(s, planes);
     k->compose->backward(&args, y0, y1);

@@ -20,6 +20,7 @@ typedef enum LossTerm {
     LOSS_BETA_SMOOTH,
     LOSS_DEPTH_SMOOTH,
     LOSS_GAIN_SMOOTH,
+    LOSS_HOLES,
     LOSS_TERMS
 } LossTerm;
 extern const char *const fs_loss_names[LOSS_TERMS];
