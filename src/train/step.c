@@ -8,6 +8,8 @@
 #include "train/trainer.h"
 
 #define STRIP 32 // rows per job
+#define HOLES_FROM 0.4 // of all steps
+#define HOLES_FULL 0.6
 #define RETURN_MIN 0.01
 #define RETURN_MAX 1.0
 
@@ -154,11 +156,14 @@ static void compose_job(void *context, int strip, int worker)
 }
 
 // Mean of the light that passes all of a layer's splats, over the layers: a dark surface that lets light of what lies
-// behind it through would explain the photos as well, from where they were taken.
+// behind it through would explain the photos as well, from where they were taken. What is found to be in front of
+// another surface by mistake must fade before, so this sets in late.
 static double holes(const Step *s, int y0, int y1)
 {
-    double sum = 0;
-    float weight = (float)(s->trainer->set->opaque / ((double)s->beta.width * s->beta.height));
+    const Trainer *t = s->trainer;
+    double sum = 0, ramp = ((double)t->step / t->set->steps - HOLES_FROM) / (HOLES_FULL - HOLES_FROM);
+    float share = (float)(1 / ((double)s->beta.width * s->beta.height)),
+          weight = (float)(t->set->opaque * fmin(fmax(ramp, 0), 1)) * share;
     for (int l = 0; l < LAYERS; l++) {
         if (!s->task[l] || !s->task[l]->use_d_transmittance) continue;
         for (int y = y0; y < y1; y++) {
@@ -168,10 +173,10 @@ static double holes(const Step *s, int y0, int y1)
                 row += passes[x];
                 d_passes[x] = weight;
             }
-            sum += (double)(row * weight);
+            sum += (double)(row * share);
         }
     }
-    return s->trainer->set->opaque > 0 ? sum / s->trainer->set->opaque : 0;
+    return sum;
 }
 
 static void loss_job(void *context, int strip, int worker)
