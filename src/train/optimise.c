@@ -150,7 +150,8 @@ static void update_job(void *context, int job, int worker)
     }
     if (gains) clamp_field(gains + begin, (size_t)(end - begin), GAIN_MIN, GAIN_MAX);
     if (shade) shade->leave(&u->light, means, gains, task->seen, begin, end, colors);
-    if (l != LAYER_BETA) clamp_field(colors + 3 * begin, 3 * (size_t)(end - begin), (float)t->set->darkest, 4);
+    float darkest = (float)(l == LAYER_R ? t->set->darkest : t->set->darkest / 2);
+    if (l != LAYER_BETA) clamp_field(colors + 3 * begin, 3 * (size_t)(end - begin), darkest, 4);
     if (strcmp(t->set->densify, "relocate") == 0) explore(t, cloud, l, begin, end, u->means_rate);
 }
 
