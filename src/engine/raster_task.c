@@ -412,7 +412,8 @@ static void set_up(RasterTask *task, const Camera *camera, float near)
     task->seen = ARENA_NEW(a, unsigned char, n);
     task->d_screen = ARENA_NEW(a, float, n);
     for (int f = 0; f < CLOUD_FIELDS; f++)
-        task->d_field[f] = ARENA_NEW(a, float, (size_t)task->cloud->width[f] * (size_t)n);
+        task->d_field[f] =
+            task->cloud->width[f] ? ARENA_NEW(a, float, (size_t)task->cloud->width[f] * (size_t)n) : NULL;
     w->slot_start = ARENA_NEW(a, int, n + 1);
     w->moment = ARENA_NEW(a, float, (size_t)n *FS_RECORD);
     w->d_depth = ARENA_NEW(a, float, n);

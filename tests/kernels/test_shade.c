@@ -83,6 +83,17 @@ int main(int argc, char **argv)
         run_forward(&c);
         run_backward(&c);
         CHECK(difference(ref.out, c.out, N * 3) < 1e-5, "%s out: %g", name, difference(ref.out, c.out, N * 3));
+        c.k->forward(&c.light, c.means, c.colors, NULL, 0, N, c.lit); // no gains: all 0
+        memset(c.d_lit_gains, 0, sizeof c.d_lit_gains);
+        c.k->forward(&c.light, c.means, c.colors, c.d_lit_gains, 0, N, c.back);
+        CHECK(memcmp(c.lit, c.back, sizeof c.lit) == 0, "%s: forward without gains", name);
+        c.k->backward(&c.light, c.means, c.colors, NULL, 0, N, c.d_out, c.lit, NULL, c.d_tint);
+        c.k->backward(&c.light, c.means, c.colors, c.d_lit_gains, 0, N, c.d_out, c.back, c.d_gains, c.d_tint);
+        CHECK(memcmp(c.lit, c.back, sizeof c.lit) == 0, "%s: backward without gains", name);
+        make(&c);
+        c.k = fs_kernels_at(level).shade;
+        run_forward(&c);
+        run_backward(&c);
         run_lit(&c);
         double lit = difference(ref.lit, c.lit, N * 3), d_lit = difference(ref.d_lit, c.d_lit, N * 3),
                d_lit_gains = difference(ref.d_lit_gains, c.d_lit_gains, N), back = difference(ref.back, c.back, N * 3);
