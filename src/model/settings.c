@@ -98,7 +98,7 @@ static const FsOption table[] = {
     FLOAT("opacity-reg", opacity_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean opacity"),
     FLOAT("scale-reg", scale_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean scale"),
     FLOAT("gain-push", gain_push, TRAIN, "0.02", 0, 1000, "X", "weight against gains below the usual one: what the flash hardly brightens is rather mirrored"),
-    FLOAT("opaque", opaque, TRAIN, "0.1", 0, 1000, "X", "weight of the light that passes all of a scene: it has no holes"),
+    FLOAT("opaque", opaque, TRAIN, "0.3", 0, 1000, "X", "weight of the light that passes all of a scene: it has no holes"),
     FLOAT("slope-floor", slope_floor, TRAIN, "0.005", 0, 10, "X",
           "least slope of the tone curve in gradients, so that a black layer can brighten"),
     FLOAT("darkest", darkest, TRAIN, "0.2", 0, 1, "X", "darkest tone-mapped colour of a Gaussian of R; of T half of it"),
