@@ -1,5 +1,7 @@
 #include "initialise/peel.h"
 
+#include "initialise/vet.h"
+
 #define SEEDS_PER_PIXEL 1.0f // painted
 
 // Paints both scenes as found so far, takes one off the photos and looks for the other in what is left.
@@ -21,6 +23,7 @@ static int peel(const Frames *frames, Material material, const FlashLight *light
     TRY(fs_surfaces_renew(&freed, reflected, odds, log, threads, surfaces, err));
     fs_dense_free(&dense[reflected]);
     TRY(fs_surfaces_fuse(surfaces, reflected, &dense[reflected], err));
+    TRY(fs_vet_dense(material.xyz, material.kind, material.n, reflected, threads, &dense[reflected], err));
 fail:
     fs_frames_free(&freed);
     fs_painted_free(&painted);
@@ -34,7 +37,10 @@ int fs_peel_find(const Frames *frames, const Material *points, const FlashLight 
     Surfaces surfaces = {0};
     dense[0] = dense[1] = (DensePoints){0};
     TRY(fs_surfaces_find(frames, points->xyz, points->kind, points->n, odds, log, threads, &surfaces, err));
-    for (int k = 0; k < 2; k++) TRY(fs_surfaces_fuse(&surfaces, k, &dense[k], err));
+    for (int k = 0; k < 2; k++) {
+        TRY(fs_surfaces_fuse(&surfaces, k, &dense[k], err));
+        TRY(fs_vet_dense(points->xyz, points->kind, points->n, k, threads, &dense[k], err));
+    }
     TRY(peel(frames, *points, light, true, odds, seed, log, threads, &surfaces, dense, err));
 fail:
     fs_surfaces_free(&surfaces);

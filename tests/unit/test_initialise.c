@@ -12,6 +12,7 @@
 #include "initialise/light.h"
 #include "initialise/paint.h"
 #include "initialise/seeds.h"
+#include "initialise/vet.h"
 #include "made_capture.h"
 
 static Frames frames;
@@ -188,6 +189,34 @@ static void test_dense_without_points(void **state)
     assert_int_equal(R.n, 0);
 }
 
+// Transmitted sparse points on the plane z = 1, mirrored ones on z = 2: dense points of either scene, and one thing
+// that only the mirrored scene's dense points know, near the first plane but not on it.
+static void test_vet(void **state)
+{
+    (void)state;
+    enum { ROW = 8, N = 2 * ROW * ROW };
+    float xyz[3 * N], dense_xyz[3 * 3];
+    unsigned char kind[N], unsure[N] = {0};
+    for (int i = 0; i < N; i++) {
+        bool mirrored = i >= N / 2;
+        xyz[3 * i] = 0.1f * (float)(i % ROW);
+        xyz[3 * i + 1] = 0.1f * (float)(i / ROW % ROW);
+        xyz[3 * i + 2] = mirrored ? 2 : 1;
+        kind[i] = mirrored ? POINT_REFLECTED : POINT_TRANSMITTED;
+    }
+    const float at[3] = {1.0f, 1.3f, 1.9f}; // on the one plane, between, by the other
+    for (int reflected = 0; reflected < 2; reflected++) {
+        for (int i = 0; i < 3; i++) memcpy(dense_xyz + 3 * i, (float[3]){0.31f, 0.29f, at[i]}, sizeof(float) * 3);
+        DensePoints dense = {3, 3, dense_xyz};
+        assert_int_equal(fs_vet_dense(xyz, unsure, N, reflected, NULL, &dense, NULL), 0);
+        assert_int_equal(dense.n, 3); // nothing to hold them against
+        assert_int_equal(fs_vet_dense(xyz, kind, N, reflected, NULL, &dense, NULL), 0);
+        assert_int_equal(dense.n, 2);
+        assert_float_equal(dense.xyz[2], reflected ? 1.3f : 1.0f, 0);
+        assert_float_equal(dense.xyz[5], reflected ? 1.9f : 1.3f, 0);
+    }
+}
+
 static void test_fill(void **state)
 {
     (void)state;
@@ -273,7 +302,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_slope), cmocka_unit_test(test_cue),   cmocka_unit_test(test_classify),
         cmocka_unit_test(test_light), cmocka_unit_test(test_dense), cmocka_unit_test(test_dense_without_points),
-        cmocka_unit_test(test_fill),  cmocka_unit_test(test_seeds), cmocka_unit_test(test_paint),
+        cmocka_unit_test(test_vet),   cmocka_unit_test(test_fill),  cmocka_unit_test(test_seeds),
+        cmocka_unit_test(test_paint),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -1,0 +1,69 @@
+#include "initialise/vet.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/knn.h"
+
+#define FARTHER_T 1.5f // times as far from points of its own scene as from those of the other
+#define FARTHER_R 6.0f
+enum { CHUNK = 512 };
+
+typedef struct Vet {
+    const DensePoints *dense;
+    const KnnTree *own, *other;
+    float farther;
+    unsigned char *drop; // (dense->n)
+} Vet;
+
+static void vet_job(void *context, int job, int worker)
+{
+    (void)worker;
+    const Vet *v = context;
+    int end = (job + 1) * CHUNK < v->dense->n ? (job + 1) * CHUNK : v->dense->n;
+    for (int i = job * CHUNK; i < end; i++) {
+        const float *p = v->dense->xyz + 3 * (size_t)i;
+        int index;
+        float own2, other2;
+        fs_knn_query(v->own, p, -1, 1, &index, &own2);
+        fs_knn_query(v->other, p, -1, 1, &index, &other2);
+        v->drop[i] = own2 > v->farther * v->farther * other2;
+    }
+}
+
+static KnnTree *tree_of(const float *xyz, const unsigned char *kind, int n, PointKind wanted, float *some, int *count)
+{
+    *count = 0;
+    for (int i = 0; i < n; i++)
+        if (kind[i] == wanted) memcpy(some + 3 * (size_t)(*count)++, xyz + 3 * (size_t)i, sizeof(float) * 3);
+    return *count ? fs_knn_new(some, *count) : NULL;
+}
+
+int fs_vet_dense(const float *xyz, const unsigned char *kind, int n, bool reflected, Threads *threads,
+                 DensePoints *dense, FsError *err)
+{
+    float *some = malloc(sizeof(float) * 3 * ((size_t)n + 1));
+    unsigned char *drop = malloc((size_t)dense->n + 1);
+    KnnTree *tree[2] = {NULL, NULL};
+    int rc = 0, count[2] = {0}, kept = 0;
+    if (!some || !drop) {
+        rc = fs_error_memory(err);
+        goto fail;
+    }
+    for (int k = 0; k < 2; k++) {
+        tree[k] = tree_of(xyz, kind, n, k ? POINT_REFLECTED : POINT_TRANSMITTED, some, &count[k]);
+        if (count[k] && !tree[k]) TRY(fs_error_memory(err));
+    }
+    if (!tree[0] || !tree[1]) goto fail;
+    Vet vet = {dense, tree[reflected], tree[!reflected], reflected ? FARTHER_R : FARTHER_T, drop};
+    fs_threads_for(threads, (dense->n + CHUNK - 1) / CHUNK, vet_job, &vet);
+    for (int i = 0; i < dense->n; i++)
+        if (!drop[i]) memmove(dense->xyz + 3 * (size_t)kept++, dense->xyz + 3 * (size_t)i, sizeof(float) * 3);
+    dense->n = kept;
+fail:
+    fs_knn_free(tree[0]);
+    fs_knn_free(tree[1]);
+    free(some);
+    free(drop);
+    return rc;
+}
