@@ -188,7 +188,7 @@ int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, R
         const Planes *planes, *times;
     } copies[] = {
         {RENDER_T_N, &v.linear[0], NULL},     {RENDER_T_F, &v.linear[1], NULL}, {RENDER_R, &v.linear[2], &v.beta},
-        {RENDER_R_SCENE, &v.linear[2], NULL}, {RENDER_BETA, &v.beta, NULL},  {RENDER_I_N, &v.I_linear[0], NULL},
+        {RENDER_R_SCENE, &v.linear[2], NULL}, {RENDER_BETA, &v.beta, NULL},     {RENDER_I_N, &v.I_linear[0], NULL},
         {RENDER_I_F, &v.I_linear[1], NULL},
     };
     int rc = 0;

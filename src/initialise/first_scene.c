@@ -6,8 +6,13 @@
 
 #include "image/tone.h"
 
-#define OPACITY 0.5f
-#define SHRINK 0.6f // of the distance to the neighbours: blobs that hide each other hold the start up
+// Opacity and, in distances to the neighbours, size at the start: ours, and the paper's (separate geometry). Faint
+// blobs that hide each other hold the start up.
+typedef struct Look {
+    float opacity, size;
+} Look;
+static const Look our_look = {0.5f, 0.6f}, paper_look = {0.1f, 1};
+
 #define GLASS 0.08       // reflectance of a clean pane, both surfaces
 #define BRIGHT_SCENE 0.8 // the mirrored room's own light at its bright places: fixes the pane's reflectance
 #define BRIGHT_SHARE 0.95
@@ -15,15 +20,17 @@
 #define F0_MAX 0.5
 #define RETURN 0.2 // of the flash comes back by the mirrored room
 
-static int cloud_from_seeds(const Seeds *seeds, const float *linear, const float *gain, Cloud *cloud, FsError *err)
+static int cloud_from_seeds(const Seeds *seeds, const float *linear, const float *gain, Look look, Cloud *cloud,
+                            FsError *err)
 {
     int rc = fs_cloud_new(cloud, seeds->n, linear ? 3 : 1, gain ? 1 : 0, err);
     if (rc < 0) return rc;
     memcpy(cloud->field[CLOUD_MEANS], seeds->xyz, sizeof(float) * 3 * (size_t)seeds->n);
     for (int i = 0; i < seeds->n; i++) {
-        for (int k = 0; k < 3; k++) cloud->field[CLOUD_SCALES][3 * (size_t)i + (size_t)k] = logf(SHRINK * seeds->scale[i]);
+        for (int k = 0; k < 3; k++)
+            cloud->field[CLOUD_SCALES][3 * (size_t)i + (size_t)k] = logf(look.size * seeds->scale[i]);
         cloud->field[CLOUD_QUATS][4 * (size_t)i] = 1;
-        cloud->field[CLOUD_OPACITIES][i] = logf(OPACITY / (1 - OPACITY));
+        cloud->field[CLOUD_OPACITIES][i] = logf(look.opacity / (1 - look.opacity));
         for (int k = 0; k < 3 && linear; k++)
             cloud->field[CLOUD_COLORS][3 * (size_t)i + (size_t)k] = fs_tone_encode(linear[3 * (size_t)i + (size_t)k]);
         if (gain) cloud->field[CLOUD_GAINS][i] = gain[i];
@@ -72,10 +79,12 @@ static int fill_scene(const Frames *frames, Painted *p, Scene *scene, FsError *e
         for (int k = 0; k < 3; k++) p->R_color[3 * (size_t)i + (size_t)k] /= (float)beta;
     }
     bool shared = scene->shared_geometry;
-    TRY(cloud_from_seeds(&p->T, p->T_N, shared ? p->gain : NULL, &scene->cloud[LAYER_T_N], err));
-    if (!shared) TRY(cloud_from_seeds(&p->T, p->T_F, NULL, &scene->cloud[LAYER_T_F], err));
-    TRY(cloud_from_seeds(&p->R, p->R_color, NULL, &scene->cloud[LAYER_R], err));
-    if (!scene->pane_beta) TRY(cloud_from_seeds(&p->T, NULL, NULL, &scene->cloud[LAYER_BETA], err)); // logit 0: 0.5
+    Look look = shared ? our_look : paper_look;
+    TRY(cloud_from_seeds(&p->T, p->T_N, shared ? p->gain : NULL, look, &scene->cloud[LAYER_T_N], err));
+    if (!shared) TRY(cloud_from_seeds(&p->T, p->T_F, NULL, look, &scene->cloud[LAYER_T_F], err));
+    TRY(cloud_from_seeds(&p->R, p->R_color, NULL, look, &scene->cloud[LAYER_R], err));
+    if (!scene->pane_beta)
+        TRY(cloud_from_seeds(&p->T, NULL, NULL, look, &scene->cloud[LAYER_BETA], err)); // logit 0: 0.5
 fail:
     return rc;
 }
@@ -102,7 +111,7 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
                      .separation = fs_scene_separation(set->separation)};
     scene->extent = 1.1 * frames->extent;
     scene->flash_distance = light->distance;
-    scene->flash_return = RETURN;
+    scene->flash_return = fs_scene_lit(scene) ? RETURN : 0;
     for (int k = 0; k < 3; k++) {
         scene->pane.normal[k] = frames->forward[k];
         scene->gain_color[k] = light->color[k];

@@ -20,8 +20,8 @@ typedef struct ShadeKernels {
     // means, colors, out (N, 3), gains (N, 1) or NULL: all 0; for i in [begin, end)
     void (*forward)(const ShadeLight *light, const float *means, const float *colors, const float *gains, int begin,
                     int end, float *out);
-    // d_out (N, 3) -> d_colors (N, 3) and d_gains (N, 1; NULL with gains), written; d_tint[3]: part of the sum over [begin, end).
-    // The falloff's gradient on means is left out: where a surface is, is for its picture to say.
+    // d_out (N, 3) -> d_colors (N, 3) and d_gains (N, 1; NULL with gains), written; d_tint[3]: part of the sum over
+    // [begin, end). The falloff's gradient on means is left out: where a surface is, is for its picture to say.
     void (*backward)(const ShadeLight *light, const float *means, const float *colors, const float *gains, int begin,
                      int end, const float *d_out, float *d_colors, float *d_gains, double d_tint[3]);
     // The optimiser's view of a Gaussian: its colour under the flash and its gain. In deep shade T_N is a small part of

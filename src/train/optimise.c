@@ -54,10 +54,10 @@ double fs_optimise_means_rate(const Trainer *trainer)
 
 typedef struct Update {
     Trainer *trainer;
-    int first[LAYERS + 1]; // first job of each layer
+    int first[LAYERS + 1];     // first job of each layer
     double means_rate, settle; // settle: factor on all other rates
-    bool lit;         // the transmitted cloud is stepped as (T_F, gain)
-    ShadeLight light; // of a flash amid the cameras
+    bool lit;                  // the transmitted cloud is stepped as (T_F, gain)
+    ShadeLight light;          // of a flash amid the cameras
 } Update;
 
 static ShadeLight middle_light(const Trainer *t)
@@ -75,8 +75,9 @@ static ShadeLight middle_light(const Trainer *t)
     return light;
 }
 
-// Weight of mean opacity and mean scale (3DGS-MCMC, Kheradmand et al. 2024, eq. 8), added to the gradients; and of gains
-// below the usual one, of which there are few: what the flash hardly brightens is mirrored, unless the photos insist.
+// Weight of mean opacity and mean scale (3DGS-MCMC, Kheradmand et al. 2024, eq. 8), added to the gradients; and of
+// gains below the usual one, of which there are few: what the flash hardly brightens is mirrored, unless the photos
+// insist.
 static void regularise(const Trainer *t, const Cloud *cloud, RasterTask *task, int begin, int end)
 {
     float w_opacity = (float)(t->set->opacity_reg / cloud->n), w_scale = (float)(t->set->scale_reg / (3.0 * cloud->n));
@@ -142,8 +143,8 @@ static void update_job(void *context, int job, int worker)
     for (int f = 0; f < CLOUD_FIELDS; f++) {
         size_t w = (size_t)cloud->width[f], at = w * (size_t)begin;
         if (!w || (f == CLOUD_GAINS && t->scene.separation != SEPARATION_FULL)) continue;
-        double rate =
-            f == CLOUD_MEANS ? u->means_rate : rates[f].rate * (f == CLOUD_OPACITIES ? 1 : t->set->rate_scale) * u->settle;
+        double rate = f == CLOUD_MEANS ? u->means_rate
+                                       : rates[f].rate * (f == CLOUD_OPACITIES ? 1 : t->set->rate_scale) * u->settle;
         t->engine->kernels.adam->step_sparse(cloud->field[f] + at, task->d_field[f] + at, state->m.field[f] + at,
                                              state->v.field[f] + at, (size_t)(end - begin), (int)w, task->seen + begin,
                                              fs_adam_rate(rate, t->step));

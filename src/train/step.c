@@ -7,14 +7,14 @@
 
 #include "train/trainer.h"
 
-#define STRIP 32 // rows per job
+#define STRIP 32       // rows per job
 #define HOLES_FROM 0.4 // of all steps
 #define HOLES_FULL 0.6
 #define RETURN_MIN 0.01
 #define RETURN_MAX 1.0
 
-const char *const fs_loss_names[LOSS_TERMS] = {"l1",          "dssim",        "linearity",
-                                               "beta_smooth", "depth_smooth", "gain_smooth", "holes"};
+const char *const fs_loss_names[LOSS_TERMS] = {"l1",           "dssim",       "linearity", "beta_smooth",
+                                               "depth_smooth", "gain_smooth", "holes"};
 
 typedef struct Step {
     Trainer *trainer;
