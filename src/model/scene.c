@@ -9,7 +9,7 @@
 
 #include "base/file.h"
 
-#define VERSION 1
+#define VERSION 2 // 1: flash_return was a constant factor on R
 
 const char *const fs_scene_separations[SEPARATIONS] = {"full", "flashless", "linear", "none"};
 
@@ -143,7 +143,10 @@ static int read_model(Scene *scene, json_t **root, const char *path, FsError *er
                             where.text);
     json_t *version = json_object_get(*root, "version");
     if (!json_is_integer(version) || json_integer_value(version) != VERSION)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: expected \"version\": %d", path, VERSION);
+        return fs_error_set(
+            err, FS_ERR_INPUT,
+            "%s: expected \"version\": %d; made by another version of the program: run that stage again", path,
+            VERSION);
     TRY(read_flag(*root, "shared_geometry", &scene->shared_geometry, path, err));
     TRY(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
     TRY(read_separation(*root, scene, path, err));

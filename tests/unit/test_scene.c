@@ -112,7 +112,7 @@ static void test_refused(void **state)
     make_shared(&a);
     assert_int_equal(fs_scene_write(&a, dir, NULL), 0);
     refuse(dir, "{", "[");
-    refuse(dir, "\"version\": 1", "\"version\": 99");
+    refuse(dir, "\"version\": 2", "\"version\": 99");
     refuse(dir, "\"shared_geometry\": true", "\"shared_geometry\": 1");
     refuse(dir, "\"T_N\": 11", "\"T_N\": 10");
     refuse(dir, "\"T_N\": 11", "\"T_N\": \"11\"");
