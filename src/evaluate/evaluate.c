@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "evaluate/report.h"
+#include "evaluate/score_table.h"
 
 static const struct {
     const char *name;

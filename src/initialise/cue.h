@@ -9,7 +9,7 @@
 #define FS_INITIALISE_CUE_H
 
 #include "base/threads.h"
-#include "initialise/frames.h"
+#include "initialise/small_views.h"
 
 typedef struct Cue {
     bool ok;         // seen well enough for the rest to mean something

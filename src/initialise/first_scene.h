@@ -2,7 +2,7 @@
 #ifndef FS_INITIALISE_FIRST_SCENE_H
 #define FS_INITIALISE_FIRST_SCENE_H
 
-#include "initialise/painted.h"
+#include "initialise/colored_seeds.h"
 #include "model/scene.h"
 #include "model/settings.h"
 

@@ -9,7 +9,7 @@
 #include "initialise/advise.h"
 #include "initialise/classify.h"
 #include "initialise/first_scene.h"
-#include "initialise/peel.h"
+#include "initialise/residual_stereo.h"
 #include "model/colmap_model.h"
 
 #define FEWEST_POINTS 20

@@ -4,7 +4,7 @@
 #define FS_INITIALISE_SEEDS_H
 
 #include "base/threads.h"
-#include "initialise/frames.h"
+#include "initialise/small_views.h"
 
 typedef struct Seeds {
     int n;

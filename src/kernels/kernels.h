@@ -8,7 +8,7 @@
 #include "kernels/pane.h"
 #include "kernels/pearson.h"
 #include "kernels/photometric.h"
-#include "kernels/project.h"
+#include "kernels/projection.h"
 #include "kernels/raster.h"
 #include "kernels/regularise.h"
 #include "kernels/shade.h"

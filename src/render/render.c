@@ -13,7 +13,7 @@
 #include "render/pictures.h"
 #include "render/save.h"
 #include "render/verdict.h"
-#include "render/views.h"
+#include "render/view_list.h"
 
 #define PROBE_VIEWS 5
 #define PROBE_EDGE 200

@@ -7,7 +7,7 @@
 #include "base/file.h"
 #include "synth/bake.h"
 #include "synth/photo_file.h"
-#include "synth/truth.h"
+#include "synth/truth_files.h"
 
 typedef struct Synth {
     const char *out;

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "in_double.h"
-#include "kernels/project.h"
+#include "kernels/projection.h"
 #include "kernels/raster.h"
 // one static name each
 #define forward raster_forward
@@ -16,7 +16,7 @@
 #include "kernels/raster.c"
 #undef forward
 #undef backward
-#include "kernels/project.c"
+#include "kernels/projection.c"
 
 enum { N = 7, TILES_X = 4, TILES = 4, FEATURES = 4 };
 #define OPEN_T_MIN (-60.0)

@@ -2,7 +2,7 @@
 // weighted features and transmittance, for every parameter of every Gaussian.
 #define REAL double
 #define fs_project_scalar project_double
-#include "kernels/project.c"
+#include "kernels/projection.c"
 #undef fs_project_scalar
 #undef forward
 #define fs_raster_scalar raster_double

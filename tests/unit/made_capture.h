@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "base/rng.h"
-#include "initialise/frames.h"
+#include "initialise/small_views.h"
 
 enum { MADE_PHOTOS = 20, MADE_WIDTH = 120, MADE_HEIGHT = 80, MADE_WAVES = 24 };
 #define MADE_DEPTH_T 2.0

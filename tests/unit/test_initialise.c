@@ -7,12 +7,12 @@
 #include <string.h>
 
 #include "initialise/cue.h"
-#include "initialise/dense.h"
+#include "initialise/stereo.h"
 #include "initialise/fill.h"
 #include "initialise/light.h"
-#include "initialise/paint.h"
+#include "initialise/first_colors.h"
 #include "initialise/seeds.h"
-#include "initialise/vet.h"
+#include "initialise/outliers.h"
 #include "made_capture.h"
 
 static Frames frames;

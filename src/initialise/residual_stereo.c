@@ -1,6 +1,6 @@
-#include "initialise/peel.h"
+#include "initialise/residual_stereo.h"
 
-#include "initialise/vet.h"
+#include "initialise/outliers.h"
 
 #define SEEDS_PER_PIXEL 1.0f // painted
 

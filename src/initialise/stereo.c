@@ -1,4 +1,4 @@
-#include "initialise/dense.h"
+#include "initialise/stereo.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -6,7 +6,7 @@
 
 #include "initialise/seeds.h"
 #include "initialise/semiglobal.h"
-#include "initialise/sweep.h"
+#include "initialise/plane_sweep.h"
 
 enum {
     DIVIDE = 2, // grid pixels per photo pixel, a side

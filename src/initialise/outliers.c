@@ -1,4 +1,4 @@
-#include "initialise/vet.h"
+#include "initialise/outliers.h"
 
 #include <stdlib.h>
 #include <string.h>

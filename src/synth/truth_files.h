@@ -1,6 +1,6 @@
 // The truth folder of a capture: cameras, and the layers of some views.
-#ifndef FS_SYNTH_TRUTH_H
-#define FS_SYNTH_TRUTH_H
+#ifndef FS_SYNTH_TRUTH_FILES_H
+#define FS_SYNTH_TRUTH_FILES_H
 
 #include "synth/path.h"
 #include "synth/trace.h"

@@ -1,4 +1,4 @@
-#include "initialise/sweep.h"
+#include "initialise/plane_sweep.h"
 
 #include <math.h>
 #include <stdlib.h>

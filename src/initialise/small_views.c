@@ -1,4 +1,4 @@
-#include "initialise/frames.h"
+#include "initialise/small_views.h"
 
 #include <math.h>
 #include <stdlib.h>

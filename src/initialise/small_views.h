@@ -1,6 +1,6 @@
 // The capture's photos at the small size the start works at, and the view from the middle of all cameras.
-#ifndef FS_INITIALISE_FRAMES_H
-#define FS_INITIALISE_FRAMES_H
+#ifndef FS_INITIALISE_SMALL_VIEWS_H
+#define FS_INITIALISE_SMALL_VIEWS_H
 
 #include "image/image.h"
 #include "model/camera.h"

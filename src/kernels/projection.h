@@ -2,8 +2,8 @@
 //
 //   p = R mean + t,  J = [[fx/z, 0, -fx x/z^2], [0, fy/z, -fy y/z^2]],  V = J R Rq diag(exp(scales))
 //   cov = V V^T + 0.3 I (pixels),  conic = cov^-1,  log2 alpha = L - log2(e)/2 d^T conic d,  L = log2 sigmoid(opacity)
-#ifndef FS_KERNELS_PROJECT_H
-#define FS_KERNELS_PROJECT_H
+#ifndef FS_KERNELS_PROJECTION_H
+#define FS_KERNELS_PROJECTION_H
 
 #include "kernels/raster.h"
 

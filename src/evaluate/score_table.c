@@ -1,5 +1,5 @@
 // The table and the JSON, both driven by the table of metrics.
-#include "evaluate/report.h"
+#include "evaluate/score_table.h"
 
 #include <jansson.h>
 #include <math.h>

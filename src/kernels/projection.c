@@ -1,5 +1,5 @@
 // Scalar definition of the projection. REAL can be double, for gradient checks.
-#include "kernels/project.h"
+#include "kernels/projection.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -24,7 +24,7 @@ FN void put(real *v, int lane, float x) { v[lane] = (real)x; }
 FN float get(const real *v, int lane) { return (float)v[lane]; }
 // clang-format on
 
-#include "kernels/project_body.h"
-#include "kernels/project_io.h"
+#include "kernels/projection_body.h"
+#include "kernels/projection_io.h"
 
 const ProjectKernels fs_project_scalar = {forward, backward};

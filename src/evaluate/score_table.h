@@ -1,6 +1,6 @@
 // What evaluation says: lines of a table through the log, and the same figures with those of each view as JSON.
-#ifndef FS_EVALUATE_REPORT_H
-#define FS_EVALUATE_REPORT_H
+#ifndef FS_EVALUATE_SCORE_TABLE_H
+#define FS_EVALUATE_SCORE_TABLE_H
 
 #include "evaluate/depth.h"
 #include "evaluate/score.h"

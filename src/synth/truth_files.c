@@ -1,5 +1,5 @@
 // Layers as 8-bit PNG in the encoding of the layer PNGs; depth in millimetres and reflectance as 16-bit PNG.
-#include "synth/truth.h"
+#include "synth/truth_files.h"
 
 #include <jansson.h>
 #include <math.h>

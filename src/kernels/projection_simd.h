@@ -1,5 +1,5 @@
 // SIMD twin of project.c: one Gaussian per lane.
-#include "kernels/project.h"
+#include "kernels/projection.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -22,7 +22,7 @@ FN void put(real *v, int lane, float x) { ((float *)v)[lane] = x; }
 FN float get(const real *v, int lane) { return ((const float *)v)[lane]; }
 // clang-format on
 
-#include "kernels/project_body.h"
-#include "kernels/project_io.h"
+#include "kernels/projection_body.h"
+#include "kernels/projection_io.h"
 
 const ProjectKernels FS_SIMD_SUFFIX(fs_project) = {forward, backward};

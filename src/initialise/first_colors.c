@@ -2,7 +2,7 @@
 // the photos of each lighting at a seed's place: what lies at another depth moves under it and averages out. Then the
 // two scenes are freed from each other in turns: each scene's seeds, drawn into every photo, are taken off that photo,
 // and what is left is averaged at the other scene's seeds.
-#include "initialise/paint.h"
+#include "initialise/first_colors.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "render/views.h"
+#include "render/view_list.h"
 
 #include <math.h>
 #include <stdio.h>

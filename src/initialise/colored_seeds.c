@@ -1,4 +1,4 @@
-#include "initialise/painted.h"
+#include "initialise/colored_seeds.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 // Dense surfaces of both scenes: plane sweeps from views spread over the capture, two depths per ray, and of those the
 // points on which views agree.
-#ifndef FS_INITIALISE_DENSE_H
-#define FS_INITIALISE_DENSE_H
+#ifndef FS_INITIALISE_STEREO_H
+#define FS_INITIALISE_STEREO_H
 
 #include "base/log.h"
 #include "initialise/classify.h"

@@ -1,6 +1,6 @@
 // The first colours: what of the photos' light belongs to the transmitted scene, what to the mirrored one.
-#ifndef FS_INITIALISE_PAINT_H
-#define FS_INITIALISE_PAINT_H
+#ifndef FS_INITIALISE_FIRST_COLORS_H
+#define FS_INITIALISE_FIRST_COLORS_H
 
 #include "initialise/seeds.h"
 

@@ -1,11 +1,11 @@
 // Plane sweep: how well each depth along each ray of a view explains the photos, apart for the scene behind the pane
 // and the mirrored one. The measure is that of cue.h, dense.
-#ifndef FS_INITIALISE_SWEEP_H
-#define FS_INITIALISE_SWEEP_H
+#ifndef FS_INITIALISE_PLANE_SWEEP_H
+#define FS_INITIALISE_PLANE_SWEEP_H
 
 #include "base/threads.h"
 #include "initialise/classify.h"
-#include "initialise/frames.h"
+#include "initialise/small_views.h"
 
 // The photos without their slow parts: (height, width, 4), r g b and 1 where trusted.
 typedef struct SweepPhotos {

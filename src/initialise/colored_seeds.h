@@ -1,10 +1,10 @@
 // Both scenes as seeds with colours: from the points of each kind, by the flash's light on them.
-#ifndef FS_INITIALISE_PAINTED_H
-#define FS_INITIALISE_PAINTED_H
+#ifndef FS_INITIALISE_COLORED_SEEDS_H
+#define FS_INITIALISE_COLORED_SEEDS_H
 
-#include "initialise/dense.h"
+#include "initialise/stereo.h"
 #include "initialise/light.h"
-#include "initialise/paint.h"
+#include "initialise/first_colors.h"
 
 typedef struct Material { // borrowed
     int n;

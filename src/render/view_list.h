@@ -1,6 +1,6 @@
 // Which views to render: the posed photos, the views of a camera model, or the frames of a spiral path.
-#ifndef FS_RENDER_VIEWS_H
-#define FS_RENDER_VIEWS_H
+#ifndef FS_RENDER_VIEW_LIST_H
+#define FS_RENDER_VIEW_LIST_H
 
 #include "model/dataset.h"
 #include "model/project.h"

@@ -1,1 +1,0 @@
-#include "kernels/project_simd.h"
