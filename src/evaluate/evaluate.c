@@ -101,11 +101,11 @@ static int finish(const Evaluation *e, FsError *err)
                             "%s: no picture of the truth at %s views has a render in %s: check --views "
                             "and the folder's <layer>/<view>.png",
                             e->truth, set->views, e->method[0].dir);
-    fs_report_log(e->method, e->n, &e->project->log);
+    fs_score_table_log(e->method, e->n, &e->project->log);
     char *path = fs_file_path("%s/evaluate.json", e->project->out);
     if (!path) return fs_error_memory(err);
-    TRY(fs_report_write(e->method, e->n, e->truth, set->views, path, err));
-    if (*set->json) TRY(fs_report_write(e->method, e->n, e->truth, set->views, set->json, err));
+    TRY(fs_score_table_write(e->method, e->n, e->truth, set->views, path, err));
+    if (*set->json) TRY(fs_score_table_write(e->method, e->n, e->truth, set->views, set->json, err));
     fs_log_info(&e->project->log, "evaluate: figures of every view in %s", *set->json ? set->json : path);
     TRY(fs_project_mark_done(e->project, "evaluate", FS_STAGE_EVALUATE, err));
 fail:

@@ -153,7 +153,7 @@ static void log_comparison(const MethodScore *methods, int n, const Log *log)
     }
 }
 
-void fs_report_log(const MethodScore *methods, int n, const Log *log)
+void fs_score_table_log(const MethodScore *methods, int n, const Log *log)
 {
     for (int i = 0; i < n; i++) log_method(&methods[i], log);
     if (n > 1) log_comparison(methods, n, log);
@@ -212,8 +212,8 @@ static json_t *depth_json(const DepthScore *depth)
     return root;
 }
 
-int fs_report_write(const MethodScore *methods, int n, const char *truth, const char *views, const char *path,
-                    FsError *err)
+int fs_score_table_write(const MethodScore *methods, int n, const char *truth, const char *views, const char *path,
+                         FsError *err)
 {
     json_t *root = json_object(), *all = json_object();
     json_object_set_new(root, "truth", json_string(truth));

@@ -14,8 +14,8 @@ typedef struct MethodScore {
     bool has_depth; // the truth has depth
 } MethodScore;
 
-void fs_report_log(const MethodScore *methods, int n, const Log *log);
-int fs_report_write(const MethodScore *methods, int n, const char *truth, const char *views, const char *path,
-                    FsError *err);
+void fs_score_table_log(const MethodScore *methods, int n, const Log *log);
+int fs_score_table_write(const MethodScore *methods, int n, const char *truth, const char *views, const char *path,
+                         FsError *err);
 
 #endif

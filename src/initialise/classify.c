@@ -250,7 +250,7 @@ int fs_classify_points(const Frames *frames, const float *xyz, const Cue *cue, i
         kind[i] = POINT_UNSURE;
         evidence[i] = 0;
         float *place = g.place + 3 * (size_t)m;
-        if (!cue[i].ok || !fs_frames_direction(frames, xyz + 3 * (size_t)i, place)) continue;
+        if (!cue[i].ok || !fs_small_views_direction(frames, xyz + 3 * (size_t)i, place)) continue;
         g.log_depth[m] = place[2];
         place[2] *= DEPTH_SCALE;
         g.slope[m] = cue[i].log_slope;

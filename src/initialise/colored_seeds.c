@@ -7,7 +7,7 @@
 #define FEWEST 8           // points of a kind below which its depth is guessed
 #define GUESS_FARTHER 2.0f // a mirrored scene without points is put this many times behind the transmitted one
 
-void fs_painted_free(Painted *p)
+void fs_colored_seeds_free(ColoredSeeds *p)
 {
     fs_seeds_free(&p->T);
     fs_seeds_free(&p->R);
@@ -16,7 +16,7 @@ void fs_painted_free(Painted *p)
     free(p->R_color);
     free(p->gain);
     free(p->alpha);
-    *p = (Painted){0};
+    *p = (ColoredSeeds){0};
 }
 
 // The points of one kind. Where there are hardly any: of all points (transmitted), or those moved back (mirrored).
@@ -43,7 +43,7 @@ static int pick(const Frames *frames, const Material *points, PointKind kind, fl
     return 0;
 }
 
-static int mix_colors(const Frames *frames, const Material *points, const FlashLight *light, Painted *p,
+static int mix_colors(const Frames *frames, const Material *points, const FlashLight *light, ColoredSeeds *p,
                       Threads *threads, FsError *err)
 {
     const Seeds *T = &p->T, *R = &p->R;
@@ -62,15 +62,15 @@ static int mix_colors(const Frames *frames, const Material *points, const FlashL
         for (int c = 0; c < 3; c++)
             p->alpha[3 * i + (size_t)c] = (float)(light->color[c] * exp((double)p->gain[i]) * falloff);
     }
-    return fs_paint_layers(frames, T, R, p->alpha, p->T_N, p->T_F, p->R_color, threads, err);
+    return fs_first_colors_find(frames, T, R, p->alpha, p->T_N, p->T_F, p->R_color, threads, err);
 }
 
-int fs_painted_make(const Frames *frames, const Material *points, const FlashLight *light, int count, uint64_t seed,
-                    Threads *threads, Painted *painted, FsError *err)
+int fs_colored_seeds_make(const Frames *frames, const Material *points, const FlashLight *light, int count,
+                          uint64_t seed, Threads *threads, ColoredSeeds *painted, FsError *err)
 {
     int rc = 0, n_T, n_R;
     float *at_T = NULL, *at_R = NULL;
-    *painted = (Painted){0};
+    *painted = (ColoredSeeds){0};
     TRY(pick(frames, points, POINT_TRANSMITTED, &at_T, &n_T, err));
     TRY(pick(frames, points, POINT_REFLECTED, &at_R, &n_R, err));
     TRY(fs_seeds_make(frames, at_T, n_T, count, 2 * seed, threads, &painted->T, err));
@@ -79,6 +79,6 @@ int fs_painted_make(const Frames *frames, const Material *points, const FlashLig
 fail:
     free(at_T);
     free(at_R);
-    if (rc < 0) fs_painted_free(painted);
+    if (rc < 0) fs_colored_seeds_free(painted);
     return rc;
 }

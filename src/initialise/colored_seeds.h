@@ -14,14 +14,14 @@ typedef struct Material { // borrowed
     const DensePoints *dense[2]; // transmitted, reflected: more points, without cues
 } Material;
 
-typedef struct Painted {
+typedef struct ColoredSeeds {
     Seeds T, R;
     float *T_N, *T_F, *R_color; // linear, (n, 3)
     float *gain, *alpha;        // of the transmitted seeds: (n, 1) logarithm, (n, 3)
-} Painted;
+} ColoredSeeds;
 
-int fs_painted_make(const Frames *frames, const Material *points, const FlashLight *light, int count, uint64_t seed,
-                    Threads *threads, Painted *painted, FsError *err);
-void fs_painted_free(Painted *painted);
+int fs_colored_seeds_make(const Frames *frames, const Material *points, const FlashLight *light, int count,
+                          uint64_t seed, Threads *threads, ColoredSeeds *painted, FsError *err);
+void fs_colored_seeds_free(ColoredSeeds *painted);
 
 #endif

@@ -43,7 +43,7 @@ static bool look_up(const Frame *frame, const double origin[3], const double rig
         float rgb[3];
         for (int k = 0; k < 3; k++) p[k] = origin[k] + u * right[k] + v * down[k];
         if (!(fs_camera_project(&frame->camera, p, pixel) > 0)) return false;
-        if (!fs_frames_sample(frame, pixel[0], pixel[1], rgb)) return false;
+        if (!fs_small_views_sample(frame, pixel[0], pixel[1], rgb)) return false;
         for (int c = 0; c < 3; c++) {
             value[c][i] = rgb[c];
             mean[c] += (double)(weight[i] * rgb[c]);

@@ -103,7 +103,8 @@ static void average_seed(const Paint *p, int i)
         const Frame *frame = &p->frames->frame[f];
         float rgb[3], other[4] = {0}, own[4], inverse;
         double pixel[2];
-        if (!place(&frame->camera, xyz, pixel, &inverse) || !fs_frames_sample(frame, pixel[0], pixel[1], rgb)) continue;
+        if (!place(&frame->camera, xyz, pixel, &inverse) || !fs_small_views_sample(frame, pixel[0], pixel[1], rgb))
+            continue;
         float w = 1;
         if (p->own) {
             look_up(&p->own[f], pixel, own);
@@ -215,8 +216,8 @@ static void buffers_free(Buffers *b, int n_frames)
     free(b->left_F);
 }
 
-int fs_paint_layers(const Frames *frames, const Seeds *T, const Seeds *R, const float *alpha, float *T_N, float *T_F,
-                    float *R_color, Threads *threads, FsError *err)
+int fs_first_colors_find(const Frames *frames, const Seeds *T, const Seeds *R, const float *alpha, float *T_N,
+                         float *T_F, float *R_color, Threads *threads, FsError *err)
 {
     int rc = 0;
     Buffers b = {0};
@@ -264,8 +265,8 @@ static void subtract(const Drawn *drawn, Image *photo)
         }
 }
 
-int fs_paint_take_off(const Frames *frames, const Seeds *seeds, const float *without, const float *with, Frames *freed,
-                      Threads *threads, FsError *err)
+int fs_first_colors_subtract(const Frames *frames, const Seeds *seeds, const float *without, const float *with,
+                             Frames *freed, Threads *threads, FsError *err)
 {
     int rc = 0;
     Drawn *drawn = NULL;
@@ -289,6 +290,6 @@ int fs_paint_take_off(const Frames *frames, const Seeds *seeds, const float *wit
 fail:
     drawn_free(drawn, frames->n);
     free(p.failed);
-    if (rc < 0) fs_frames_free(freed);
+    if (rc < 0) fs_small_views_free(freed);
     return rc;
 }

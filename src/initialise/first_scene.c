@@ -69,7 +69,7 @@ static double reflectance(const Frames *frames, const Pane *pane, const float xy
     return fs_pane_beta(pane, c);
 }
 
-static int fill_scene(const Frames *frames, Painted *p, Scene *scene, FsError *err)
+static int fill_scene(const Frames *frames, ColoredSeeds *p, Scene *scene, FsError *err)
 {
     int rc = 0;
     TRY(guess_f0(p->R_color, p->R.n, &scene->pane.f0, err));
@@ -102,7 +102,7 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
                         Threads *threads, Scene *scene, FsError *err)
 {
     int rc = 0;
-    Painted painted = {0};
+    ColoredSeeds painted = {0};
     unsigned char *dealt = NULL;
     Material dealt_points;
     const DensePoints none = {0};
@@ -128,7 +128,7 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
         dealt_points.dense[0] = dealt_points.dense[1] = &none;
         points = &dealt_points;
     }
-    TRY(fs_painted_make(frames, points, light, set->init_count, (uint64_t)set->seed, threads, &painted, err));
+    TRY(fs_colored_seeds_make(frames, points, light, set->init_count, (uint64_t)set->seed, threads, &painted, err));
     TRY(fill_scene(frames, &painted, scene, err));
     Cloud *T = &scene->cloud[LAYER_T_N];
     if (scene->separation != SEPARATION_FULL) memset(T->field[CLOUD_GAINS], 0, sizeof(float) * (size_t)T->n);
@@ -137,7 +137,7 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
         scene->pane.f0 = scene->pane.dimming = 0;
     }
 fail:
-    fs_painted_free(&painted);
+    fs_colored_seeds_free(&painted);
     free(dealt);
     if (rc < 0) fs_scene_free(scene);
     return rc;

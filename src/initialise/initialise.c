@@ -146,7 +146,7 @@ static int load(const FsProject *project, Frames *frames, Points *points, FsErro
         goto fail;
     }
     TRY(fs_dataset_read(&dataset, views, err));
-    TRY(fs_frames_load(frames, project->out, &dataset, FS_FRAMES_LONG_EDGE, err));
+    TRY(fs_small_views_load(frames, project->out, &dataset, FS_SMALL_VIEWS_LONG_EDGE, err));
     if (frames->n_flash == 0 || frames->n_flash == frames->n) {
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed", views,
                           frames->n_flash, frames->n - frames->n_flash);
@@ -184,7 +184,8 @@ int fs_initialise_run(FsProject *project, FsError *err)
     fs_advise(&frames, points.cue, points.kind, points.n, &light, log);
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
     Material material = {points.n, points.xyz, points.cue, points.kind, {&dense[0], &dense[1]}};
-    TRY(fs_peel_find(&frames, &material, &light, &odds, (uint64_t)project->set.seed, log, threads, dense, err));
+    TRY(fs_residual_stereo_find(&frames, &material, &light, &odds, (uint64_t)project->set.seed, log, threads, dense,
+                                err));
     fs_log_info(log, "initialise: %d dense points transmitted, %d reflected", dense[0].n, dense[1].n);
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
     TRY(fs_first_scene_make(&frames, &material, &light, &project->set, threads, &scene, err));
@@ -193,10 +194,10 @@ int fs_initialise_run(FsProject *project, FsError *err)
     fs_log_progress(log, "initialise", 4, 4, "done");
 fail:
     fs_scene_free(&scene);
-    fs_dense_free(&dense[0]);
-    fs_dense_free(&dense[1]);
+    fs_stereo_points_free(&dense[0]);
+    fs_stereo_points_free(&dense[1]);
     points_free(&points);
-    fs_frames_free(&frames);
+    fs_small_views_free(&frames);
     fs_threads_free(threads);
     return rc;
 }

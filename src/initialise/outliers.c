@@ -39,8 +39,8 @@ static KnnTree *tree_of(const float *xyz, const unsigned char *kind, int n, Poin
     return *count ? fs_knn_new(some, *count) : NULL;
 }
 
-int fs_vet_dense(const float *xyz, const unsigned char *kind, int n, bool reflected, Threads *threads,
-                 DensePoints *dense, FsError *err)
+int fs_outliers_drop(const float *xyz, const unsigned char *kind, int n, bool reflected, Threads *threads,
+                     DensePoints *dense, FsError *err)
 {
     float *some = malloc(sizeof(float) * 3 * ((size_t)n + 1));
     unsigned char *drop = malloc((size_t)dense->n + 1);

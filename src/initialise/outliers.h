@@ -9,7 +9,7 @@
 // Drops from `dense`, of one scene, what lies nearer to sparse points of the other scene than to its own; of the
 // mirrored scene only what lies hard by transmitted points: its sparse points are few, and near parts of it may have
 // none. xyz (n, 3), kind (n) of the sparse points. Does nothing where one of the kinds is missing.
-int fs_vet_dense(const float *xyz, const unsigned char *kind, int n, bool reflected, Threads *threads,
-                 DensePoints *dense, FsError *err);
+int fs_outliers_drop(const float *xyz, const unsigned char *kind, int n, bool reflected, Threads *threads,
+                     DensePoints *dense, FsError *err);
 
 #endif

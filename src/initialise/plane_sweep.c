@@ -16,18 +16,18 @@ enum {
 #define SIGMA_UNSURE 0.45f
 #define SURE_COHERENCE 0.3f
 
-void fs_sweep_photos_free(SweepPhotos *photos)
+void fs_plane_sweep_photos_free(SweepPhotos *photos)
 {
     for (int i = 0; i < photos->n; i++) fs_image_free(&photos->fine[i]);
     free(photos->fine);
     *photos = (SweepPhotos){0};
 }
 
-void fs_sweep_free(Sweep *sweep)
+void fs_plane_sweep_free(PlaneSweep *sweep)
 {
     free(sweep->transmitted);
     free(sweep->reflected);
-    *sweep = (Sweep){0};
+    *sweep = (PlaneSweep){0};
 }
 
 // ---- photos without their slow parts ----
@@ -98,7 +98,7 @@ static void prepare_job(void *context, int job, int worker)
     free(trusted);
 }
 
-int fs_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads, FsError *err)
+int fs_plane_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads, FsError *err)
 {
     int *failed = calloc((size_t)frames->n + 1, sizeof *failed), rc = 0;
     *photos = (SweepPhotos){frames->n, calloc((size_t)frames->n + 1, sizeof(Image))};
@@ -112,7 +112,7 @@ int fs_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads
     for (int i = 0; i < frames->n && rc == 0; i++)
         if (failed[i]) rc = fs_error_memory(err);
 fail:
-    if (rc < 0) fs_sweep_photos_free(photos);
+    if (rc < 0) fs_plane_sweep_photos_free(photos);
     free(failed);
     return rc;
 }
@@ -135,7 +135,7 @@ typedef struct Work {
     const Frames *frames;
     const SweepPhotos *photos;
     const DepthOdds *odds;
-    Sweep *sweep;
+    PlaneSweep *sweep;
     Warp warp[2 * GROUP_MAX];
     int n_warps;
     double middle_m[3], middle_t; // depth in the middle view times q: m . (x, y, 1) + q t
@@ -289,7 +289,7 @@ static size_t planes_size(const Camera *grid)
 static void step_job(void *context, int step, int worker)
 {
     Work *w = context;
-    const Sweep *sweep = w->sweep;
+    const PlaneSweep *sweep = w->sweep;
     int width = sweep->camera.width, height = sweep->camera.height;
     size_t n = (size_t)width * (size_t)height;
     Sums *sums = w->sums + n * (size_t)worker;
@@ -325,19 +325,20 @@ static void set_middle(Work *w)
     w->middle_m[2] = direction[2] - direction[0] * c->cx / c->fx - direction[1] * c->cy / c->fy;
 }
 
-int fs_sweep_view(const Frames *frames, const SweepPhotos *photos, int view, int divide, float inverse_min,
-                  float inverse_max, int steps, const DepthOdds *odds, Threads *threads, Sweep *sweep, FsError *err)
+int fs_plane_sweep_run(const Frames *frames, const SweepPhotos *photos, int view, int divide, float inverse_min,
+                       float inverse_max, int steps, const DepthOdds *odds, Threads *threads, PlaneSweep *sweep,
+                       FsError *err)
 {
     const Camera *camera = &frames->frame[view].camera;
     int width = camera->width / divide > 0 ? camera->width / divide : 1;
     int height = camera->height / divide > 0 ? camera->height / divide : 1, rc = 0;
     size_t n = (size_t)width * (size_t)height, workers = (size_t)fs_threads_count(threads);
-    *sweep = (Sweep){fs_camera_resized(camera, width, height),
-                     steps,
-                     inverse_min,
-                     (inverse_max - inverse_min) / (float)(steps - 1),
-                     calloc(n * (size_t)steps, sizeof(float)),
-                     calloc(n * (size_t)steps, sizeof(float))};
+    *sweep = (PlaneSweep){fs_camera_resized(camera, width, height),
+                          steps,
+                          inverse_min,
+                          (inverse_max - inverse_min) / (float)(steps - 1),
+                          calloc(n * (size_t)steps, sizeof(float)),
+                          calloc(n * (size_t)steps, sizeof(float))};
     Work w = {.frames = frames, .photos = photos, .odds = odds, .sweep = sweep};
     w.sums = aligned_alloc(64, sizeof *w.sums * n * workers);
     w.planes = malloc(sizeof(float) * planes_size(&sweep->camera) * workers);
@@ -351,6 +352,6 @@ int fs_sweep_view(const Frames *frames, const SweepPhotos *photos, int view, int
 fail:
     free(w.sums);
     free(w.planes);
-    if (rc < 0) fs_sweep_free(sweep);
+    if (rc < 0) fs_plane_sweep_free(sweep);
     return rc;
 }

@@ -13,19 +13,20 @@ typedef struct SweepPhotos {
     Image *fine;
 } SweepPhotos;
 
-int fs_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads, FsError *err);
-void fs_sweep_photos_free(SweepPhotos *photos);
+int fs_plane_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads, FsError *err);
+void fs_plane_sweep_photos_free(SweepPhotos *photos);
 
-typedef struct Sweep {
+typedef struct PlaneSweep {
     Camera camera; // of the grid
     int steps;
     float inverse_min, inverse_step; // inverse depth of step 0, and between two
     float *transmitted, *reflected;  // (height, width, steps): scores 0..1
-} Sweep;
+} PlaneSweep;
 
 // view: the frame whose rays are swept; divide: grid pixels are this many photo pixels wide.
-int fs_sweep_view(const Frames *frames, const SweepPhotos *photos, int view, int divide, float inverse_min,
-                  float inverse_max, int steps, const DepthOdds *odds, Threads *threads, Sweep *sweep, FsError *err);
-void fs_sweep_free(Sweep *sweep);
+int fs_plane_sweep_run(const Frames *frames, const SweepPhotos *photos, int view, int divide, float inverse_min,
+                       float inverse_max, int steps, const DepthOdds *odds, Threads *threads, PlaneSweep *sweep,
+                       FsError *err);
+void fs_plane_sweep_free(PlaneSweep *sweep);
 
 #endif

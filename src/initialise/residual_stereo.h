@@ -7,7 +7,8 @@
 #include "initialise/colored_seeds.h"
 
 // points->dense is not read. dense[2]: transmitted, reflected; they may come out empty.
-int fs_peel_find(const Frames *frames, const Material *points, const FlashLight *light, const DepthOdds *odds,
-                 uint64_t seed, const Log *log, Threads *threads, DensePoints dense[2], FsError *err);
+int fs_residual_stereo_find(const Frames *frames, const Material *points, const FlashLight *light,
+                            const DepthOdds *odds, uint64_t seed, const Log *log, Threads *threads,
+                            DensePoints dense[2], FsError *err);
 
 #endif

@@ -121,7 +121,7 @@ static int cover_frame(const Frame *frame, const float *points, int n_points, fl
         if (covered[i] || !(surface[i] > 0) || in_use(seeds, count)) continue;
         double x = ((double)(i % (size_t)width) + (double)u) * frame->camera.width / width;
         double y = ((double)(i / (size_t)width) + (double)v) * frame->camera.height / height;
-        fs_frames_unproject(&frame->camera, x, y, 1 / (double)surface[i], xyz);
+        fs_small_views_unproject(&frame->camera, x, y, 1 / (double)surface[i], xyz);
         append(seeds, xyz);
     }
 fail:

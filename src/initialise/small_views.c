@@ -23,7 +23,7 @@ fail:
     return rc;
 }
 
-int fs_frames_load(Frames *frames, const char *out, const Dataset *dataset, int long_edge, FsError *err)
+int fs_small_views_load(Frames *frames, const char *out, const Dataset *dataset, int long_edge, FsError *err)
 {
     int rc = 0;
     *frames = (Frames){0};
@@ -34,10 +34,10 @@ int fs_frames_load(Frames *frames, const char *out, const Dataset *dataset, int 
         frames->n++; // before loading, so that a half loaded frame is freed
         TRY(load_frame(&frames->frame[frames->n - 1], out, &dataset->view[i], long_edge, err));
     }
-    fs_frames_finish(frames);
+    fs_small_views_finish(frames);
     return 0;
 fail:
-    fs_frames_free(frames);
+    fs_small_views_free(frames);
     return rc;
 }
 
@@ -52,7 +52,7 @@ static void cross(const double a[3], const double b[3], double out[3])
     for (int i = 0; i < 3; i++) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 
-void fs_frames_finish(Frames *frames)
+void fs_small_views_finish(Frames *frames)
 {
     double down[3] = {0};
     frames->n_flash = 0;
@@ -81,14 +81,14 @@ void fs_frames_finish(Frames *frames)
     }
 }
 
-void fs_frames_free(Frames *frames)
+void fs_small_views_free(Frames *frames)
 {
     for (int i = 0; i < frames->n; i++) fs_image_free(&frames->frame[i].photo);
     free(frames->frame);
     *frames = (Frames){0};
 }
 
-bool fs_frames_direction(const Frames *frames, const float xyz[3], float uvl[3])
+bool fs_small_views_direction(const Frames *frames, const float xyz[3], float uvl[3])
 {
     double x = 0, y = 0, z = 0;
     for (int k = 0; k < 3; k++) {
@@ -104,7 +104,7 @@ bool fs_frames_direction(const Frames *frames, const float xyz[3], float uvl[3])
     return isfinite(uvl[0]) && isfinite(uvl[1]) && isfinite(uvl[2]);
 }
 
-bool fs_frames_sample(const Frame *frame, double x, double y, float rgb[3])
+bool fs_small_views_sample(const Frame *frame, double x, double y, float rgb[3])
 {
     const Image *im = &frame->photo;
     x -= 0.5;
@@ -123,7 +123,7 @@ bool fs_frames_sample(const Frame *frame, double x, double y, float rgb[3])
     return isfinite(rgb[0] + rgb[1] + rgb[2]);
 }
 
-void fs_frames_unproject(const Camera *camera, double x, double y, double z, float xyz[3])
+void fs_small_views_unproject(const Camera *camera, double x, double y, double z, float xyz[3])
 {
     const double *m = camera->w2c;
     double p[3] = {(x - camera->cx) / camera->fx * z - m[3], (y - camera->cy) / camera->fy * z - m[7], z - m[11]};

@@ -6,7 +6,7 @@
 #include "model/camera.h"
 #include "model/dataset.h"
 
-#define FS_FRAMES_LONG_EDGE 300
+#define FS_SMALL_VIEWS_LONG_EDGE 300
 
 typedef struct Frame {
     Camera camera; // of `photo`
@@ -24,16 +24,16 @@ typedef struct Frames {
     double focal_px;                      // mean
 } Frames;
 
-int fs_frames_load(Frames *frames, const char *out, const Dataset *dataset, int long_edge, FsError *err);
+int fs_small_views_load(Frames *frames, const char *out, const Dataset *dataset, int long_edge, FsError *err);
 // Fills in what follows from the cameras (centres, mean orientation, extent) once `frame` is filled.
-void fs_frames_finish(Frames *frames);
-void fs_frames_free(Frames *frames);
+void fs_small_views_finish(Frames *frames);
+void fs_small_views_free(Frames *frames);
 
 // A point in the middle view: (x / z, y / z, log z); false when it is not in front.
-bool fs_frames_direction(const Frames *frames, const float xyz[3], float uvl[3]);
+bool fs_small_views_direction(const Frames *frames, const float xyz[3], float uvl[3]);
 // Photo at a position in pixels (pixel centres at +0.5), bilinear; false outside and on pixels not to be trusted.
-bool fs_frames_sample(const Frame *frame, double x, double y, float rgb[3]);
+bool fs_small_views_sample(const Frame *frame, double x, double y, float rgb[3]);
 // World position of the point of depth z seen at a pixel.
-void fs_frames_unproject(const Camera *camera, double x, double y, double z, float xyz[3]);
+void fs_small_views_unproject(const Camera *camera, double x, double y, double z, float xyz[3]);
 
 #endif

@@ -25,7 +25,7 @@ enum {
 #define SAME_DEPTH 0.04f // relative; within this two views agree
 #define APART 0.08f      // relative; the mirrored surface is not this near to the transmitted one on a ray
 
-void fs_dense_free(DensePoints *points)
+void fs_stereo_points_free(DensePoints *points)
 {
     free(points->xyz);
     *points = (DensePoints){0};
@@ -39,10 +39,10 @@ static void map_free(DepthMap *map)
     *map = (DepthMap){0};
 }
 
-void fs_surfaces_free(Surfaces *surfaces)
+void fs_stereo_free(DepthMaps *surfaces)
 {
-    for (int k = 0; k < DENSE_VIEWS; k++) map_free(&surfaces->map[k]);
-    *surfaces = (Surfaces){0};
+    for (int k = 0; k < STEREO_VIEWS; k++) map_free(&surfaces->map[k]);
+    *surfaces = (DepthMaps){0};
 }
 
 static int append(DensePoints *points, const float xyz[3], FsError *err)
@@ -90,14 +90,14 @@ static int find_range(const Frames *frames, int view, const float *xyz, const un
 }
 
 typedef struct Match { // the surfaces of swept views, a job each
-    Sweep *sweep;
+    PlaneSweep *sweep;
     DepthMap *map;
     bool renew[2]; // transmitted, reflected
     int *failed;
 } Match;
 
 // Chosen steps -> inverse depths, 0 where the score is below `sure`.
-static void keep_sure(const Sweep *sweep, const float *score, float sure, float *map)
+static void keep_sure(const PlaneSweep *sweep, const float *score, float sure, float *map)
 {
     size_t n = (size_t)sweep->camera.width * (size_t)sweep->camera.height;
     for (size_t i = 0; i < n; i++) {
@@ -109,7 +109,7 @@ static void keep_sure(const Sweep *sweep, const float *score, float sure, float 
     }
 }
 
-static bool match_transmitted(Sweep *s, DepthMap *map)
+static bool match_transmitted(PlaneSweep *s, DepthMap *map)
 {
     int width = s->camera.width, height = s->camera.height;
     if (fs_semiglobal_choose(s->transmitted, width, height, s->steps, SMALL_T, LARGE_T, map->layer[0], NULL) < 0)
@@ -119,7 +119,7 @@ static bool match_transmitted(Sweep *s, DepthMap *map)
     return true;
 }
 
-static bool match_reflected(Sweep *s, DepthMap *map)
+static bool match_reflected(PlaneSweep *s, DepthMap *map)
 {
     int width = s->camera.width, height = s->camera.height;
     for (int i = 0; i < width * height; i++) // what is near the transmitted surface is that surface
@@ -136,7 +136,7 @@ static void match_job(void *context, int job, int worker)
 {
     (void)worker;
     Match *w = context;
-    Sweep *s = &w->sweep[job];
+    PlaneSweep *s = &w->sweep[job];
     DepthMap *map = &w->map[job];
     size_t n = (size_t)s->camera.width * (size_t)s->camera.height;
     if (!s->steps) return;
@@ -181,7 +181,7 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
     return sum;
 }
 
-int fs_surfaces_fuse(const Surfaces *surfaces, bool reflected, DensePoints *points, FsError *err)
+int fs_stereo_fuse(const DepthMaps *surfaces, bool reflected, DensePoints *points, FsError *err)
 {
     int rc = 0;
     *points = (DensePoints){0};
@@ -193,50 +193,51 @@ int fs_surfaces_fuse(const Surfaces *surfaces, bool reflected, DensePoints *poin
         for (int i = 0; i < width * height; i++) {
             float xyz[3];
             if (!(layer[i] > 0)) continue;
-            fs_frames_unproject(&map->camera, i % width + 0.5, (double)(i / width) + 0.5, 1 / (double)layer[i], xyz);
+            fs_small_views_unproject(&map->camera, i % width + 0.5, (double)(i / width) + 0.5, 1 / (double)layer[i],
+                                     xyz);
             if (votes(surfaces->map, surfaces->n, k, reflected, xyz) >= 2) TRY(append(points, xyz, err));
         }
     }
     return 0;
 fail:
-    fs_dense_free(points);
+    fs_stereo_points_free(points);
     return rc;
 }
 
 // Sweeps the views and matches the scenes wanted.
 static int sweep_all(const Frames *frames, const bool renew[2], const DepthOdds *odds, const Log *log, Threads *threads,
-                     Surfaces *surfaces, FsError *err)
+                     DepthMaps *surfaces, FsError *err)
 {
-    int rc = 0, failed[DENSE_VIEWS] = {0};
-    Sweep sweep[DENSE_VIEWS] = {0};
+    int rc = 0, failed[STEREO_VIEWS] = {0};
+    PlaneSweep sweep[STEREO_VIEWS] = {0};
     SweepPhotos photos = {0};
-    TRY(fs_sweep_prepare(frames, &photos, threads, err));
+    TRY(fs_plane_sweep_prepare(frames, &photos, threads, err));
     for (int k = 0; k < surfaces->n; k++) {
         if (fs_log_cancelled(log)) {
             rc = fs_error_set(err, FS_ERR_CANCELLED, "initialise: stopped");
             goto fail;
         }
         if (surfaces->steps[k] > 0)
-            TRY(fs_sweep_view(frames, &photos, surfaces->view[k], DIVIDE, surfaces->inverse_min[k],
-                              surfaces->inverse_max[k], surfaces->steps[k], odds, threads, &sweep[k], err));
+            TRY(fs_plane_sweep_run(frames, &photos, surfaces->view[k], DIVIDE, surfaces->inverse_min[k],
+                                   surfaces->inverse_max[k], surfaces->steps[k], odds, threads, &sweep[k], err));
     }
     Match match = {sweep, surfaces->map, {renew[0], renew[1]}, failed};
     fs_threads_for(threads, surfaces->n, match_job, &match);
     for (int k = 0; k < surfaces->n && rc == 0; k++)
         if (failed[k]) rc = fs_error_memory(err);
 fail:
-    for (int k = 0; k < DENSE_VIEWS; k++) fs_sweep_free(&sweep[k]);
-    fs_sweep_photos_free(&photos);
+    for (int k = 0; k < STEREO_VIEWS; k++) fs_plane_sweep_free(&sweep[k]);
+    fs_plane_sweep_photos_free(&photos);
     return rc;
 }
 
-int fs_surfaces_find(const Frames *frames, const float *xyz, const unsigned char *kind, int n, const DepthOdds *odds,
-                     const Log *log, Threads *threads, Surfaces *surfaces, FsError *err)
+int fs_stereo_find(const Frames *frames, const float *xyz, const unsigned char *kind, int n, const DepthOdds *odds,
+                   const Log *log, Threads *threads, DepthMaps *surfaces, FsError *err)
 {
     static const bool both[2] = {true, true};
     int rc = 0, *order = malloc(sizeof(int) * ((size_t)frames->n + 1));
     if (!order) return fs_error_memory(err);
-    *surfaces = (Surfaces){.n = frames->n < DENSE_VIEWS ? frames->n : DENSE_VIEWS};
+    *surfaces = (DepthMaps){.n = frames->n < STEREO_VIEWS ? frames->n : STEREO_VIEWS};
     fs_seeds_order(frames, order);
     for (int k = 0; k < surfaces->n; k++) {
         surfaces->view[k] = order[k];
@@ -247,12 +248,12 @@ int fs_surfaces_find(const Frames *frames, const float *xyz, const unsigned char
     TRY(sweep_all(frames, both, odds, log, threads, surfaces, err));
 fail:
     free(order);
-    if (rc < 0) fs_surfaces_free(surfaces);
+    if (rc < 0) fs_stereo_free(surfaces);
     return rc;
 }
 
-int fs_surfaces_renew(const Frames *freed, bool reflected, const DepthOdds *odds, const Log *log, Threads *threads,
-                      Surfaces *surfaces, FsError *err)
+int fs_stereo_renew(const Frames *freed, bool reflected, const DepthOdds *odds, const Log *log, Threads *threads,
+                    DepthMaps *surfaces, FsError *err)
 {
     const bool renew[2] = {!reflected, reflected};
     return sweep_all(freed, renew, odds, log, threads, surfaces, err);

@@ -11,9 +11,9 @@ typedef struct DensePoints {
     float *xyz; // (n, 3)
 } DensePoints;
 
-void fs_dense_free(DensePoints *points);
+void fs_stereo_points_free(DensePoints *points);
 
-enum { DENSE_VIEWS = 8 }; // swept at most
+enum { STEREO_VIEWS = 8 }; // swept at most
 
 // Both scenes' inverse depths in the swept views, (height, width); 0 where unsure.
 typedef struct DepthMap {
@@ -22,20 +22,20 @@ typedef struct DepthMap {
     float *guess;    // of the transmitted scene also where unsure
 } DepthMap;
 
-typedef struct Surfaces {
-    int n, view[DENSE_VIEWS], steps[DENSE_VIEWS]; // frames swept, and steps of depth in each
-    float inverse_min[DENSE_VIEWS], inverse_max[DENSE_VIEWS];
-    DepthMap map[DENSE_VIEWS];
-} Surfaces;
+typedef struct DepthMaps {
+    int n, view[STEREO_VIEWS], steps[STEREO_VIEWS]; // frames swept, and steps of depth in each
+    float inverse_min[STEREO_VIEWS], inverse_max[STEREO_VIEWS];
+    DepthMap map[STEREO_VIEWS];
+} DepthMaps;
 
-void fs_surfaces_free(Surfaces *surfaces);
+void fs_stereo_free(DepthMaps *surfaces);
 // From the classified points (n) and what their depths tell. May come out empty.
-int fs_surfaces_find(const Frames *frames, const float *xyz, const unsigned char *kind, int n, const DepthOdds *odds,
-                     const Log *log, Threads *threads, Surfaces *surfaces, FsError *err);
+int fs_stereo_find(const Frames *frames, const float *xyz, const unsigned char *kind, int n, const DepthOdds *odds,
+                   const Log *log, Threads *threads, DepthMaps *surfaces, FsError *err);
 // Finds one scene's surfaces once more, in photos that the other scene was taken off.
-int fs_surfaces_renew(const Frames *freed, bool reflected, const DepthOdds *odds, const Log *log, Threads *threads,
-                      Surfaces *surfaces, FsError *err);
+int fs_stereo_renew(const Frames *freed, bool reflected, const DepthOdds *odds, const Log *log, Threads *threads,
+                    DepthMaps *surfaces, FsError *err);
 // The points on which views agree.
-int fs_surfaces_fuse(const Surfaces *surfaces, bool reflected, DensePoints *points, FsError *err);
+int fs_stereo_fuse(const DepthMaps *surfaces, bool reflected, DensePoints *points, FsError *err);
 
 #endif

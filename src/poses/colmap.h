@@ -20,7 +20,7 @@ typedef struct Colmap {
 int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capture, FsError *err);
 void fs_colmap_close(Colmap *colmap);
 
-// Finds the features of all pictures. features (capture->n), each to be freed with fs_features_free.
+// Finds the features of all pictures. features (capture->n), each to be freed with fs_database_features_free.
 int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err);
 // Enters the matches of fs_match_all and has COLMAP keep those that two views can explain.
 int fs_colmap_verify(Colmap *colmap, const MatchList *list, FsError *err);

@@ -125,7 +125,7 @@ int fs_database_image(Database *d, const char *name)
     return id;
 }
 
-void fs_features_free(Features *f)
+void fs_database_features_free(Features *f)
 {
     free(f->xy);
     free(f->scale);
@@ -198,7 +198,7 @@ int fs_database_features(Database *d, int image_id, Features *f, FsError *err)
 fail:
     sqlite3_finalize(keypoints);
     sqlite3_finalize(descriptors);
-    if (rc < 0) fs_features_free(f);
+    if (rc < 0) fs_database_features_free(f);
     return rc;
 }
 

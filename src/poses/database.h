@@ -18,7 +18,7 @@ int fs_database_add_image(Database *database, int id, const char *name, int came
 // Number of a photo by its file name; 0 when missing.
 int fs_database_image(Database *database, const char *name);
 int fs_database_features(Database *database, int image_id, Features *features, FsError *err);
-void fs_features_free(Features *features);
+void fs_database_features_free(Features *features);
 // The pair must not be there yet. a of a match is a feature of image_id1.
 int fs_database_add_matches(Database *database, int image_id1, int image_id2, const MatchList *matches, FsError *err);
 // All writes between begin and end are one transaction.

@@ -17,7 +17,7 @@ enum { MATCHED_FEATURES = 3000, FEWEST_MATCHED_FEATURES = 1000, FEWEST_OF_A_GROU
 
 static void free_features(Features *features, int n)
 {
-    for (int i = 0; i < n && features; i++) fs_features_free(&features[i]);
+    for (int i = 0; i < n && features; i++) fs_database_features_free(&features[i]);
     free(features);
 }
 

@@ -238,7 +238,7 @@ int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Captur
     TRY(take_triangulated(sparse, &set, photo_of, posed, err));
     TRY(colour_points(sparse, capture, err));
 fail:
-    fs_point_set_free(&set);
+    fs_triangulate_free(&set);
     fs_threads_free(threads);
     for (int i = 0; i < n; i++) free(posed[i].xy);
     free(camera);

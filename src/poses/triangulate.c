@@ -39,7 +39,7 @@ typedef struct Work {
     int status;           // FS_ERR_MEMORY once a job ran out
 } Work;
 
-void fs_point_set_free(PointSet *points)
+void fs_triangulate_free(PointSet *points)
 {
     free(points->point);
     free(points->seen);
@@ -418,6 +418,6 @@ fail:
     free(claims.taken);
     free(photo);
     free(work.proposals);
-    if (rc < 0) fs_point_set_free(points);
+    if (rc < 0) fs_triangulate_free(points);
     return rc;
 }

@@ -37,6 +37,6 @@ extern const TriangulateOptions fs_triangulate_defaults;
 // Same result for any number of threads.
 int fs_triangulate(const Features *features, const Camera *camera, int n, const TriangulateOptions *options,
                    Threads *threads, const Log *log, PointSet *points, FsError *err);
-void fs_point_set_free(PointSet *points);
+void fs_triangulate_free(PointSet *points);
 
 #endif

@@ -219,7 +219,7 @@ static int render_photos(Run *run, FsError *err)
     char *sheet_path = fs_file_path("%s/sheet.png", run->project->out);
     int rc;
     if (!sheet_path) return fs_error_memory(err);
-    TRY(fs_views_of_photos(run->project, &run->photos, &views, err));
+    TRY(fs_view_list_of_photos(run->project, &run->photos, &views, err));
     TRY(fs_pictures_sheet_begin(&sheet, &run->photos, err));
     TRY(walk_views(run, &(Walk){.what = "photos", .views = &views, .files = true, .sheet = sheet, .verdict = &verdict},
                    err));
@@ -237,7 +237,7 @@ static int render_model(Run *run, FsError *err)
 {
     Dataset views = {0};
     int rc;
-    TRY(fs_views_of_model(run->project, &run->photos, &views, err));
+    TRY(fs_view_list_of_model(run->project, &run->photos, &views, err));
     TRY(walk_views(run, &(Walk){.what = "views", .views = &views, .files = true, .films = run->project->set.video},
                    err));
 fail:
@@ -249,7 +249,7 @@ static int render_spiral(Run *run, bool files, FsError *err)
 {
     Dataset views = {0};
     int rc;
-    TRY(fs_views_of_spiral(run->project, &run->photos, run->look.nearest, run->look.farthest, &views, err));
+    TRY(fs_view_list_of_spiral(run->project, &run->photos, run->look.nearest, run->look.farthest, &views, err));
     TRY(walk_views(run, &(Walk){.what = "frames of the spiral path", .views = &views, .files = files, .films = true},
                    err));
 fail:

@@ -22,7 +22,7 @@ static Camera with_long_edge(const Camera *camera, int long_edge)
     return fs_camera_resized(camera, width < 1 ? 1 : width, height < 1 ? 1 : height);
 }
 
-Camera fs_views_fit(const Camera *camera, int width, int height)
+Camera fs_view_list_fit(const Camera *camera, int width, int height)
 {
     double wanted = (double)camera->height * width / camera->width;
     if (fabs(wanted - height) <= 1.0) return fs_camera_resized(camera, width, height); // the same proportions
@@ -63,7 +63,7 @@ static int append(Dataset *views, const View *like, const Camera *camera, FsErro
     return fs_dataset_append(views, &view, err);
 }
 
-int fs_views_of_photos(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
+int fs_view_list_of_photos(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
 {
     int long_edge = fs_settings_was_set(&project->set, "long-edge") ? project->set.long_edge : 0, rc;
     for (int i = 0; i < photos->n; i++) {
@@ -86,7 +86,7 @@ static void working_size(const Dataset *photos, int *width, int *height)
     *height = largest->height;
 }
 
-int fs_views_of_model(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
+int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
 {
     const char *path = project->set.cameras;
     CamerasFile file = {0};
@@ -102,7 +102,8 @@ int fs_views_of_model(const FsProject *project, const Dataset *photos, Dataset *
     working_size(photos, &width, &height);
     for (int i = 0; i < file.views.n; i++) {
         const Camera *camera = &file.views.view[i].camera;
-        Camera sized = long_edge ? with_long_edge(camera, project->set.long_edge) : fs_views_fit(camera, width, height);
+        Camera sized =
+            long_edge ? with_long_edge(camera, project->set.long_edge) : fs_view_list_fit(camera, width, height);
         TRY(append(views, &file.views.view[i], &sized, err));
         TRY(check_size(path, &views->view[i], err));
         distorted += !fs_lens_is_pinhole(&file.lens[i]);
@@ -115,8 +116,8 @@ fail:
     return rc;
 }
 
-int fs_views_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest, Dataset *views,
-                       FsError *err)
+int fs_view_list_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest,
+                           Dataset *views, FsError *err)
 {
     int rc = 0, n = project->set.path_views;
     int long_edge = fs_settings_was_set(&project->set, "long-edge") ? project->set.long_edge : 0;

@@ -8,14 +8,14 @@
 
 // Cameras at the size to render, ready for output files: names are plain and differ from one another.
 // The posed photos themselves, no larger than the setting long-edge where the user gave it.
-int fs_views_of_photos(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err);
+int fs_view_list_of_photos(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err);
 // The setting cameras. Sizes: the working size of `photos`, or the setting long-edge where the user gave it.
-int fs_views_of_model(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err);
+int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err);
 // The setting path-views: frames path_0001 ... around the photos' cameras.
-int fs_views_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest, Dataset *views,
-                       FsError *err);
+int fs_view_list_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest,
+                           Dataset *views, FsError *err);
 
 // A model's camera at the size that a capture with working images of width x height wants.
-Camera fs_views_fit(const Camera *camera, int width, int height);
+Camera fs_view_list_fit(const Camera *camera, int width, int height);
 
 #endif

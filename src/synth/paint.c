@@ -18,31 +18,32 @@ static void grain(Canvas *c, float amplitude, Rng *rng) // keeps flat areas from
 static Color tone(Rng *rng, float hue, float s0, float s1, float v0, float v1)
 {
     if (hue < 0) hue = fs_rng_uniform(rng);
-    return fs_paint_color(rng, vec(hue, s0, v0), vec(hue, s1, v1));
+    return fs_paint_parts_color(rng, vec(hue, s0, v0), vec(hue, s1, v1));
 }
 
 static void poster(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     float m = 0.05f * c->w, w = c->w - 2 * m, head = 0.13f * c->h;
     fs_canvas_fill(c, p.paper);
     fs_canvas_rect(c, 0, 0, c->w, head, fs_rng_below(rng, 2) ? p.ink : p.main);
-    fs_paint_heading(c, m, 0.25f * head, w, 0.5f * head, 2, p.paper, rng);
+    fs_paint_parts_heading(c, m, 0.25f * head, w, 0.5f * head, 2, p.paper, rng);
     float y = head + 0.5f * m;
-    y += 1.6f * fs_paint_heading(c, m, y, w, 0.035f * c->h, 3, p.ink, rng);
+    y += 1.6f * fs_paint_parts_heading(c, m, y, w, 0.035f * c->h, 3, p.ink, rng);
     int columns = c->w > 1.2f * c->h ? 3 : 2;
     float cw = w / (float)columns - 0.3f * m;
     for (int k = 0; k < columns; k++) {
         float x = m + (float)k * (w / (float)columns), yy = y;
         while (yy < c->h - 3 * m) {
-            float h = fminf(c->h * fs_paint_range(rng, 0.12f, 0.26f), c->h - m - yy);
+            float h = fminf(c->h * fs_paint_parts_range(rng, 0.12f, 0.26f), c->h - m - yy);
             switch (fs_rng_below(rng, 5)) {
-            case 0: fs_paint_chart(c, x, yy, cw, h, &p, rng); break;
+            case 0: fs_paint_parts_chart(c, x, yy, cw, h, &p, rng); break;
             case 1:
-            case 2: fs_paint_picture(c, x, yy, cw, h, &p, rng); break;
+            case 2: fs_paint_parts_picture(c, x, yy, cw, h, &p, rng); break;
             default:
-                fs_paint_heading(c, x, yy, cw, 0.025f * c->h, 2, p.main, rng);
-                fs_paint_column(c, x, yy + 0.04f * c->h, cw, h - 0.04f * c->h, fmaxf(0.011f * c->h, 0.5f), p.ink, rng);
+                fs_paint_parts_heading(c, x, yy, cw, 0.025f * c->h, 2, p.main, rng);
+                fs_paint_parts_column(c, x, yy + 0.04f * c->h, cw, h - 0.04f * c->h, fmaxf(0.011f * c->h, 0.5f), p.ink,
+                                      rng);
             }
             yy += h + 0.4f * m;
         }
@@ -53,51 +54,52 @@ static void poster(Canvas *c, float hue, Rng *rng)
 
 static void art(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     fs_canvas_fill(c, p.ink);
     float m = 0.04f * fminf(c->w, c->h), f = 2.2f * m; // frame, mat, picture
     fs_canvas_rect(c, m, m, c->w - 2 * m, c->h - 2 * m, p.paper);
-    fs_paint_picture(c, f, f, c->w - 2 * f, c->h - 2 * f, &p, rng);
+    fs_paint_parts_picture(c, f, f, c->w - 2 * f, c->h - 2 * f, &p, rng);
     grain(c, 0.03f, rng);
 }
 
 static void news(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     p.paper = vec(0.8f, 0.78f, 0.72f);
     p.main = vec(0.45f, 0.44f, 0.42f);
     p.second = vec(0.62f, 0.6f, 0.58f);
     p.ink = vec(0.13f, 0.13f, 0.13f);
     float m = 0.05f * c->w, y = m;
     fs_canvas_fill(c, p.paper);
-    y += fs_paint_heading(c, m, y, c->w - 2 * m, 0.09f * c->h, 2, p.ink, rng) + 0.4f * m;
+    y += fs_paint_parts_heading(c, m, y, c->w - 2 * m, 0.09f * c->h, 2, p.ink, rng) + 0.4f * m;
     fs_canvas_rect(c, m, y, c->w - 2 * m, 0.006f * c->h, p.ink);
     y += 0.4f * m;
-    fs_paint_picture(c, m, y, 0.55f * c->w, 0.3f * c->h, &p, rng);
-    fs_paint_heading(c, 0.63f * c->w, y, 0.3f * c->w, 0.035f * c->h, 2, p.ink, rng);
-    fs_paint_column(c, 0.63f * c->w, y + 0.05f * c->h, 0.3f * c->w, 0.25f * c->h, 0.6f, p.ink, rng);
+    fs_paint_parts_picture(c, m, y, 0.55f * c->w, 0.3f * c->h, &p, rng);
+    fs_paint_parts_heading(c, 0.63f * c->w, y, 0.3f * c->w, 0.035f * c->h, 2, p.ink, rng);
+    fs_paint_parts_column(c, 0.63f * c->w, y + 0.05f * c->h, 0.3f * c->w, 0.25f * c->h, 0.6f, p.ink, rng);
     y += 0.32f * c->h;
     for (int k = 0; k < 3; k++)
-        fs_paint_column(c, m + (float)k * 0.31f * c->w, y, 0.27f * c->w, c->h - y - m, 0.6f, p.ink, rng);
+        fs_paint_parts_column(c, m + (float)k * 0.31f * c->w, y, 0.27f * c->w, c->h - y - m, 0.6f, p.ink, rng);
     grain(c, 0.02f, rng);
 }
 
 static void cover(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     fs_canvas_gradient(c, 0, 0, c->w, c->h, p.main, fs_canvas_mix(p.main, p.ink, 0.5f));
-    float m = 0.06f * c->w, h = fs_paint_heading(c, m, m, c->w - 2 * m, 0.16f * c->h, 1, p.paper, rng);
-    fs_paint_picture(c, m, 2 * m + h, c->w - 2 * m, c->h * 0.5f, &p, rng);
-    fs_paint_heading(c, m, 3 * m + h + 0.5f * c->h, 0.8f * c->w, 0.06f * c->h, 2, p.accent, rng);
-    fs_paint_column(c, m, 3 * m + h + 0.6f * c->h, 0.7f * c->w, 0.14f * c->h, 0.03f * c->h, p.paper, rng);
+    float m = 0.06f * c->w, h = fs_paint_parts_heading(c, m, m, c->w - 2 * m, 0.16f * c->h, 1, p.paper, rng);
+    fs_paint_parts_picture(c, m, 2 * m + h, c->w - 2 * m, c->h * 0.5f, &p, rng);
+    fs_paint_parts_heading(c, m, 3 * m + h + 0.5f * c->h, 0.8f * c->w, 0.06f * c->h, 2, p.accent, rng);
+    fs_paint_parts_column(c, m, 3 * m + h + 0.6f * c->h, 0.7f * c->w, 0.14f * c->h, 0.03f * c->h, p.paper, rng);
     grain(c, 0.02f, rng);
 }
 
 static void label(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     fs_canvas_fill(c, p.main);
-    float w = c->w, h = c->h, band = h * fs_paint_range(rng, 0.3f, 0.5f), y = h * fs_paint_range(rng, 0.1f, 0.4f);
+    float w = c->w, h = c->h, band = h * fs_paint_parts_range(rng, 0.3f, 0.5f),
+          y = h * fs_paint_parts_range(rng, 0.1f, 0.4f);
     if (fs_rng_below(rng, 2))
         for (int i = 0; i < 24; i++)
             fs_canvas_disc(c, w * fs_rng_uniform(rng), h * (float)i / 24, 0.05f * w,
@@ -108,24 +110,26 @@ static void label(Canvas *c, float hue, Rng *rng)
     fs_canvas_rect(c, 0, y, w, band, p.paper);
     fs_canvas_rect(c, 0, y, w, 0.06f * band, p.second);
     fs_canvas_rect(c, 0, y + 0.94f * band, w, 0.06f * band, p.second);
-    float used = fs_paint_heading(c, 0.08f * w, y + 0.16f * band, 0.84f * w, 0.4f * band, 1, p.ink, rng);
-    fs_paint_column(c, 0.08f * w, y + 0.26f * band + used, 0.5f * w, 0.62f * band - used, 0.07f * band, p.ink, rng);
+    float used = fs_paint_parts_heading(c, 0.08f * w, y + 0.16f * band, 0.84f * w, 0.4f * band, 1, p.ink, rng);
+    fs_paint_parts_column(c, 0.08f * w, y + 0.26f * band + used, 0.5f * w, 0.62f * band - used, 0.07f * band, p.ink,
+                          rng);
     fs_canvas_disc(c, 0.78f * w, y + 0.7f * band, 0.13f * fminf(w, band), p.accent);
-    fs_paint_barcode(c, 0.62f * w, 0.8f * h, 0.3f * w, 0.13f * h, rng);
-    fs_paint_picture(c, 0.06f * w, y + band + 0.05f * h, 0.45f * w, fmaxf(0.85f * h - y - band, 0.06f * h), &p, rng);
+    fs_paint_parts_barcode(c, 0.62f * w, 0.8f * h, 0.3f * w, 0.13f * h, rng);
+    fs_paint_parts_picture(c, 0.06f * w, y + band + 0.05f * h, 0.45f * w, fmaxf(0.85f * h - y - band, 0.06f * h), &p,
+                           rng);
     grain(c, 0.025f, rng);
 }
 
 static void carton(Canvas *c, float hue, Rng *rng)
 {
-    Color board = fs_canvas_hsv(0.085f + 0.02f * (hue < 0 ? 0.5f : hue), 0.4f, fs_paint_range(rng, 0.55f, 0.7f));
+    Color board = fs_canvas_hsv(0.085f + 0.02f * (hue < 0 ? 0.5f : hue), 0.4f, fs_paint_parts_range(rng, 0.55f, 0.7f));
     Color ink = fs_canvas_mix(board, vec(0.1f, 0.08f, 0.06f), 0.75f);
     fs_canvas_fill(c, board);
     fs_canvas_noise(c, 30.0f, 0.35f, 2, 0.035f, WHITE, rng);
     fs_canvas_rect(c, 0, 0.44f * c->h, c->w, 0.1f * c->h, fs_canvas_mix(board, vec(0.8f, 0.72f, 0.5f), 0.6f));
-    fs_paint_heading(c, 0.08f * c->w, 0.12f * c->h, 0.6f * c->w, 0.2f * c->h, 1, ink, rng);
-    fs_paint_column(c, 0.08f * c->w, 0.62f * c->h, 0.45f * c->w, 0.28f * c->h, 0.045f * c->h, ink, rng);
-    fs_paint_barcode(c, 0.62f * c->w, 0.62f * c->h, 0.3f * c->w, 0.26f * c->h, rng);
+    fs_paint_parts_heading(c, 0.08f * c->w, 0.12f * c->h, 0.6f * c->w, 0.2f * c->h, 1, ink, rng);
+    fs_paint_parts_column(c, 0.08f * c->w, 0.62f * c->h, 0.45f * c->w, 0.28f * c->h, 0.045f * c->h, ink, rng);
+    fs_paint_parts_barcode(c, 0.62f * c->w, 0.62f * c->h, 0.3f * c->w, 0.26f * c->h, rng);
     fs_canvas_border(c, 0.74f * c->w, 0.08f * c->h, 0.18f * c->w, 0.24f * c->h, 0.02f * c->w, ink);
     grain(c, 0.03f, rng);
 }
@@ -135,9 +139,10 @@ static void books(Canvas *c, float hue, Rng *rng)
     (void)hue;
     fs_canvas_fill(c, vec(0.12f, 0.1f, 0.09f));
     for (float x = 0.2f; x < c->w;) {
-        float w = fminf(fs_paint_range(rng, 1.6f, 4.5f), c->w - x), h = c->h * fs_paint_range(rng, 0.7f, 0.97f);
-        Palette p = fs_paint_palette(-1, rng);
-        Color cloth = fs_canvas_mix(p.main, p.ink, fs_paint_range(rng, 0.0f, 0.5f));
+        float w = fminf(fs_paint_parts_range(rng, 1.6f, 4.5f), c->w - x),
+              h = c->h * fs_paint_parts_range(rng, 0.7f, 0.97f);
+        Palette p = fs_paint_parts_palette(-1, rng);
+        Color cloth = fs_canvas_mix(p.main, p.ink, fs_paint_parts_range(rng, 0.0f, 0.5f));
         fs_canvas_rect(c, x, c->h - h, 0.94f * w, h, cloth);
         fs_canvas_rect(c, x, c->h - 0.88f * h, 0.94f * w, 0.03f * h, p.accent);
         fs_canvas_rect(c, x, c->h - 0.2f * h, 0.94f * w, 0.05f * h, p.paper);
@@ -151,8 +156,8 @@ static void books(Canvas *c, float hue, Rng *rng)
 
 static void fabric(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
-    float cell = fs_paint_range(rng, 6.0f, 11.0f);
+    Palette p = fs_paint_parts_palette(hue, rng);
+    float cell = fs_paint_parts_range(rng, 6.0f, 11.0f);
     fs_canvas_fill(c, p.main);
     for (int axis = 0; axis < 2; axis++)
         for (float t = 0; t < (axis ? c->h : c->w); t += cell) {
@@ -171,12 +176,12 @@ static void fabric(Canvas *c, float hue, Rng *rng)
 
 static void floral(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     fs_canvas_fill(c, fs_canvas_mix(p.main, p.ink, 0.3f));
     for (float y = 2; y < c->h; y += 5.5f)
         for (float x = 2; x < c->w; x += 5.5f) {
-            float cx = x + fs_paint_range(rng, -1.2f, 1.2f), cy = y + fs_paint_range(rng, -1.2f, 1.2f);
-            float r = fs_paint_range(rng, 0.8f, 1.5f), turn = fs_paint_range(rng, 0, 1.2f);
+            float cx = x + fs_paint_parts_range(rng, -1.2f, 1.2f), cy = y + fs_paint_parts_range(rng, -1.2f, 1.2f);
+            float r = fs_paint_parts_range(rng, 0.8f, 1.5f), turn = fs_paint_parts_range(rng, 0, 1.2f);
             Color petal = fs_rng_below(rng, 2) ? p.paper : p.second;
             for (int i = 0; i < 5; i++)
                 fs_canvas_disc(c, cx + r * cosf(turn + 1.2566f * (float)i), cy + r * sinf(turn + 1.2566f * (float)i),
@@ -188,7 +193,7 @@ static void floral(Canvas *c, float hue, Rng *rng)
 
 static void wood(Canvas *c, float hue, Rng *rng)
 {
-    float h = hue < 0 ? fs_paint_range(rng, 0.05f, 0.1f) : 0.04f + 0.07f * hue;
+    float h = hue < 0 ? fs_paint_parts_range(rng, 0.05f, 0.1f) : 0.04f + 0.07f * hue;
     fs_canvas_fill(c, tone(rng, h, 0.35f, 0.55f, 0.42f, 0.62f));
     fs_canvas_noise(c, 1.2f, 26.0f, 4, 0.22f, vec(1, 0.85f, 0.7f), rng);
     fs_canvas_noise(c, 0.3f, 7.0f, 2, 0.1f, WHITE, rng);
@@ -207,11 +212,12 @@ static void stained(Canvas *c, float hue, Rng *rng)
     plaster(c, hue < 0 ? 0.1f : hue, rng);
     fs_canvas_noise(c, 18.0f, 25.0f, 5, 0.2f, vec(0.8f, 0.95f, 1.0f), rng);
     for (int i = 0; i < 9; i++) { // cracks
-        float x = fs_paint_range(rng, 0, c->w), y = fs_paint_range(rng, 0, c->h), a = fs_paint_range(rng, 0, 6.28f);
+        float x = fs_paint_parts_range(rng, 0, c->w), y = fs_paint_parts_range(rng, 0, c->h),
+              a = fs_paint_parts_range(rng, 0, 6.28f);
         for (int k = 0; k < 14; k++) {
             float nx = x + 4 * cosf(a), ny = y + 4 * sinf(a);
             fs_canvas_line(c, x, y, nx, ny, 0.22f, vec(0.3f, 0.27f, 0.24f));
-            a += fs_paint_range(rng, -0.7f, 0.7f);
+            a += fs_paint_parts_range(rng, -0.7f, 0.7f);
             x = nx;
             y = ny;
         }
@@ -220,10 +226,10 @@ static void stained(Canvas *c, float hue, Rng *rng)
 
 static void panels(Canvas *c, float hue, Rng *rng)
 {
-    float base = fs_paint_range(rng, 0.64f, 0.78f), h = hue < 0 ? 0.1f : hue;
+    float base = fs_paint_parts_range(rng, 0.64f, 0.78f), h = hue < 0 ? 0.1f : hue;
     for (float y = 0; y < c->h; y += 40.0f)
         for (float x = 0; x < c->w; x += 60.0f)
-            fs_canvas_rect(c, x, y, 60, 40, fs_canvas_hsv(h, 0.12f, base + fs_paint_range(rng, -0.05f, 0.05f)));
+            fs_canvas_rect(c, x, y, 60, 40, fs_canvas_hsv(h, 0.12f, base + fs_paint_parts_range(rng, -0.05f, 0.05f)));
     fs_canvas_noise(c, 9.0f, 9.0f, 5, 0.13f, vec(1, 0.95f, 0.9f), rng);
     for (float y = 0; y < c->h; y += 40.0f) fs_canvas_rect(c, 0, y, c->w, 0.8f, vec(0.28f, 0.26f, 0.25f));
     for (float x = 0; x < c->w; x += 60.0f) fs_canvas_rect(c, x, 0, 0.8f, c->h, vec(0.28f, 0.26f, 0.25f));
@@ -239,16 +245,16 @@ static void brick(Canvas *c, float hue, Rng *rng)
     for (float y = 0; y < c->h; y += 7.5f, row++)
         for (float x = row & 1 ? -12.0f : 0.0f; x < c->w; x += 24.0f)
             fs_canvas_rect(c, x + 0.5f, y + 0.5f, 23, 6.5f,
-                           fs_paint_color(rng, vec(h - 0.02f, 0.25f, 0.42f), vec(h + 0.02f, 0.5f, 0.68f)));
+                           fs_paint_parts_color(rng, vec(h - 0.02f, 0.25f, 0.42f), vec(h + 0.02f, 0.5f, 0.68f)));
     fs_canvas_noise(c, 2.5f, 2.5f, 4, 0.13f, WHITE, rng);
 }
 
 static void tiles(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     for (float y = 0; y < c->h; y += 20.0f)
         for (float x = 0; x < c->w; x += 20.0f) {
-            Color color = fs_canvas_mix(p.paper, p.main, fs_paint_range(rng, 0.05f, 0.35f));
+            Color color = fs_canvas_mix(p.paper, p.main, fs_paint_parts_range(rng, 0.05f, 0.35f));
             fs_canvas_rect(c, x, y, 20, 20, color);
             fs_canvas_ring(c, x + 10, y + 10, 6, 0.6f, fs_canvas_mix(color, p.ink, 0.25f));
         }
@@ -266,20 +272,21 @@ static void carpet(Canvas *c, float hue, Rng *rng)
 
 static void stone(Canvas *c, float hue, Rng *rng)
 {
-    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? 0.6f : hue, 0.06f, fs_paint_range(rng, 0.46f, 0.56f)));
+    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? 0.6f : hue, 0.06f, fs_paint_parts_range(rng, 0.46f, 0.56f)));
     fs_canvas_noise(c, 5.0f, 5.0f, 5, 0.22f, WHITE, rng);
     for (int i = 0, n = (int)(c->w * c->h * 0.25f); i < n; i++) {
-        float x = fs_paint_range(rng, 0, c->w), y = fs_paint_range(rng, 0, c->h), r = fs_paint_range(rng, 0.08f, 0.35f);
+        float x = fs_paint_parts_range(rng, 0, c->w), y = fs_paint_parts_range(rng, 0, c->h),
+              r = fs_paint_parts_range(rng, 0.08f, 0.35f);
         fs_canvas_disc(c, x, y, r, tone(rng, 0.6f, 0.08f, 0.08f, 0.22f, 0.78f));
     }
 }
 
 static void stripes(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     const Color colors[4] = {p.main, p.paper, p.second, p.ink};
     for (float y = 0; y < c->h;) {
-        float h = fs_paint_range(rng, 1.0f, 5.0f);
+        float h = fs_paint_parts_range(rng, 1.0f, 5.0f);
         fs_canvas_rect(c, 0, y, c->w, h, colors[fs_rng_below(rng, 4)]);
         y += h;
     }
@@ -289,7 +296,7 @@ static void stripes(Canvas *c, float hue, Rng *rng)
 
 static void checker(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     float cell = c->w / (float)(4 + fs_rng_below(rng, 4));
     for (int j = 0; (float)j * cell < c->h; j++)
         for (int i = 0; (float)i * cell < c->w; i++)
@@ -300,19 +307,19 @@ static void checker(Canvas *c, float hue, Rng *rng)
 
 static void metal(Canvas *c, float hue, Rng *rng)
 {
-    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? 0.6f : hue, 0.07f, fs_paint_range(rng, 0.55f, 0.68f)));
+    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? 0.6f : hue, 0.07f, fs_paint_parts_range(rng, 0.55f, 0.68f)));
     fs_canvas_noise(c, 20.0f, 0.2f, 3, 0.09f, WHITE, rng);
     for (int i = 0; i < 25; i++) {
-        float x = fs_paint_range(rng, 0, c->w), y = fs_paint_range(rng, 0, c->h);
-        float dx = fs_paint_range(rng, -3, 3), dy = fs_paint_range(rng, -1, 1);
+        float x = fs_paint_parts_range(rng, 0, c->w), y = fs_paint_parts_range(rng, 0, c->h);
+        float dx = fs_paint_parts_range(rng, -3, 3), dy = fs_paint_parts_range(rng, -1, 1);
         fs_canvas_line(c, x, y, x + dx, y + dy, 0.06f, vec(0.35f, 0.35f, 0.36f));
     }
 }
 
 static void door(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
-    Color leaf = fs_canvas_mix(p.paper, p.main, fs_paint_range(rng, 0.0f, 0.7f)),
+    Palette p = fs_paint_parts_palette(hue, rng);
+    Color leaf = fs_canvas_mix(p.paper, p.main, fs_paint_parts_range(rng, 0.0f, 0.7f)),
           dark = fs_canvas_mix(leaf, p.ink, 0.45f);
     fs_canvas_fill(c, leaf);
     int rows = 2 + fs_rng_below(rng, 3);
@@ -327,7 +334,7 @@ static void door(Canvas *c, float hue, Rng *rng)
         }
     fs_canvas_rect(c, 0.86f * c->w, 0.47f * c->h, 0.08f * c->w, 0.06f * c->h, vec(0.75f, 0.7f, 0.5f));
     fs_canvas_disc(c, 0.9f * c->w, 0.49f * c->h, 0.03f * c->w, vec(0.35f, 0.32f, 0.25f));
-    fs_paint_heading(c, 0.2f * c->w, 0.015f * c->h, 0.6f * c->w, 0.03f * c->h, 1, p.ink, rng);
+    fs_paint_parts_heading(c, 0.2f * c->w, 0.015f * c->h, 0.6f * c->w, 0.03f * c->h, 1, p.ink, rng);
     fs_canvas_noise(c, 2.0f, 25.0f, 3, 0.04f, WHITE, rng);
 }
 
@@ -337,14 +344,15 @@ static void notes(Canvas *c, float hue, Rng *rng)
     fs_canvas_fill(c, vec(0.6f, 0.45f, 0.3f));
     fs_canvas_noise(c, 0.5f, 0.5f, 2, 0.2f, vec(1, 0.9f, 0.8f), rng);
     for (int i = 0; i < 16; i++) {
-        Palette p = fs_paint_palette(-1, rng);
-        float w = c->w * fs_paint_range(rng, 0.12f, 0.24f), h = w * fs_paint_range(rng, 0.7f, 1.4f);
-        float x = fs_paint_range(rng, 0, c->w - w), y = fs_paint_range(rng, 0, fmaxf(c->h - h, 0.01f));
+        Palette p = fs_paint_parts_palette(-1, rng);
+        float w = c->w * fs_paint_parts_range(rng, 0.12f, 0.24f), h = w * fs_paint_parts_range(rng, 0.7f, 1.4f);
+        float x = fs_paint_parts_range(rng, 0, c->w - w), y = fs_paint_parts_range(rng, 0, fmaxf(c->h - h, 0.01f));
         fs_canvas_rect(c, x, y, w, h, fs_rng_below(rng, 3) ? p.paper : p.second);
         if (fs_rng_below(rng, 3))
-            fs_paint_column(c, x + 0.08f * w, y + 0.12f * h, 0.84f * w, 0.8f * h, fmaxf(0.06f * h, 0.5f), p.ink, rng);
+            fs_paint_parts_column(c, x + 0.08f * w, y + 0.12f * h, 0.84f * w, 0.8f * h, fmaxf(0.06f * h, 0.5f), p.ink,
+                                  rng);
         else
-            fs_paint_picture(c, x + 0.08f * w, y + 0.08f * h, 0.84f * w, 0.84f * h, &p, rng);
+            fs_paint_parts_picture(c, x + 0.08f * w, y + 0.08f * h, 0.84f * w, 0.84f * h, &p, rng);
         fs_canvas_disc(c, x + 0.5f * w, y + 0.04f * h, 0.5f, p.accent);
     }
     fs_canvas_border(c, 0, 0, c->w, c->h, 1.6f, vec(0.35f, 0.24f, 0.16f));
@@ -356,7 +364,7 @@ static void basket(Canvas *c, float hue, Rng *rng)
     int row = 0;
     for (float y = 0; y < c->h; y += 1.2f, row++)
         for (float x = row & 1 ? -1.2f : 0; x < c->w; x += 2.4f) {
-            Color color = fs_canvas_hsv(h, 0.45f, fs_paint_range(rng, 0.42f, 0.68f));
+            Color color = fs_canvas_hsv(h, 0.45f, fs_paint_parts_range(rng, 0.42f, 0.68f));
             fs_canvas_gradient(c, x, y, 1.3f, 1.1f, color, fs_canvas_mix(color, vec(0.1f, 0.07f, 0.04f), 0.5f));
             fs_canvas_rect(c, x + 1.3f, y, 1.1f, 1.1f, fs_canvas_hsv(h, 0.5f, 0.25f));
         }
@@ -364,7 +372,7 @@ static void basket(Canvas *c, float hue, Rng *rng)
 
 static void keys(Canvas *c, float hue, Rng *rng)
 {
-    Palette p = fs_paint_palette(hue, rng);
+    Palette p = fs_paint_parts_palette(hue, rng);
     fs_canvas_fill(c, vec(0.2f, 0.2f, 0.22f));
     for (float y = 0.6f; y + 1.2f < c->h; y += 1.7f)
         for (float x = 0.6f; x + 1.2f < c->w;) {

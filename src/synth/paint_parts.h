@@ -8,16 +8,18 @@ typedef struct Palette {
     Color paper, ink, main, second, accent;
 } Palette;
 
-Palette fs_paint_palette(float hue, Rng *rng);
-float fs_paint_range(Rng *rng, float low, float high);
+Palette fs_paint_parts_palette(float hue, Rng *rng);
+float fs_paint_parts_range(Rng *rng, float low, float high);
 // A random colour between two HSV colours. (Draws in a fixed order: an argument list has none, and the same seed should
 // make the same scene with every compiler.)
-Color fs_paint_color(Rng *rng, Vec low_hsv, Vec high_hsv);
+Color fs_paint_parts_color(Rng *rng, Vec low_hsv, Vec high_hsv);
 // A heading that fills at most width w with capitals at most h high; returns the height used.
-float fs_paint_heading(Canvas *c, float x, float y, float w, float h, int words, Color color, Rng *rng);
-void fs_paint_column(Canvas *c, float x, float y, float w, float h, float line, Color color, Rng *rng); // small print
-void fs_paint_chart(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng);
-void fs_paint_picture(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng); // one of several
-void fs_paint_barcode(Canvas *c, float x, float y, float w, float h, Rng *rng);
+float fs_paint_parts_heading(Canvas *c, float x, float y, float w, float h, int words, Color color, Rng *rng);
+void fs_paint_parts_column(Canvas *c, float x, float y, float w, float h, float line, Color color,
+                           Rng *rng); // small print
+void fs_paint_parts_chart(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng);
+void fs_paint_parts_picture(Canvas *c, float x, float y, float w, float h, const Palette *p,
+                            Rng *rng); // one of several
+void fs_paint_parts_barcode(Canvas *c, float x, float y, float w, float h, Rng *rng);
 
 #endif

@@ -61,11 +61,11 @@ void fs_photo_file_time(const ShotInfo *info, char text[20])
     snprintf(text, 20, "2024:03:16 %02u:%02u:%02u", 10 + s / 3600 % 12, s / 60 % 60, s % 60);
 }
 
-size_t fs_exif_block(const ShotInfo *info, unsigned char block[FS_EXIF_SIZE])
+size_t fs_photo_file_exif(const ShotInfo *info, unsigned char block[FS_PHOTO_FILE_EXIF])
 {
     char time[20];
     fs_photo_file_time(info, time);
-    memset(block, 0, FS_EXIF_SIZE);
+    memset(block, 0, FS_PHOTO_FILE_EXIF);
     memcpy(block, "Exif\0\0II*\0\10\0\0\0", 14);
     Block b = {block + 6, 8};
     Entry main[] = {

@@ -11,7 +11,7 @@
 
 static const float neutral[3] = SENSOR_NEUTRAL;
 
-void fs_mosaic_free(Mosaic *mosaic)
+void fs_sensor_mosaic_free(Mosaic *mosaic)
 {
     free(mosaic->px);
     *mosaic = (Mosaic){0};

@@ -21,7 +21,7 @@ typedef struct Mosaic {
     uint16_t *px; // (height, width), RGGB, SENSOR_BLACK .. SENSOR_WHITE
 } Mosaic;
 
-void fs_mosaic_free(Mosaic *mosaic);
+void fs_sensor_mosaic_free(Mosaic *mosaic);
 // linear: white-balanced, 1.0 = green pixels full.
 int fs_sensor_expose(const Image *linear, Rng rng, Mosaic *mosaic, FsError *err);
 // Demosaiced, white-balanced, sRGB-coded.

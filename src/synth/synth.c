@@ -60,8 +60,8 @@ static int make_folders(const Synth *s, FsError *err)
         goto fail;
     }
     for (int i = 0; i < 3; i++) TRY(fs_file_mkdirs(path[i], err));
-    TRY(fs_truth_cameras(s->truth, s->layout.name, s->shot, s->n, &s->spec, err));
-    TRY(fs_truth_folders(s->truth, err));
+    TRY(fs_truth_files_cameras(s->truth, s->layout.name, s->shot, s->n, &s->spec, err));
+    TRY(fs_truth_files_folders(s->truth, err));
 fail:
     for (int i = 0; i < 4; i++) free(path[i]);
     free(cameras);
@@ -78,7 +78,7 @@ static int write_photo(const Synth *s, int number, const Image *light, FsError *
     int side = s->spec.width > s->spec.height ? s->spec.width : s->spec.height;
     ShotInfo info = {shot->flash,    number + 1, s->spec.width,
                      s->spec.height, 23.9,       (int)(36.0 * shot->camera.fx / side + 0.5)};
-    unsigned char exif[FS_EXIF_SIZE];
+    unsigned char exif[FS_PHOTO_FILE_EXIF];
     char *raw = fs_file_path("%s/capture/raw/%s.DNG", s->out, shot->name);
     char *jpeg = fs_file_path("%s/capture/jpeg/%s.JPG", s->out, shot->name);
     if (!raw || !jpeg) {
@@ -88,9 +88,9 @@ static int write_photo(const Synth *s, int number, const Image *light, FsError *
     TRY(fs_sensor_expose(light, fs_rng_new(s->spec.seed * 100003ull + (unsigned)number), &mosaic, err));
     TRY(fs_dng_write(raw, &mosaic, &info, err));
     TRY(fs_sensor_develop(&mosaic, &picture, err));
-    TRY(fs_jpeg_write(jpeg, &picture, 95, exif, fs_exif_block(&info, exif), err));
+    TRY(fs_jpeg_write(jpeg, &picture, 95, exif, fs_photo_file_exif(&info, exif), err));
 fail:
-    fs_mosaic_free(&mosaic);
+    fs_sensor_mosaic_free(&mosaic);
     fs_image_free(&picture);
     free(raw);
     free(jpeg);
@@ -102,7 +102,7 @@ static int write_geometry(const Synth *s, const Shot *shot, FsError *err)
     Image depth = {0}, beta = {0};
     int rc;
     TRY(fs_trace_geometry(&s->layout, &s->lighting, &shot->camera, s->threads, &depth, &beta, err));
-    TRY(fs_truth_geometry(s->truth, shot, &depth, &beta, err));
+    TRY(fs_truth_files_geometry(s->truth, shot, &depth, &beta, err));
 fail:
     fs_image_free(&depth);
     fs_image_free(&beta);
@@ -117,7 +117,7 @@ static int make_view(const Synth *s, int number, FsError *err)
     Traced traced;
     int rc = fs_trace_view(&s->layout, &s->spec, &s->lighting, &shot->camera, number, want, s->threads, &traced, err);
     if (rc < 0) return rc;
-    if (shot->truth) TRY(fs_truth_layers(s->truth, shot, &traced, err));
+    if (shot->truth) TRY(fs_truth_files_layers(s->truth, shot, &traced, err));
     if (shot->held_out) {
         TRY(write_geometry(s, shot, err));
     } else {

@@ -5,7 +5,7 @@
 
 float fs_things_range(World *world, float low, float high)
 {
-    return fs_paint_range(&world->rng, low, high);
+    return fs_paint_parts_range(&world->rng, low, high);
 }
 
 int fs_things_pick(World *world, int n)
@@ -58,7 +58,7 @@ void fs_things_carton(World *w, const Frame *f, float width, float depth, float 
 static int spine(World *w)
 {
     Surface cloth = {.texture = -1, .gloss = 0.05f};
-    Color c = fs_paint_color(&w->rng, vec(0, 0.2f, 0.3f), vec(1, 0.7f, 0.8f));
+    Color c = fs_paint_parts_color(&w->rng, vec(0, 0.2f, 0.3f), vec(1, 0.7f, 0.8f));
     cloth.tint = vec(c.x * c.x, c.y * c.y, c.z * c.z);
     return fs_world_surface(w, cloth);
 }

@@ -96,7 +96,7 @@ done:
     return rc;
 }
 
-int fs_truth_cameras(const char *dir, const char *scene, const Shot *shot, int n, const Spec *spec, FsError *err)
+int fs_truth_files_cameras(const char *dir, const char *scene, const Shot *shot, int n, const Spec *spec, FsError *err)
 {
     int rc;
     TRY(write_json(dir, scene, shot, n, err));
@@ -107,7 +107,7 @@ fail:
 
 static const char *const folders[] = {"T_N", "T_F", "R", "I_N", "I_F", "depth_T", "beta"};
 
-int fs_truth_folders(const char *dir, FsError *err)
+int fs_truth_files_folders(const char *dir, FsError *err)
 {
     for (size_t i = 0; i < sizeof folders / sizeof *folders; i++) {
         char *path = fs_file_path("%s/%s", dir, folders[i]);
@@ -137,7 +137,7 @@ static int write_png(const char *dir, const char *layer, const char *name, const
     return rc;
 }
 
-int fs_truth_layers(const char *dir, const Shot *shot, const Traced *traced, FsError *err)
+int fs_truth_files_layers(const char *dir, const Shot *shot, const Traced *traced, FsError *err)
 {
     int rc;
     const Image *l = traced->layer;
@@ -152,7 +152,7 @@ fail:
     return rc;
 }
 
-int fs_truth_geometry(const char *dir, const Shot *shot, const Image *depth, const Image *beta, FsError *err)
+int fs_truth_files_geometry(const char *dir, const Shot *shot, const Image *depth, const Image *beta, FsError *err)
 {
     int rc;
     TRY(write_png(dir, "depth_T", shot->name, depth, NULL, 1000.0f / 65535.0f, err));

@@ -78,7 +78,7 @@ static inline int made_capture(Frames *frames, MadeTexture *T, MadeTexture *R, F
                                            (double)(p / 3 / MADE_WIDTH) + 0.5) +
                              0.003f * fs_rng_normal(&rng);
     }
-    fs_frames_finish(frames);
+    fs_small_views_finish(frames);
     return 0;
 }
 

@@ -27,7 +27,7 @@ static int set_up(void **state)
 static int tear_down(void **state)
 {
     (void)state;
-    fs_frames_free(&frames);
+    fs_small_views_free(&frames);
     return 0;
 }
 
@@ -150,11 +150,11 @@ static double share_at(const DensePoints *p, double depth, double tolerance)
 static void find_both(const unsigned char *kind, Threads *threads, DensePoints *T, DensePoints *R)
 {
     static const Log quiet;
-    Surfaces surfaces;
-    assert_int_equal(fs_surfaces_find(&frames, points, kind, ALL, &odds, &quiet, threads, &surfaces, NULL), 0);
-    assert_int_equal(fs_surfaces_fuse(&surfaces, false, T, NULL), 0);
-    assert_int_equal(fs_surfaces_fuse(&surfaces, true, R, NULL), 0);
-    fs_surfaces_free(&surfaces);
+    DepthMaps surfaces;
+    assert_int_equal(fs_stereo_find(&frames, points, kind, ALL, &odds, &quiet, threads, &surfaces, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&surfaces, false, T, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&surfaces, true, R, NULL), 0);
+    fs_stereo_free(&surfaces);
 }
 
 static void test_dense(void **state)
@@ -172,10 +172,10 @@ static void test_dense(void **state)
     assert_int_equal(R.n, R2.n);
     assert_memory_equal(T.xyz, T2.xyz, sizeof(float) * 3 * (size_t)T.n);
     assert_memory_equal(R.xyz, R2.xyz, sizeof(float) * 3 * (size_t)R.n);
-    fs_dense_free(&T);
-    fs_dense_free(&R);
-    fs_dense_free(&T2);
-    fs_dense_free(&R2);
+    fs_stereo_points_free(&T);
+    fs_stereo_points_free(&R);
+    fs_stereo_points_free(&T2);
+    fs_stereo_points_free(&R2);
     fs_threads_free(threads);
 }
 
@@ -208,9 +208,9 @@ static void test_vet(void **state)
     for (int reflected = 0; reflected < 2; reflected++) {
         for (int i = 0; i < 3; i++) memcpy(dense_xyz + 3 * i, (float[3]){0.31f, 0.29f, at[i]}, sizeof(float) * 3);
         DensePoints dense = {3, 3, dense_xyz};
-        assert_int_equal(fs_vet_dense(xyz, unsure, N, reflected, NULL, &dense, NULL), 0);
+        assert_int_equal(fs_outliers_drop(xyz, unsure, N, reflected, NULL, &dense, NULL), 0);
         assert_int_equal(dense.n, 3); // nothing to hold them against
-        assert_int_equal(fs_vet_dense(xyz, kind, N, reflected, NULL, &dense, NULL), 0);
+        assert_int_equal(fs_outliers_drop(xyz, kind, N, reflected, NULL, &dense, NULL), 0);
         assert_int_equal(dense.n, 2);
         assert_float_equal(dense.xyz[2], reflected ? 1.3f : 1.0f, 0);
         assert_float_equal(dense.xyz[5], reflected ? 1.9f : 1.3f, 0);
@@ -279,7 +279,7 @@ static void test_paint(void **state)
     assert_int_equal(fs_seeds_make(&frames, points, SIDE, COUNT, 7, NULL, &T, NULL), 0);
     assert_int_equal(fs_seeds_make(&frames, points + 3 * SIDE, SIDE, COUNT, 8, NULL, &R, NULL), 0);
     for (int i = 0; i < 3 * COUNT; i++) alpha[i] = MADE_ALPHA;
-    assert_int_equal(fs_paint_layers(&frames, &T, &R, alpha, T_N, T_F, R_color, NULL, NULL), 0);
+    assert_int_equal(fs_first_colors_find(&frames, &T, &R, alpha, T_N, T_F, R_color, NULL, NULL), 0);
     double error_T = 0, error_R = 0, ratio = 0;
     for (int i = 0; i < 3 * COUNT; i++) {
         const float *t = T.xyz + i / 3 * 3, *r = R.xyz + i / 3 * 3;

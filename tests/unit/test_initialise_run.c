@@ -171,7 +171,7 @@ static void test_run(void **state)
     check_cloud(&scene.cloud[LAYER_BETA], 1, 0);
     fs_scene_free(&scene);
     check_comparisons(out, start);
-    fs_frames_free(&frames);
+    fs_small_views_free(&frames);
     free(start);
     free(R);
     free(T);
@@ -192,7 +192,7 @@ static void test_weak_flash(void **state)
     write_points(out, &frames, POINTS);
     assert_int_equal(run(out, "2", "shared", NULL), 0);
     assert_non_null(strstr(warnings, "flash")); // it says so, and still makes a start
-    fs_frames_free(&frames);
+    fs_small_views_free(&frames);
 }
 
 static void test_refuses(void **state)
@@ -213,7 +213,7 @@ static void test_refuses(void **state)
     write_photos(out, &frames);
     assert_int_equal(run(out, "2", "shared", &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "0 without"));
-    fs_frames_free(&frames);
+    fs_small_views_free(&frames);
 }
 
 int main(void)

@@ -143,7 +143,7 @@ static void test_triangulate(void **state)
     assert_true(right >= 0.95 * visible);
     assert_true(set[0].n - right <= 3);
     assert_true(wrong_seen < 0.01 * set[0].n_seen);
-    for (int run = 0; run < 2; run++) fs_point_set_free(&set[run]);
+    for (int run = 0; run < 2; run++) fs_triangulate_free(&set[run]);
     free_scene(s);
 }
 
@@ -158,11 +158,11 @@ static void test_nothing_to_triangulate(void **state)
     assert_int_equal(
         fs_triangulate(s->features, s->camera, PHOTOS, &fs_triangulate_defaults, threads, &log, &set, NULL), 0);
     assert_int_equal(set.n, 0);
-    fs_point_set_free(&set);
+    fs_triangulate_free(&set);
     Features none[2] = {{0}};
     assert_int_equal(fs_triangulate(none, s->camera, 2, &fs_triangulate_defaults, threads, &log, &set, NULL), 0);
     assert_int_equal(set.n, 0);
-    fs_point_set_free(&set);
+    fs_triangulate_free(&set);
     fs_threads_free(threads);
     free_scene(s);
 }

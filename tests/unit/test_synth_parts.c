@@ -133,10 +133,10 @@ static void test_sensor(void **state)
         assert_true(fabs(level / (double)color[c] - 1) < 0.02);
     }
     for (int i = 0; i < 64 * 48 * 3; i++) flat.px[i] = 5.0f; // far too much light
-    fs_mosaic_free(&mosaic);
+    fs_sensor_mosaic_free(&mosaic);
     assert_int_equal(fs_sensor_expose(&flat, fs_rng_new(3), &mosaic, NULL), 0);
     for (int i = 0; i < 64 * 48; i++) assert_int_equal(mosaic.px[i], SENSOR_WHITE);
-    fs_mosaic_free(&mosaic);
+    fs_sensor_mosaic_free(&mosaic);
     fs_image_free(&flat);
     fs_image_free(&seen);
 }
