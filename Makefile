@@ -24,6 +24,16 @@ test-sanitizers: packages-build-run-test build-asan/build.ninja
 build-asan/build.ninja:
 	meson setup build-asan -Db_sanitize=address,undefined --buildtype debugoptimized -Db_lundef=false $(MESON_FLAGS)
 
+# Coverage-guided fuzzing of every reader; see tests/fuzz/README.md.
+FUZZ_SECONDS = 600
+fuzz: packages-build-run-test build-fuzz/build.ninja
+	ninja -C build-fuzz tests/fuzz/fuzz
+	tests/fuzz/run.sh build-fuzz/tests/fuzz/fuzz $(FUZZ_SECONDS) $(KINDS)
+
+build-fuzz/build.ninja:
+	CC=clang meson setup build-fuzz -Dfuzzer=true -Db_sanitize=address,undefined --buildtype debugoptimized \
+	    -Db_lundef=false $(MESON_FLAGS)
+
 demo: packages-build-run all
 	tools/demo.sh $(BUILD)/flashsplat
 
@@ -38,6 +48,6 @@ install: all
 	meson install -C $(BUILD) --no-rebuild
 
 clean:
-	rm -rf build build-asan build-clang demo
+	rm -rf build build-asan build-clang build-fuzz demo
 
-.PHONY: all test test-sanitizers demo bench quality install clean
+.PHONY: all test test-sanitizers fuzz demo bench quality install clean

@@ -10,6 +10,8 @@ int fs_error_set(FsError *err, int code, const char *format, ...)
         va_start(ap, format);
         vsnprintf(err->message, sizeof err->message, format, ap);
         va_end(ap);
+        for (char *p = err->message; *p; p++) // names out of files may hold anything; an error is one line
+            if ((unsigned char)*p < ' ' || *p == 127) *p = '?';
         err->code = code;
     }
     return code;

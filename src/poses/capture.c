@@ -93,8 +93,8 @@ static int picture_size(const char *folder, Photo *photo, FsError *err)
     size_t got = f ? fread(head, 1, sizeof head, f) : 0;
     if (f) fclose(f);
     int rc = 0;
-    photo->picture_width = head[16] << 24 | head[17] << 16 | head[18] << 8 | head[19];
-    photo->picture_height = head[20] << 24 | head[21] << 16 | head[22] << 8 | head[23];
+    photo->picture_width = (int)((unsigned)head[16] << 24 | head[17] << 16 | head[18] << 8 | head[19]);
+    photo->picture_height = (int)((unsigned)head[20] << 24 | head[21] << 16 | head[22] << 8 | head[23]);
     if (got < sizeof head || png_sig_cmp(head, 0, 8) != 0 || photo->picture_width < 1 || photo->picture_height < 1 ||
         photo->picture_width > FS_IMAGE_MAX_SIDE || photo->picture_height > FS_IMAGE_MAX_SIDE)
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a PNG; rerun the stage ingest with --force", path);

@@ -1,0 +1,417 @@
+#include "kinds.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "bench/result.h"
+#include "evaluate/depth.h"
+#include "evaluate/lpips.h"
+#include "evaluate/truth.h"
+#include "image/exif.h"
+#include "image/image.h"
+#include "image/photo.h"
+#include "image/profile.h"
+#include "image/raw.h"
+#include "info/info.h"
+#include "ingest/shots.h"
+#include "model/cameras_file.h"
+#include "model/project.h"
+#include "model/scene.h"
+#include "poses/capture.h"
+#include "poses/database.h"
+#include "report/report.h"
+
+#define MAX_FILE (1 << 24)
+
+// A promise of a reader; the fuzzer and the replay both stop where it is broken.
+static void check(bool kept, const char *what, const char *detail)
+{
+    if (kept) return;
+    fprintf(stderr, "broken promise: %s: %s\n", what, detail);
+    abort();
+}
+
+static char *in(const char *dir, const char *name)
+{
+    char *path = fs_file_path("%s/%s", dir, name);
+    check(path != NULL, "memory for a path", name);
+    return path;
+}
+
+// ---- photos ----
+
+static int read_image(const char *dir, const char *name, int (*read)(const char *, Image *, FsError *), FsError *err)
+{
+    Image image = {0};
+    char *path = in(dir, name);
+    int rc = read(path, &image, err);
+    if (rc == 0) check(image.width > 0 && image.height > 0 && image.px && image.channels % 2, "an image", path);
+    fs_image_free(&image);
+    free(path);
+    return rc;
+}
+
+static int read_png(const char *dir, FsError *err)
+{
+    bool linear;
+    char *path = in(dir, "a.png");
+    fs_png_is_linear(path, &linear, NULL);
+    free(path);
+    return read_image(dir, "a.png", fs_png_read, err);
+}
+
+static int read_tiff(const char *dir, FsError *err)
+{
+    bool linear;
+    char *path = in(dir, "a.tif");
+    fs_tiff_is_linear(path, &linear, NULL);
+    free(path);
+    return read_image(dir, "a.tif", fs_tiff_read, err);
+}
+
+static int read_jpeg(const char *dir, FsError *err)
+{
+    return read_image(dir, "a.jpg", fs_jpeg_read, err);
+}
+
+static int read_raw(const char *dir, FsError *err)
+{
+    Image rgb = {0}, clipped = {0};
+    RawInfo info;
+    char *path = in(dir, "a.dng");
+    int rc = fs_raw_read_info(path, &info, err);
+    if (rc == 0) check(info.orientation >= 1 && info.orientation <= 8, "an orientation", path);
+    if (rc == 0) rc = fs_raw_read(path, (double[3]){1, 1, 1}, false, &rgb, &clipped, err);
+    fs_image_free(&rgb);
+    fs_image_free(&clipped);
+    free(path);
+    return rc;
+}
+
+static int read_exif(const char *dir, FsError *err)
+{
+    ExifInfo exif;
+    char *path = in(dir, "a.jpg");
+    int rc = fs_exif_read(path, &exif, err);
+    check(rc < 0 || (exif.orientation >= 1 && exif.orientation <= 8 && exif.exposure_s >= 0 && exif.iso >= 0 &&
+                     exif.f_number >= 0 && isfinite(exif.exposure_s + exif.iso + exif.f_number)),
+          "what EXIF says", path);
+    double focal = fs_exif_focal_px(&exif, 6000, 4000);
+    check(isfinite(focal) && focal >= 0, "a focal length", path);
+    free(path);
+    // what nothing was found in is taken all the same
+    return exif.flash >= 0 || exif.make[0] || exif.iso > 0 || exif.orientation > 1 ? rc : -1;
+}
+
+static int read_icc(const char *dir, FsError *err)
+{
+    char *path = in(dir, "a.icc"), *data;
+    size_t size;
+    int rc = fs_file_read(path, MAX_FILE, &data, &size, err);
+    free(path);
+    if (rc < 0) return rc;
+    void *exact = malloc(size ? size : 1); // without the 0 behind it
+    memcpy(exact, data, size);
+    bool linear = fs_profile_is_linear(exact, size);
+    free(exact);
+    free(data);
+    return linear ? 0 : -1;
+}
+
+// ---- clouds and cameras ----
+
+static void check_finite(const Cloud *cloud)
+{
+    for (int f = 0; f < CLOUD_FIELDS; f++)
+        for (int i = 0; i < cloud->n * cloud->width[f]; i++)
+            check(isfinite(cloud->field[f][i]), "a finite cloud", fs_cloud_fields[f].name);
+}
+
+static int read_ply(const char *dir, FsError *err)
+{
+    Cloud cloud = {0};
+    char *path = in(dir, "a.ply");
+    int rc = fs_cloud_ply_read(&cloud, path, err);
+    if (rc == 0) check_finite(&cloud);
+    fs_cloud_free(&cloud);
+    free(path);
+    return rc;
+}
+
+static int read_scene(const char *dir, FsError *err)
+{
+    Scene scene = {0};
+    int rc = fs_scene_read(&scene, dir, err);
+    for (int l = 0; l < LAYERS && rc == 0; l++) check_finite(&scene.cloud[l]);
+    if (rc == 0)
+        check(isfinite(scene.extent + scene.pane.f0 + scene.pane.dimming + scene.flash_distance), "model", dir);
+    fs_scene_free(&scene);
+    return rc;
+}
+
+static int read_cameras(const char *path, FsError *err)
+{
+    CamerasFile file = {0};
+    int rc = fs_cameras_file_read(path, &file, err);
+    for (int i = 0; i < file.views.n && rc == 0; i++) {
+        const Camera *camera = &file.views.view[i].camera;
+        check(camera->width > 0 && camera->height > 0 && camera->fx > 0 && camera->fy > 0, "a camera", path);
+        for (int k = 0; k < 12; k++) check(isfinite(camera->w2c[k]), "a finite pose", path);
+    }
+    fs_cameras_file_free(&file);
+    return rc;
+}
+
+static int read_cameras_json(const char *dir, FsError *err)
+{
+    char *path = in(dir, "cameras.json");
+    int rc = read_cameras(path, err);
+    free(path);
+    return rc;
+}
+
+static int read_dataset(const char *dir, FsError *err)
+{
+    Dataset dataset = {0};
+    char *path = in(dir, "views.json");
+    int rc = fs_dataset_read(&dataset, path, err);
+    fs_dataset_free(&dataset);
+    free(path);
+    return rc;
+}
+
+static int read_database(const char *dir, FsError *err)
+{
+    Database *database = NULL;
+    Features features = {0};
+    char *path = in(dir, "database.db");
+    int rc = fs_database_open(&database, path, err), found;
+    if (rc == 0) fs_database_has_frames(database);
+    if (rc == 0) found = fs_database_image(database, "a.png");
+    if (rc == 0) rc = fs_database_features(database, found ? found : 1, &features, err);
+    for (int i = 0; i < features.n; i++)
+        check(isfinite(features.xy[2 * i] + features.xy[2 * i + 1] + features.scale[i] + features.angle[i]) &&
+                  features.descriptor[(i + 1) * FS_DESCRIPTOR - 1] >= 0,
+              "a feature", path);
+    fs_features_free(&features);
+    fs_database_close(database);
+    free(path);
+    return rc;
+}
+
+// ---- what stages leave for one another, and lists ----
+
+static int read_ingest(const char *dir, FsError *err)
+{
+    Capture capture = {0};
+    int rc = fs_capture_read(dir, &capture, err);
+    for (int i = 0; i < capture.n; i++)
+        check(capture.photo[i].name && capture.photo[i].picture_width > 0 && capture.photo[i].picture_height > 0,
+              "a photo", dir);
+    fs_capture_free(&capture);
+    return rc;
+}
+
+static int read_flash_list(const char *dir, FsError *err)
+{
+    static char *const names[] = {"a", "b", "IMG_0001"};
+    char *path = in(dir, "flash.txt"), file[3][16];
+    Shot shot[3] = {0};
+    Shots shots = {.folder = (char *)dir, .shot = shot, .n = 3};
+    for (int i = 0; i < 3; i++) {
+        snprintf(file[i], sizeof file[i], "%s.dng", names[i]);
+        shot[i].name = names[i], shot[i].file = file[i];
+    }
+    Settings set = {.flash_list = path};
+    int rc = fs_shots_find_flash(&shots, &set, &(const Log){0}, err);
+    free(path);
+    return rc;
+}
+
+// Weights are megabytes: here the byte 0xee and a count in three bytes stand for as many zeros.
+static void unpack_zeros(const char *from, const char *to)
+{
+    char *data = NULL, zeros[4096] = {0};
+    size_t size = 0, done = 0;
+    FILE *f = fopen(to, "wb");
+    check(f && fs_file_read(from, MAX_FILE, &data, &size, NULL) == 0, "a file to unpack", from);
+    for (size_t i = 0; i < size && done < MAX_FILE; i++) {
+        const unsigned char *p = (const unsigned char *)data + i;
+        size_t run = *p == 0xee && size - i >= 4 ? p[1] | (size_t)p[2] << 8 | (size_t)p[3] << 16 : 0;
+        if (run)
+            i += 3;
+        else
+            done += fwrite(p, 1, 1, f);
+        for (size_t n = 0; run; run -= n) done += n = fwrite(zeros, 1, run < sizeof zeros ? run : sizeof zeros, f);
+    }
+    fclose(f);
+    free(data);
+}
+
+static int read_lpips(const char *dir, FsError *err)
+{
+    Lpips *lpips = NULL;
+    char *packed = in(dir, "packed"), *path = in(dir, "weights.bin");
+    unpack_zeros(packed, path);
+    int rc = fs_lpips_read(&lpips, path, err);
+    free(packed);
+    fs_lpips_free(lpips);
+    free(path);
+    return rc;
+}
+
+static int read_truth(const char *dir, FsError *err)
+{
+    Dataset cameras = {0};
+    TruthViews pictures = {0}, depths = {0};
+    DepthScore depth = {0};
+    Image a = {0}, b = {0};
+    char *path = in(dir, "cameras.json"), *estimate = NULL;
+    int rc;
+    TRY(fs_dataset_read(&cameras, path, err));
+    TRY(fs_truth_list(dir, "T_N", &cameras, "all", &pictures, err));
+    TRY(fs_truth_list(dir, "depth", &cameras, "held_out", &depths, err));
+    estimate = fs_truth_find(dir, "est", "a", "png|jpg");
+    if (estimate && pictures.n) TRY(fs_truth_read_pair(pictures.view[0].path, estimate, &a, &b, err));
+    TRY(fs_depth_score(&depth, &depths, dir, &(const Log){0}, err));
+fail:
+    fs_depth_free(&depth);
+    fs_image_free(&a);
+    fs_image_free(&b);
+    fs_truth_free(&pictures);
+    fs_truth_free(&depths);
+    fs_dataset_free(&cameras);
+    free(estimate);
+    free(path);
+    return rc;
+}
+
+static int read_bench(const char *dir, FsError *err)
+{
+    char *a = in(dir, "a.json"), *b = in(dir, "b.json"), *both = fs_file_path("%s,%s", a, b);
+    int rc = fs_result_compare(both, &(const Log){0}, err);
+    free(both);
+    free(a);
+    free(b);
+    return rc;
+}
+
+static int read_project(const char *dir, FsError *err)
+{
+    FsSettings *settings = fs_settings_new();
+    FsProject *project = NULL;
+    int rc;
+    TRY(fs_project_open(&project, dir, settings, NULL, err));
+    fs_project_done(project, "train", FS_STAGE_TRAIN);
+    TRY(fs_info_run(dir, &(const Log){0}, err));
+    TRY(fs_report_run(project, err));
+fail:
+    fs_project_close(project);
+    fs_settings_free(settings);
+    return rc;
+}
+
+static int read_info(const char *dir, FsError *err)
+{
+    static const char *const names[] = {"a.jpg", "a.json", "a.ply"};
+    char *first = in(dir, names[0]);
+    int taken = -1;
+    for (int i = 0; i < 3; i++) { // the same bytes under other names
+        char *path = in(dir, names[i]);
+        if (i > 0) check(symlink(first, path) == 0 || fs_file_exists(path), "a link", path);
+        int rc = fs_info_run(path, &(const Log){0}, err);
+        if (rc == 0) taken = 0;
+        free(path);
+    }
+    free(first);
+    return taken;
+}
+
+const FuzzKind fuzz_kinds[] = {
+    {"exif", {"a.jpg"}, read_exif, true},
+    {"icc", {"a.icc"}, read_icc, true},
+    {"ply", {"a.ply"}, read_ply},
+    {"scene", {"model.json", "T_N.ply", "R.ply"}, read_scene},
+    {"views", {"views.json"}, read_dataset},
+    {"cameras", {"cameras.json"}, read_cameras_json},
+    {"colmap_text", {"cameras.txt", "images.txt", "points3D.txt"}, read_cameras},
+    {"colmap_binary", {"cameras.bin", "images.bin", "points3D.bin"}, read_cameras},
+    {"database", {"database.db"}, read_database},
+    {"ingest", {"ingest.json", "linear/features/a.png"}, read_ingest},
+    {"flash_list", {"flash.txt"}, read_flash_list},
+    {"lpips", {"packed"}, read_lpips},
+    {"truth", {"cameras.json", "T_N/a.png", "est/a.png", "depth/a.png", "depth_T/a.tif"}, read_truth},
+    {"bench", {"a.json", "b.json"}, read_bench},
+    {"project",
+     {"done/train.json", "views.json", "evaluate.json", "log.jsonl", "warnings/train.txt", "clouds/T_N.ply"},
+     read_project},
+    {"info", {"a.jpg"}, read_info},
+    {"png", {"a.png"}, read_png},
+    {"jpeg", {"a.jpg"}, read_jpeg},
+    {"tiff", {"a.tif"}, read_tiff},
+    {"raw", {"a.dng"}, read_raw},
+};
+const int fuzz_n_kinds = sizeof fuzz_kinds / sizeof *fuzz_kinds;
+
+const FuzzKind *fuzz_kind(const char *name)
+{
+    for (int i = 0; i < fuzz_n_kinds; i++)
+        if (strcmp(fuzz_kinds[i].name, name) == 0) return &fuzz_kinds[i];
+    return NULL;
+}
+
+// ---- one input ----
+
+static char scratch[64];
+
+static void remove_scratch(void)
+{
+    fs_file_remove_tree(scratch);
+}
+
+static void make_scratch(void)
+{
+    if (*scratch) return;
+    snprintf(scratch, sizeof scratch, "%s/flashsplat-fuzz-XXXXXX", access("/dev/shm", W_OK) == 0 ? "/dev/shm" : "/tmp");
+    check(mkdtemp(scratch) != NULL, "a scratch folder", scratch);
+    atexit(remove_scratch);
+}
+
+static void write_part(const char *dir, const char *name, const uint8_t *data, size_t size)
+{
+    char *path = in(dir, name), *slash = strrchr(path, '/');
+    *slash = 0;
+    fs_file_mkdirs(path, NULL);
+    *slash = '/';
+    FILE *f = fopen(path, "wb");
+    check(f && (size == 0 || fwrite(data, size, 1, f) == 1), "writing", path);
+    fclose(f);
+    free(path);
+}
+
+int fuzz_run(const FuzzKind *kind, const uint8_t *data, size_t size, FsError *err)
+{
+    static const char border[] = "\n=====\n";
+    const size_t n = sizeof border - 1;
+    make_scratch();
+    char *dir = in(scratch, kind->name);
+    fs_file_remove_tree(dir);
+    for (int i = 0; i < FUZZ_PARTS && kind->part[i]; i++) {
+        const uint8_t *end = i + 1 < FUZZ_PARTS && kind->part[i + 1] && size ? memmem(data, size, border, n) : NULL;
+        write_part(dir, kind->part[i], data, end ? (size_t)(end - data) : size);
+        if (!end) break; // the files that are left are not there
+        size -= (size_t)(end - data) + n, data = end + n;
+    }
+    *err = (FsError){0};
+    int rc = kind->read(dir, err);
+    if (rc < 0 && !kind->quiet && err->code != FS_ERR_MEMORY) {
+        check(err->code < 0 && strstr(err->message, dir), "a refusal names the file", err->message);
+        check(!strchr(err->message, '\n'), "a refusal is one line", err->message);
+    }
+    free(dir);
+    return rc;
+}
