@@ -197,7 +197,7 @@ static int read_database(const char *dir, FsError *err)
         check(isfinite(features.xy[2 * i] + features.xy[2 * i + 1] + features.scale[i] + features.angle[i]) &&
                   features.descriptor[(i + 1) * FS_DESCRIPTOR - 1] >= 0,
               "a feature", path);
-    fs_features_free(&features);
+    fs_database_features_free(&features);
     fs_database_close(database);
     free(path);
     return rc;
