@@ -24,14 +24,15 @@ static int compare_floats(const void *a, const void *b)
 }
 
 // Of one kind; n = 0 where there are none (or no memory: advice is a courtesy).
-static Growth growth_of(const Cue *cue, const unsigned char *kind, int n, PointKind wanted)
+static Growth growth_of(const SparsePoints *points, PointKind wanted)
 {
     Growth growth = {0};
-    float *slope = malloc(sizeof *slope * ((size_t)n + 1)), *sigma = malloc(sizeof *sigma * ((size_t)n + 1));
-    for (int i = 0; slope && sigma && i < n; i++)
-        if (kind[i] == wanted) {
-            slope[growth.n] = cue[i].log_slope;
-            sigma[growth.n++] = cue[i].sigma;
+    size_t size = (size_t)points->n + 1;
+    float *slope = malloc(sizeof *slope * size), *sigma = malloc(sizeof *sigma * size);
+    for (int i = 0; slope && sigma && i < points->n; i++)
+        if (points->kind[i] == wanted) {
+            slope[growth.n] = points->cue[i].log_slope;
+            sigma[growth.n++] = points->cue[i].sigma;
         }
     if (growth.n) {
         qsort(slope, (size_t)growth.n, sizeof *slope, compare_floats);
@@ -45,25 +46,25 @@ static Growth growth_of(const Cue *cue, const unsigned char *kind, int n, PointK
 }
 
 // Median over the photos of the distance to the nearest photo of the other kind.
-static double nearest_opposite(const Frames *frames)
+static double nearest_opposite(const SmallViews *views)
 {
-    float *value = malloc(sizeof *value * ((size_t)frames->n + 1));
-    if (!value || !frames->n) {
+    float *value = malloc(sizeof *value * ((size_t)views->n + 1));
+    if (!value || !views->n) {
         free(value);
         return 0;
     }
-    for (int i = 0; i < frames->n; i++) {
+    for (int i = 0; i < views->n; i++) {
         double best = INFINITY;
-        for (int j = 0; j < frames->n; j++) {
-            if (frames->frame[i].flash == frames->frame[j].flash) continue;
+        for (int j = 0; j < views->n; j++) {
+            if (views->view[i].flash == views->view[j].flash) continue;
             double d2 = 0;
-            for (int k = 0; k < 3; k++) d2 += pow(frames->frame[i].centre[k] - frames->frame[j].centre[k], 2);
+            for (int k = 0; k < 3; k++) d2 += pow(views->view[i].centre[k] - views->view[j].centre[k], 2);
             best = fmin(best, d2);
         }
         value[i] = (float)sqrt(best);
     }
-    qsort(value, (size_t)frames->n, sizeof *value, compare_floats);
-    double median = (double)value[frames->n / 2];
+    qsort(value, (size_t)views->n, sizeof *value, compare_floats);
+    double median = (double)value[views->n / 2];
     free(value);
     return median;
 }
@@ -94,14 +95,14 @@ static void advise_cue(const Growth *lit, const Growth *dull, const Log *log)
                     separation, SEPARATION_MIN);
 }
 
-static void advise_photos(const Frames *frames, bool some_lit, const FlashLight *light, const Log *log)
+static void advise_photos(const SmallViews *views, bool some_lit, const FlashLight *light, const Log *log)
 {
-    int n_flash = frames->n_flash, fewer = n_flash < frames->n - n_flash ? n_flash : frames->n - n_flash;
+    int n_flash = views->n_flash, fewer = n_flash < views->n - n_flash ? n_flash : views->n - n_flash;
     if (fewer < FEW_PHOTOS)
         fs_log_warn(log,
                     "only %d photos %s the flash: what few photos see is left to chance; take 10 to 15 of each kind",
                     fewer, fewer == n_flash ? "with" : "without");
-    double gap = nearest_opposite(frames);
+    double gap = nearest_opposite(views);
     if (some_lit && gap > FAR_SHARE * light->distance)
         fs_log_warn(log,
                     "flash and no-flash photos are far apart: the nearest photo of the other kind is %.0f %% of the "
@@ -109,14 +110,13 @@ static void advise_photos(const Frames *frames, bool some_lit, const FlashLight 
                     100 * gap / light->distance, 100 * FAR_SHARE);
 }
 
-void fs_advise(const Frames *frames, const Cue *cue, const unsigned char *kind, int n, const FlashLight *light,
-               const Log *log)
+void fs_advise(const SmallViews *views, const SparsePoints *points, const FlashLight *light, const Log *log)
 {
-    Growth lit = growth_of(cue, kind, n, POINT_TRANSMITTED), dull = growth_of(cue, kind, n, POINT_REFLECTED);
+    Growth lit = growth_of(points, POINT_TRANSMITTED), dull = growth_of(points, POINT_REFLECTED);
     fs_log_info(log,
                 "initialise: %d points transmitted (contrast grows %.2f times with the flash), %d reflected (%.2f "
                 "times), %d unsure",
-                lit.n, exp(lit.median), dull.n, exp(dull.median), n - lit.n - dull.n);
+                lit.n, exp(lit.median), dull.n, exp(dull.median), points->n - lit.n - dull.n);
     advise_cue(&lit, &dull, log);
-    advise_photos(frames, lit.n > 0, light, log);
+    advise_photos(views, lit.n > 0, light, log);
 }

@@ -5,7 +5,6 @@
 #include "base/log.h"
 #include "initialise/light.h"
 
-void fs_advise(const Frames *frames, const Cue *cue, const unsigned char *kind, int n, const FlashLight *light,
-               const Log *log);
+void fs_advise(const SmallViews *views, const SparsePoints *points, const FlashLight *light, const Log *log);
 
 #endif

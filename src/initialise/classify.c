@@ -238,19 +238,20 @@ static int settle(Graph *g, Threads *threads, FsError *err)
     return 0;
 }
 
-int fs_classify_points(const Frames *frames, const float *xyz, const Cue *cue, int n, unsigned char *kind,
-                       float *evidence, DepthOdds *depth_odds, Threads *threads, FsError *err)
+int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds *depth_odds, Threads *threads,
+                       FsError *err)
 {
-    int rc = 0, m = 0;
+    int rc = 0, m = 0, n = points->n;
+    const Cue *cue = points->cue;
     Graph g = {0};
     int *place_of = malloc(sizeof(int) * ((size_t)n + 1));
     if (!place_of) return fs_error_memory(err);
     TRY(graph_new(&g, n > 0 ? n : 1, err));
     for (int i = 0; i < n; i++) {
-        kind[i] = POINT_UNSURE;
-        evidence[i] = 0;
+        points->kind[i] = POINT_UNSURE;
+        points->evidence[i] = 0;
         float *place = g.place + 3 * (size_t)m;
-        if (!cue[i].ok || !fs_small_views_direction(frames, xyz + 3 * (size_t)i, place)) continue;
+        if (!cue[i].ok || !fs_small_views_direction(views, points->xyz + 3 * (size_t)i, place)) continue;
         g.log_depth[m] = place[2];
         place[2] *= DEPTH_SCALE;
         g.slope[m] = cue[i].log_slope;
@@ -266,10 +267,10 @@ int fs_classify_points(const Frames *frames, const float *xyz, const Cue *cue, i
     }
     for (int j = 0; j < m; j++) {
         int i = place_of[j];
-        evidence[i] = g.evidence[j];
-        if (g.evidence[j] > SURE) kind[i] = POINT_TRANSMITTED;
+        points->evidence[i] = g.evidence[j];
+        if (g.evidence[j] > SURE) points->kind[i] = POINT_TRANSMITTED;
         // Dull points at depths of clearly lit ones stay out: mirrored, or lit too weakly to tell.
-        if (g.evidence[j] < -SURE && g.depth_odds[j] <= 0) kind[i] = POINT_REFLECTED;
+        if (g.evidence[j] < -SURE && g.depth_odds[j] <= 0) points->kind[i] = POINT_REFLECTED;
     }
 fail:
     graph_free(&g);

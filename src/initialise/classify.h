@@ -5,8 +5,6 @@
 
 #include "initialise/cue.h"
 
-typedef enum PointKind { POINT_UNSURE = 0, POINT_TRANSMITTED = 1, POINT_REFLECTED = 2 } PointKind;
-
 // Log of the odds for "transmitted" that a depth alone tells, over the logarithm of the depth in the middle view.
 enum { DEPTH_ODDS_STEPS = 64 };
 typedef struct DepthOdds {
@@ -17,8 +15,8 @@ float fs_classify_depth_odds(const DepthOdds *odds, float log_depth);
 // The same for the growth of contrast alone: its logarithm, that logarithm's uncertainty.
 float fs_classify_slope_odds(float log_slope, float sigma);
 
-// kind (n); evidence (n): log of the odds for "transmitted", 0 where the cue says nothing.
-int fs_classify_points(const Frames *frames, const float *xyz, const Cue *cue, int n, unsigned char *kind,
-                       float *evidence, DepthOdds *depth_odds, Threads *threads, FsError *err);
+// Fills in kind and evidence of points with cues; what the depths tell into *depth_odds.
+int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds *depth_odds, Threads *threads,
+                       FsError *err);
 
 #endif

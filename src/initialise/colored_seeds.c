@@ -20,33 +20,33 @@ void fs_colored_seeds_free(ColoredSeeds *p)
 }
 
 // The points of one kind. Where there are hardly any: of all points (transmitted), or those moved back (mirrored).
-static int pick(const Frames *frames, const Material *points, PointKind kind, float **xyz, int *n, FsError *err)
+static int pick(const Start *start, PointKind kind, PointList *list, FsError *err)
 {
-    const DensePoints *dense = points->dense[kind == POINT_REFLECTED];
-    *n = 0;
-    *xyz = malloc(sizeof(float) * 3 * ((size_t)points->n + (size_t)dense->n + 1));
-    if (!*xyz) return fs_error_memory(err);
-    int count[3] = {0};
+    const SparsePoints *points = start->points;
+    const PointList *dense = start->dense[kind == POINT_REFLECTED];
+    int capacity = points->n + dense->n + 1, count[3] = {0};
+    *list = (PointList){0, capacity, malloc(sizeof(float) * 3 * (size_t)capacity)};
+    if (!list->xyz) return fs_error_memory(err);
     for (int i = 0; i < points->n; i++) count[points->kind[i]]++;
     bool guess = count[kind] + dense->n < FEWEST;
     PointKind from = guess && count[POINT_TRANSMITTED] >= FEWEST ? POINT_TRANSMITTED : kind;
     for (int i = 0; i < points->n; i++) {
         if (points->kind[i] != from && !(guess && from == kind)) continue;
-        float *out = *xyz + 3 * (size_t)(*n)++;
+        float *out = list->xyz + 3 * (size_t)list->n++;
         for (int k = 0; k < 3; k++) {
-            float c = (float)frames->centre[k], p = points->xyz[3 * (size_t)i + (size_t)k];
+            float c = (float)start->views->centre[k], p = points->xyz[3 * (size_t)i + (size_t)k];
             out[k] = guess && kind == POINT_REFLECTED ? c + (p - c) * GUESS_FARTHER : p;
         }
     }
-    if (dense->n) memcpy(*xyz + 3 * (size_t)*n, dense->xyz, sizeof(float) * 3 * (size_t)dense->n);
-    *n += dense->n;
+    if (dense->n) memcpy(list->xyz + 3 * (size_t)list->n, dense->xyz, sizeof(float) * 3 * (size_t)dense->n);
+    list->n += dense->n;
     return 0;
 }
 
-static int mix_colors(const Frames *frames, const Material *points, const FlashLight *light, ColoredSeeds *p,
-                      Threads *threads, FsError *err)
+static int mix_colors(const Start *start, ColoredSeeds *p, FsError *err)
 {
     const Seeds *T = &p->T, *R = &p->R;
+    const FlashLight *light = start->light;
     size_t n_T = (size_t)T->n, n_R = (size_t)R->n;
     p->T_N = malloc(sizeof(float) * 3 * n_T);
     p->T_F = malloc(sizeof(float) * 3 * n_T);
@@ -54,31 +54,29 @@ static int mix_colors(const Frames *frames, const Material *points, const FlashL
     p->gain = malloc(sizeof(float) * n_T);
     p->alpha = malloc(sizeof(float) * 3 * n_T);
     if (!p->T_N || !p->T_F || !p->R_color || !p->gain || !p->alpha) return fs_error_memory(err);
-    int rc = fs_light_gains(frames, light, points->xyz, points->cue, points->kind, points->n, T->xyz, T->n, p->gain,
-                            threads, err);
+    int rc = fs_light_gains(start->views, light, start->points, T, p->gain, start->threads, err);
     if (rc < 0) return rc;
     for (size_t i = 0; i < n_T; i++) {
-        double falloff = fs_light_falloff(frames, light, T->xyz + 3 * i);
+        double falloff = fs_light_falloff(start->views, light, T->xyz + 3 * i);
         for (int c = 0; c < 3; c++)
             p->alpha[3 * i + (size_t)c] = (float)(light->color[c] * exp((double)p->gain[i]) * falloff);
     }
-    return fs_first_colors_find(frames, T, R, p->alpha, p->T_N, p->T_F, p->R_color, threads, err);
+    return fs_first_colors_find(start->views, p, start->threads, err);
 }
 
-int fs_colored_seeds_make(const Frames *frames, const Material *points, const FlashLight *light, int count,
-                          uint64_t seed, Threads *threads, ColoredSeeds *painted, FsError *err)
+int fs_colored_seeds_make(const Start *start, int count, ColoredSeeds *seeds, FsError *err)
 {
-    int rc = 0, n_T, n_R;
-    float *at_T = NULL, *at_R = NULL;
-    *painted = (ColoredSeeds){0};
-    TRY(pick(frames, points, POINT_TRANSMITTED, &at_T, &n_T, err));
-    TRY(pick(frames, points, POINT_REFLECTED, &at_R, &n_R, err));
-    TRY(fs_seeds_make(frames, at_T, n_T, count, 2 * seed, threads, &painted->T, err));
-    TRY(fs_seeds_make(frames, at_R, n_R, count, 2 * seed + 1, threads, &painted->R, err));
-    TRY(mix_colors(frames, points, light, painted, threads, err));
+    int rc = 0;
+    PointList T = {0}, R = {0};
+    *seeds = (ColoredSeeds){0};
+    TRY(pick(start, POINT_TRANSMITTED, &T, err));
+    TRY(pick(start, POINT_REFLECTED, &R, err));
+    TRY(fs_seeds_make(start->views, &T, count, 2 * start->seed, start->threads, &seeds->T, err));
+    TRY(fs_seeds_make(start->views, &R, count, 2 * start->seed + 1, start->threads, &seeds->R, err));
+    TRY(mix_colors(start, seeds, err));
 fail:
-    free(at_T);
-    free(at_R);
-    if (rc < 0) fs_colored_seeds_free(painted);
+    fs_points_list_free(&T);
+    fs_points_list_free(&R);
+    if (rc < 0) fs_colored_seeds_free(seeds);
     return rc;
 }

@@ -34,16 +34,16 @@ double fs_cue_slope(double a, double b, double c, double own_without, double own
 }
 
 // Looks the patch up in one photo. False when a sample is outside or not to be trusted.
-static bool look_up(const Frame *frame, const double origin[3], const double right[3], const double down[3],
-                    const float *weight, float value[3][SAMPLES])
+static bool sample_patch(const SmallView *view, const double origin[3], const double right[3], const double down[3],
+                         const float *weight, float value[3][SAMPLES])
 {
     double mean[3] = {0};
     for (int i = 0; i < SAMPLES; i++) {
         double p[3], pixel[2], u = i % SIDE - SIDE / 2, v = i / SIDE - SIDE / 2;
         float rgb[3];
         for (int k = 0; k < 3; k++) p[k] = origin[k] + u * right[k] + v * down[k];
-        if (!(fs_camera_project(&frame->camera, p, pixel) > 0)) return false;
-        if (!fs_small_views_sample(frame, pixel[0], pixel[1], rgb)) return false;
+        if (!(fs_camera_project(&view->camera, p, pixel) > 0)) return false;
+        if (!fs_small_views_sample(view, pixel[0], pixel[1], rgb)) return false;
         for (int c = 0; c < 3; c++) {
             value[c][i] = rgb[c];
             mean[c] += (double)(weight[i] * rgb[c]);
@@ -54,26 +54,26 @@ static bool look_up(const Frame *frame, const double origin[3], const double rig
     return true;
 }
 
-static void gather(const Frames *frames, const float xyz[3], const float *weight, Patches *patches)
+static void gather(const SmallViews *views, const float xyz[3], const float *weight, Patches *patches)
 {
     double origin[3] = {xyz[0], xyz[1], xyz[2]}, right[3], down[3], z = 0;
-    for (int k = 0; k < 3; k++) z += (origin[k] - frames->centre[k]) * frames->forward[k];
+    for (int k = 0; k < 3; k++) z += (origin[k] - views->centre[k]) * views->forward[k];
     for (int k = 0; k < 3; k++) {
-        right[k] = frames->right[k] * z / frames->focal_px;
-        down[k] = frames->down[k] * z / frames->focal_px;
+        right[k] = views->right[k] * z / views->focal_px;
+        down[k] = views->down[k] * z / views->focal_px;
     }
     patches->n = patches->n_flash = 0;
     if (!(z > 0)) return;
     // Of large captures every so many photos; starting anywhere is as good, so start at the first.
-    int n_group[2] = {frames->n - frames->n_flash, frames->n_flash}, seen[2] = {0}, used[2] = {0};
-    for (int i = 0; i < frames->n; i++) {
-        const Frame *frame = &frames->frame[i];
-        int g = frame->flash, at = seen[g]++;
+    int n_group[2] = {views->n - views->n_flash, views->n_flash}, seen[2] = {0}, used[2] = {0};
+    for (int i = 0; i < views->n; i++) {
+        const SmallView *view = &views->view[i];
+        int g = view->flash, at = seen[g]++;
         int stride = (n_group[g] + GROUP_MAX - 1) / GROUP_MAX;
         if (at % stride || used[g] == GROUP_MAX) continue;
-        if (!look_up(frame, origin, right, down, weight, patches->value[patches->n])) continue;
-        patches->flash[patches->n++] = frame->flash;
-        patches->n_flash += frame->flash;
+        if (!sample_patch(view, origin, right, down, weight, patches->value[patches->n])) continue;
+        patches->flash[patches->n++] = view->flash;
+        patches->n_flash += view->flash;
         used[g]++;
     }
 }
@@ -130,10 +130,10 @@ static float clamped_log(double slope)
     return (float)log(fmin(fmax(slope, 1e-2), 1e2));
 }
 
-static Cue measure(const Frames *frames, const float xyz[3], const float *weight, Patches *p)
+static Cue measure(const SmallViews *views, const float xyz[3], const float *weight, Patches *p)
 {
     Cue cue = {0};
-    gather(frames, xyz, weight, p);
+    gather(views, xyz, weight, p);
     if (p->n_flash < VIEWS_MIN || p->n - p->n_flash < VIEWS_MIN) return cue;
     double abc[3], left_out[3], coherence, ignored;
     for (int i = 0; i < p->n; i++) {
@@ -158,7 +158,7 @@ static Cue measure(const Frames *frames, const float xyz[3], const float *weight
 }
 
 typedef struct CueWork {
-    const Frames *frames;
+    const SmallViews *views;
     const float *xyz, *weight;
     int n;
     Cue *cue;
@@ -170,10 +170,10 @@ static void cue_job(void *context, int job, int worker)
     const CueWork *w = context;
     Patches patches;
     int end = (job + 1) * CHUNK < w->n ? (job + 1) * CHUNK : w->n;
-    for (int i = job * CHUNK; i < end; i++) w->cue[i] = measure(w->frames, w->xyz + 3 * (size_t)i, w->weight, &patches);
+    for (int i = job * CHUNK; i < end; i++) w->cue[i] = measure(w->views, w->xyz + 3 * (size_t)i, w->weight, &patches);
 }
 
-void fs_cue_measure(const Frames *frames, const float *xyz, int n, Cue *cue, Threads *threads)
+void fs_cue_measure(const SmallViews *views, const float *xyz, int n, Cue *cue, Threads *threads)
 {
     float weight[SAMPLES], sum = 0;
     for (int i = 0; i < SAMPLES; i++) {
@@ -182,6 +182,6 @@ void fs_cue_measure(const Frames *frames, const float *xyz, int n, Cue *cue, Thr
         sum += weight[i];
     }
     for (int i = 0; i < SAMPLES; i++) weight[i] /= sum;
-    CueWork work = {frames, xyz, weight, n, cue};
+    CueWork work = {views, xyz, weight, n, cue};
     fs_threads_for(threads, (n + CHUNK - 1) / CHUNK, cue_job, &work);
 }

@@ -8,23 +8,13 @@
 #ifndef FS_INITIALISE_CUE_H
 #define FS_INITIALISE_CUE_H
 
-#include "base/threads.h"
-#include "initialise/small_views.h"
-
-typedef struct Cue {
-    bool ok;         // seen well enough for the rest to mean something
-    float log_slope; // log of the contrast's growth
-    float sigma;     // its standard deviation, by leaving out one photo at a time
-    float coherence; // 0..1: share of the patches' contrast that belongs to this depth
-    float contrast;  // of the point itself, linear light, without flash
-    float slope[3];  // growth per colour channel; 0 where unknown
-} Cue;
+#include "initialise/points.h"
 
 #define FS_CUE_SLOPE_MAX 20.0 // what is black without flash has no slope; this stands for it
 
 // Slope of the main axis of [a b; b c], 0 where there is no common signal; and of what all photos hold along that axis
 // the share that is common to them, given the mean products of photos with themselves, without and with flash.
 double fs_cue_slope(double a, double b, double c, double own_without, double own_with, double *coherence);
-void fs_cue_measure(const Frames *frames, const float *xyz, int n, Cue *cue, Threads *threads);
+void fs_cue_measure(const SmallViews *views, const float *xyz, int n, Cue *cue, Threads *threads);
 
 #endif

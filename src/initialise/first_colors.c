@@ -1,7 +1,7 @@
 // The flash's difference gives the transmitted scene, T_N = (I_F - I_N) / alpha, where I_F and I_N are averages over
 // the photos of each lighting at a seed's place: what lies at another depth moves under it and averages out. Then the
-// two scenes are freed from each other in turns: each scene's seeds, drawn into every photo, are taken off that photo,
-// and what is left is averaged at the other scene's seeds.
+// two scenes are freed from each other in turns: each scene's seeds, drawn into every photo, are taken off that
+// photo, and what is left is averaged at the other scene's seeds.
 #include "initialise/first_colors.h"
 
 #include <math.h>
@@ -23,15 +23,15 @@ typedef struct Drawn {
     float *px;
 } Drawn;
 
-typedef struct Paint {
-    const Frames *frames;
+typedef struct ColorWork {
+    const SmallViews *views;
     const Seeds *seeds;
     const float *color[2];    // (n, 3) without, with flash
-    Drawn *drawn;             // (frames->n) being drawn
-    const Drawn *own, *other; // of the scene being painted (for what hides what) and the one to take off; may be NULL
+    Drawn *drawn;             // (views->n) being drawn
+    const Drawn *own, *other; // of the scene being averaged (for what hides what) and the one to take off; may be NULL
     float *sum[2];            // (n, 3) results: means over the photos without, with flash; NAN where not seen
-    int *failed;              // (frames->n)
-} Paint;
+    int *failed;              // (views->n)
+} ColorWork;
 
 static void drawn_free(Drawn *drawn, int n)
 {
@@ -49,10 +49,10 @@ static bool place(const Camera *camera, const float xyz[3], double pixel[2], flo
 static void draw_job(void *context, int job, int worker)
 {
     (void)worker;
-    Paint *p = context;
-    const Frame *frame = &p->frames->frame[job];
+    ColorWork *p = context;
+    const SmallView *view = &p->views->view[job];
     Drawn *out = &p->drawn[job];
-    const float *color = p->color[frame->flash];
+    const float *color = p->color[view->flash];
     size_t n = (size_t)out->width * (size_t)out->height;
     float *weight = calloc(n, sizeof(float)), *nearest = calloc(n, sizeof(float)), inverse;
     double pixel[2];
@@ -62,7 +62,7 @@ static void draw_job(void *context, int job, int worker)
     memset(out->px, 0, sizeof(float) * 4 * n);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < p->seeds->n; i++) {
-            if (!place(&frame->camera, p->seeds->xyz + 3 * (size_t)i, pixel, &inverse)) continue;
+            if (!place(&view->camera, p->seeds->xyz + 3 * (size_t)i, pixel, &inverse)) continue;
             size_t x = (size_t)(pixel[0] / out->pixel), y = (size_t)(pixel[1] / out->pixel),
                    at = y * (size_t)out->width + x;
             if (pass == 0) {
@@ -81,7 +81,7 @@ done:
 }
 
 // Bilinear; pixel in the photo's pixels.
-static void look_up(const Drawn *drawn, const double pixel[2], float out[4])
+static void sample_drawn(const Drawn *drawn, const double pixel[2], float out[4])
 {
     double x = fmin(fmax(pixel[0] / drawn->pixel - 0.5, 0), drawn->width - 1);
     double y = fmin(fmax(pixel[1] / drawn->pixel - 0.5, 0), drawn->height - 1);
@@ -95,24 +95,24 @@ static void look_up(const Drawn *drawn, const double pixel[2], float out[4])
     }
 }
 
-static void average_seed(const Paint *p, int i)
+static void average_seed(const ColorWork *p, int i)
 {
     const float *xyz = p->seeds->xyz + 3 * (size_t)i;
     float sum[2][3] = {{0}}, n[2] = {0};
-    for (int f = 0; f < p->frames->n; f++) {
-        const Frame *frame = &p->frames->frame[f];
+    for (int f = 0; f < p->views->n; f++) {
+        const SmallView *view = &p->views->view[f];
         float rgb[3], other[4] = {0}, own[4], inverse;
         double pixel[2];
-        if (!place(&frame->camera, xyz, pixel, &inverse) || !fs_small_views_sample(frame, pixel[0], pixel[1], rgb))
+        if (!place(&view->camera, xyz, pixel, &inverse) || !fs_small_views_sample(view, pixel[0], pixel[1], rgb))
             continue;
         float w = 1;
         if (p->own) {
-            look_up(&p->own[f], pixel, own);
+            sample_drawn(&p->own[f], pixel, own);
             if (inverse < HIDDEN * own[3]) w = 0.01f;
         }
-        if (p->other) look_up(&p->other[f], pixel, other);
-        for (int c = 0; c < 3; c++) sum[frame->flash][c] += w * (rgb[c] - other[c]);
-        n[frame->flash] += w;
+        if (p->other) sample_drawn(&p->other[f], pixel, other);
+        for (int c = 0; c < 3; c++) sum[view->flash][c] += w * (rgb[c] - other[c]);
+        n[view->flash] += w;
     }
     for (int g = 0; g < 2; g++)
         for (int c = 0; c < 3; c++) p->sum[g][3 * (size_t)i + (size_t)c] = n[g] > 0 ? sum[g][c] / n[g] : NAN;
@@ -121,25 +121,25 @@ static void average_seed(const Paint *p, int i)
 static void average_job(void *context, int job, int worker)
 {
     (void)worker;
-    const Paint *p = context;
+    const ColorWork *p = context;
     int end = (job + 1) * CHUNK < p->seeds->n ? (job + 1) * CHUNK : p->seeds->n;
     for (int i = job * CHUNK; i < end; i++) average_seed(p, i);
 }
 
-static int draw(Paint *p, const Seeds *seeds, const float *without, const float *with, Drawn *drawn, Threads *threads,
-                FsError *err)
+static int draw(ColorWork *p, const Seeds *seeds, const float *without, const float *with, Drawn *drawn,
+                Threads *threads, FsError *err)
 {
     p->seeds = seeds;
     p->color[0] = without;
     p->color[1] = with;
     p->drawn = drawn;
-    fs_threads_for(threads, p->frames->n, draw_job, p);
-    for (int f = 0; f < p->frames->n; f++)
+    fs_threads_for(threads, p->views->n, draw_job, p);
+    for (int f = 0; f < p->views->n; f++)
         if (p->failed[f]) return fs_error_memory(err);
     return 0;
 }
 
-static void average(Paint *p, const Seeds *seeds, const Drawn *own, const Drawn *other, float *without, float *with,
+static void average(ColorWork *p, const Seeds *seeds, const Drawn *own, const Drawn *other, float *without, float *with,
                     Threads *threads)
 {
     p->seeds = seeds;
@@ -171,12 +171,12 @@ static void first_split(int n, const float *alpha, const float *I_N, const float
     }
 }
 
-static int drawn_new(Drawn **drawn, const Frames *frames, int n_seeds, FsError *err)
+static int drawn_new(Drawn **drawn, const SmallViews *views, int n_seeds, FsError *err)
 {
-    *drawn = calloc((size_t)frames->n + 1, sizeof **drawn);
+    *drawn = calloc((size_t)views->n + 1, sizeof **drawn);
     if (!*drawn) return fs_error_memory(err);
-    for (int i = 0; i < frames->n; i++) {
-        const Camera *camera = &frames->frame[i].camera;
+    for (int i = 0; i < views->n; i++) {
+        const Camera *camera = &views->view[i].camera;
         Drawn *d = &(*drawn)[i];
         d->pixel = n_seeds > ENOUGH_SEEDS * (float)camera->width * (float)camera->height ? 1 : 2;
         d->width = (camera->width + d->pixel - 1) / d->pixel;
@@ -192,22 +192,22 @@ typedef struct Buffers {
     float *I_N, *I_F, *J_N, *J_F, *left_N, *left_F; // photos at T's seeds, at R's seeds, what is left
 } Buffers;
 
-static int buffers_new(Buffers *b, const Frames *frames, int n_T, int n_R, FsError *err)
+static int buffers_new(Buffers *b, const SmallViews *views, int n_T, int n_R, FsError *err)
 {
     int rc = 0, n = n_T > n_R ? n_T : n_R;
     float **const field[] = {&b->I_N, &b->I_F, &b->J_N, &b->J_F, &b->left_N, &b->left_F};
     for (size_t i = 0; i < sizeof field / sizeof *field; i++)
         if (!(*field[i] = malloc(sizeof(float) * 3 * ((size_t)n + 1)))) return fs_error_memory(err);
-    TRY(drawn_new(&b->T, frames, n_T, err));
-    TRY(drawn_new(&b->R, frames, n_R, err));
+    TRY(drawn_new(&b->T, views, n_T, err));
+    TRY(drawn_new(&b->R, views, n_R, err));
 fail:
     return rc;
 }
 
-static void buffers_free(Buffers *b, int n_frames)
+static void buffers_free(Buffers *b, int n_views)
 {
-    drawn_free(b->T, n_frames);
-    drawn_free(b->R, n_frames);
+    drawn_free(b->T, n_views);
+    drawn_free(b->R, n_views);
     free(b->I_N);
     free(b->I_F);
     free(b->J_N);
@@ -216,15 +216,17 @@ static void buffers_free(Buffers *b, int n_frames)
     free(b->left_F);
 }
 
-int fs_first_colors_find(const Frames *frames, const Seeds *T, const Seeds *R, const float *alpha, float *T_N,
-                         float *T_F, float *R_color, Threads *threads, FsError *err)
+int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *threads, FsError *err)
 {
+    const Seeds *T = &seeds->T, *R = &seeds->R;
+    const float *alpha = seeds->alpha;
+    float *T_N = seeds->T_N, *T_F = seeds->T_F, *R_color = seeds->R_color;
     int rc = 0;
     Buffers b = {0};
-    Paint p = {.frames = frames};
-    p.failed = calloc((size_t)frames->n + 1, sizeof *p.failed);
+    ColorWork p = {.views = views};
+    p.failed = calloc((size_t)views->n + 1, sizeof *p.failed);
     if (!p.failed) return fs_error_memory(err);
-    TRY(buffers_new(&b, frames, T->n, R->n, err));
+    TRY(buffers_new(&b, views, T->n, R->n, err));
     average(&p, T, NULL, NULL, b.I_N, b.I_F, threads);
     average(&p, R, NULL, NULL, b.J_N, b.J_F, threads);
     for (size_t i = 0; i < 3 * (size_t)T->n; i++) {
@@ -249,7 +251,7 @@ int fs_first_colors_find(const Frames *frames, const Seeds *T, const Seeds *R, c
         }
     }
 fail:
-    buffers_free(&b, frames->n);
+    buffers_free(&b, views->n);
     free(p.failed);
     return rc;
 }
@@ -260,36 +262,36 @@ static void subtract(const Drawn *drawn, Image *photo)
         for (int x = 0; x < photo->width; x++) {
             float *p = photo->px + 3 * ((size_t)y * (size_t)photo->width + (size_t)x), layer[4];
             double pixel[2] = {x + 0.5, y + 0.5};
-            look_up(drawn, pixel, layer);
+            sample_drawn(drawn, pixel, layer);
             for (int c = 0; c < 3; c++) p[c] -= layer[c];
         }
 }
 
-int fs_first_colors_subtract(const Frames *frames, const Seeds *seeds, const float *without, const float *with,
-                             Frames *freed, Threads *threads, FsError *err)
+int fs_first_colors_subtract(const SmallViews *views, const Seeds *seeds, const float *without, const float *with,
+                             SmallViews *residual, Threads *threads, FsError *err)
 {
     int rc = 0;
     Drawn *drawn = NULL;
-    Paint p = {.frames = frames};
-    *freed = *frames;
-    freed->frame = calloc((size_t)frames->n + 1, sizeof *freed->frame);
-    p.failed = calloc((size_t)frames->n + 1, sizeof *p.failed);
-    if (!freed->frame || !p.failed) {
-        freed->n = freed->frame ? freed->n : 0;
+    ColorWork p = {.views = views};
+    *residual = *views;
+    residual->view = calloc((size_t)views->n + 1, sizeof *residual->view);
+    p.failed = calloc((size_t)views->n + 1, sizeof *p.failed);
+    if (!residual->view || !p.failed) {
+        residual->n = residual->view ? residual->n : 0;
         rc = fs_error_memory(err);
         goto fail;
     }
-    for (int i = 0; i < frames->n; i++) {
-        freed->frame[i] = frames->frame[i];
-        freed->frame[i].photo = (Image){0};
+    for (int i = 0; i < views->n; i++) {
+        residual->view[i] = views->view[i];
+        residual->view[i].photo = (Image){0};
     }
-    for (int i = 0; i < frames->n; i++) TRY(fs_image_copy(&freed->frame[i].photo, &frames->frame[i].photo, err));
-    TRY(drawn_new(&drawn, frames, seeds->n, err));
+    for (int i = 0; i < views->n; i++) TRY(fs_image_copy(&residual->view[i].photo, &views->view[i].photo, err));
+    TRY(drawn_new(&drawn, views, seeds->n, err));
     TRY(draw(&p, seeds, without, with, drawn, threads, err));
-    for (int i = 0; i < frames->n; i++) subtract(&drawn[i], &freed->frame[i].photo);
+    for (int i = 0; i < views->n; i++) subtract(&drawn[i], &residual->view[i].photo);
 fail:
-    drawn_free(drawn, frames->n);
+    drawn_free(drawn, views->n);
     free(p.failed);
-    if (rc < 0) fs_small_views_free(freed);
+    if (rc < 0) fs_small_views_free(residual);
     return rc;
 }

@@ -4,14 +4,18 @@
 
 #include "initialise/seeds.h"
 
-// alpha (T->n, 3): the flash's gain at each transmitted seed. Writes linear colours T_N, T_F (T->n, 3), R (R->n, 3);
-// none negative, and T + R about the photos.
-int fs_first_colors_find(const Frames *frames, const Seeds *T, const Seeds *R, const float *alpha, float *T_N,
-                         float *T_F, float *R_color, Threads *threads, FsError *err);
+typedef struct ColoredSeeds {
+    Seeds T, R;
+    float *T_N, *T_F, *R_color; // linear, (n, 3)
+    float *gain, *alpha;        // the flash's at the transmitted seeds: (n, 1) logarithm, (n, 3)
+} ColoredSeeds;
 
-// The photos less one scene: seeds with their colours in photos without and with flash. `freed` gets copies of the
-// cameras and photos; the rest of `frames` is the same.
-int fs_first_colors_subtract(const Frames *frames, const Seeds *seeds, const float *without, const float *with,
-                             Frames *freed, Threads *threads, FsError *err);
+// From the seeds and alpha: T_N, T_F, R_color; none negative, and T + R about the photos.
+int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *threads, FsError *err);
+
+// The photos less one scene: seeds with their colours in photos without and with flash. `residual` gets copies of the
+// cameras and photos; the rest of `views` is the same.
+int fs_first_colors_subtract(const SmallViews *views, const Seeds *seeds, const float *without, const float *with,
+                             SmallViews *residual, Threads *threads, FsError *err);
 
 #endif

@@ -5,13 +5,14 @@
 #include <string.h>
 
 #include "image/tone.h"
+#include "initialise/colored_seeds.h"
 
 // Opacity and, in distances to the neighbours, size at the start: ours, and the paper's (separate geometry). Faint
 // blobs that hide each other hold the start up.
-typedef struct Look {
+typedef struct Blob {
     float opacity, size;
-} Look;
-static const Look our_look = {0.5f, 0.6f}, paper_look = {0.1f, 1};
+} Blob;
+static const Blob our_blob = {0.5f, 0.6f}, paper_blob = {0.1f, 1};
 
 #define GLASS 0.08       // reflectance of a clean pane, both surfaces
 #define BRIGHT_SCENE 0.8 // the mirrored room's own light at its bright places: fixes the pane's reflectance
@@ -20,7 +21,7 @@ static const Look our_look = {0.5f, 0.6f}, paper_look = {0.1f, 1};
 #define F0_MAX 0.5
 #define RETURN 0.2 // of the flash comes back by the mirrored room
 
-static int cloud_from_seeds(const Seeds *seeds, const float *linear, const float *gain, Look look, Cloud *cloud,
+static int cloud_from_seeds(const Seeds *seeds, const float *linear, const float *gain, Blob blob, Cloud *cloud,
                             FsError *err)
 {
     int rc = fs_cloud_new(cloud, seeds->n, linear ? 3 : 1, gain ? 1 : 0, err);
@@ -28,9 +29,9 @@ static int cloud_from_seeds(const Seeds *seeds, const float *linear, const float
     memcpy(cloud->field[CLOUD_MEANS], seeds->xyz, sizeof(float) * 3 * (size_t)seeds->n);
     for (int i = 0; i < seeds->n; i++) {
         for (int k = 0; k < 3; k++)
-            cloud->field[CLOUD_SCALES][3 * (size_t)i + (size_t)k] = logf(look.size * seeds->scale[i]);
+            cloud->field[CLOUD_SCALES][3 * (size_t)i + (size_t)k] = logf(blob.size * seeds->scale[i]);
         cloud->field[CLOUD_QUATS][4 * (size_t)i] = 1;
-        cloud->field[CLOUD_OPACITIES][i] = logf(look.opacity / (1 - look.opacity));
+        cloud->field[CLOUD_OPACITIES][i] = logf(blob.opacity / (1 - blob.opacity));
         for (int k = 0; k < 3 && linear; k++)
             cloud->field[CLOUD_COLORS][3 * (size_t)i + (size_t)k] = fs_tone_encode(linear[3 * (size_t)i + (size_t)k]);
         if (gain) cloud->field[CLOUD_GAINS][i] = gain[i];
@@ -57,11 +58,11 @@ static int guess_f0(const float *R, int n, double *f0, FsError *err)
 }
 
 // Reflectance of the pane towards a point, seen from the middle of the cameras.
-static double reflectance(const Frames *frames, const Pane *pane, const float xyz[3])
+static double reflectance(const SmallViews *views, const Pane *pane, const float xyz[3])
 {
     double d[3], n2 = 0, dot = 0;
     for (int k = 0; k < 3; k++) {
-        d[k] = xyz[k] - frames->centre[k];
+        d[k] = xyz[k] - views->centre[k];
         n2 += d[k] * d[k];
         dot += d[k] * pane->normal[k];
     }
@@ -69,28 +70,28 @@ static double reflectance(const Frames *frames, const Pane *pane, const float xy
     return fs_pane_beta(pane, c);
 }
 
-static int fill_scene(const Frames *frames, ColoredSeeds *p, Scene *scene, FsError *err)
+static int fill_scene(const SmallViews *views, ColoredSeeds *p, Scene *scene, FsError *err)
 {
     int rc = 0;
     TRY(guess_f0(p->R_color, p->R.n, &scene->pane.f0, err));
     scene->pane.dimming = GLASS;
     for (int i = 0; i < p->R.n; i++) { // beta * R in the photos -> R, the room's own light
-        double beta = scene->pane_beta ? reflectance(frames, &scene->pane, p->R.xyz + 3 * (size_t)i) : 0.5;
+        double beta = scene->pane_beta ? reflectance(views, &scene->pane, p->R.xyz + 3 * (size_t)i) : 0.5;
         for (int k = 0; k < 3; k++) p->R_color[3 * (size_t)i + (size_t)k] /= (float)beta;
     }
     bool shared = scene->shared_geometry;
-    Look look = shared ? our_look : paper_look;
-    TRY(cloud_from_seeds(&p->T, p->T_N, shared ? p->gain : NULL, look, &scene->cloud[LAYER_T_N], err));
-    if (!shared) TRY(cloud_from_seeds(&p->T, p->T_F, NULL, look, &scene->cloud[LAYER_T_F], err));
-    TRY(cloud_from_seeds(&p->R, p->R_color, NULL, look, &scene->cloud[LAYER_R], err));
+    Blob blob = shared ? our_blob : paper_blob;
+    TRY(cloud_from_seeds(&p->T, p->T_N, shared ? p->gain : NULL, blob, &scene->cloud[LAYER_T_N], err));
+    if (!shared) TRY(cloud_from_seeds(&p->T, p->T_F, NULL, blob, &scene->cloud[LAYER_T_F], err));
+    TRY(cloud_from_seeds(&p->R, p->R_color, NULL, blob, &scene->cloud[LAYER_R], err));
     if (!scene->pane_beta)
-        TRY(cloud_from_seeds(&p->T, NULL, NULL, look, &scene->cloud[LAYER_BETA], err)); // logit 0: 0.5
+        TRY(cloud_from_seeds(&p->T, NULL, NULL, blob, &scene->cloud[LAYER_BETA], err)); // logit 0: 0.5
 fail:
     return rc;
 }
 
 // Labels by turns, for starts that do without the flash's cues.
-static int deal_points(const Material *points, unsigned char **kind, FsError *err)
+static int deal_points(const SparsePoints *points, unsigned char **kind, FsError *err)
 {
     *kind = malloc((size_t)points->n + 1);
     if (!*kind) return fs_error_memory(err);
@@ -98,23 +99,23 @@ static int deal_points(const Material *points, unsigned char **kind, FsError *er
     return 0;
 }
 
-int fs_first_scene_make(const Frames *frames, const Material *points, const FlashLight *light, const Settings *set,
-                        Threads *threads, Scene *scene, FsError *err)
+int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, FsError *err)
 {
     int rc = 0;
-    ColoredSeeds painted = {0};
+    Start dealt_start = *start;
+    SparsePoints dealt_points = *start->points;
+    ColoredSeeds colored = {0};
     unsigned char *dealt = NULL;
-    Material dealt_points;
-    const DensePoints none = {0};
+    const PointList none = {0};
     *scene = (Scene){.shared_geometry = strcmp(set->geometry, "shared") == 0,
                      .pane_beta = strcmp(set->beta, "pane") == 0,
                      .separation = fs_scene_separation(set->separation)};
-    scene->extent = 1.1 * frames->extent;
-    scene->flash_distance = light->distance;
+    scene->extent = 1.1 * start->views->extent;
+    scene->flash_distance = start->light->distance;
     scene->flash_return = fs_scene_lit(scene) ? RETURN : 0;
     for (int k = 0; k < 3; k++) {
-        scene->pane.normal[k] = frames->forward[k];
-        scene->gain_color[k] = light->color[k];
+        scene->pane.normal[k] = start->views->forward[k];
+        scene->gain_color[k] = start->light->color[k];
     }
     if (scene->separation != SEPARATION_FULL && !(scene->shared_geometry && scene->pane_beta)) {
         rc = fs_error_set(err, FS_ERR_USAGE, "--separation %s goes with --geometry shared and --beta pane",
@@ -122,14 +123,13 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
         goto fail;
     }
     if (scene->separation == SEPARATION_FLASHLESS || scene->separation == SEPARATION_NONE) {
-        TRY(deal_points(points, &dealt, err)); // no cue: both scenes begin at all places
-        dealt_points = *points;
+        TRY(deal_points(start->points, &dealt, err)); // no cue: both scenes begin at all places
         dealt_points.kind = dealt;
-        dealt_points.dense[0] = dealt_points.dense[1] = &none;
-        points = &dealt_points;
+        dealt_start.points = &dealt_points;
+        dealt_start.dense[0] = dealt_start.dense[1] = &none;
     }
-    TRY(fs_colored_seeds_make(frames, points, light, set->init_count, (uint64_t)set->seed, threads, &painted, err));
-    TRY(fill_scene(frames, &painted, scene, err));
+    TRY(fs_colored_seeds_make(&dealt_start, set->init_count, &colored, err));
+    TRY(fill_scene(start->views, &colored, scene, err));
     Cloud *T = &scene->cloud[LAYER_T_N];
     if (scene->separation != SEPARATION_FULL) memset(T->field[CLOUD_GAINS], 0, sizeof(float) * (size_t)T->n);
     if (scene->separation == SEPARATION_NONE) {
@@ -137,7 +137,7 @@ int fs_first_scene_make(const Frames *frames, const Material *points, const Flas
         scene->pane.f0 = scene->pane.dimming = 0;
     }
 fail:
-    fs_colored_seeds_free(&painted);
+    fs_colored_seeds_free(&colored);
     free(dealt);
     if (rc < 0) fs_scene_free(scene);
     return rc;

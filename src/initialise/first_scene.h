@@ -2,11 +2,10 @@
 #ifndef FS_INITIALISE_FIRST_SCENE_H
 #define FS_INITIALISE_FIRST_SCENE_H
 
-#include "initialise/colored_seeds.h"
+#include "initialise/start.h"
 #include "model/scene.h"
 #include "model/settings.h"
 
-int fs_first_scene_make(const Frames *frames, const Material *points, const FlashLight *light, const Settings *set,
-                        Threads *threads, Scene *scene, FsError *err);
+int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, FsError *err);
 
 #endif

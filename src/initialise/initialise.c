@@ -14,37 +14,7 @@
 
 #define FEWEST_POINTS 20
 
-typedef struct Points {
-    int n;
-    float *xyz;          // (n, 3)
-    Cue *cue;            // (n)
-    unsigned char *kind; // (n) PointKind
-    float *evidence;     // (n)
-} Points;
-
-static void points_free(Points *points)
-{
-    free(points->xyz);
-    free(points->cue);
-    free(points->kind);
-    free(points->evidence);
-    *points = (Points){0};
-}
-
-static int points_new(Points *points, int n, FsError *err)
-{
-    *points = (Points){.n = n};
-    size_t size = (size_t)n + 1;
-    points->xyz = calloc(3 * size, sizeof *points->xyz);
-    points->cue = calloc(size, sizeof *points->cue);
-    points->kind = calloc(size, sizeof *points->kind);
-    points->evidence = calloc(size, sizeof *points->evidence);
-    if (points->xyz && points->cue && points->kind && points->evidence) return 0;
-    points_free(points);
-    return fs_error_memory(err);
-}
-
-static int read_points(const char *dir, Points *points, FsError *err)
+static int read_points(const char *dir, SparsePoints *points, FsError *err)
 {
     ColmapModel model = {0};
     int rc = fs_colmap_model_read(dir, &model, err);
@@ -56,7 +26,7 @@ static int read_points(const char *dir, Points *points, FsError *err)
                           dir, model.n_points, FEWEST_POINTS);
         goto fail;
     }
-    TRY(points_new(points, model.n_points, err));
+    TRY(fs_points_new(points, model.n_points, err));
     points->n = 0;
     for (int i = 0; i < model.n_points; i++) {
         const double *p = model.point[i].xyz;
@@ -70,7 +40,7 @@ fail:
 }
 
 // One kind's points, coloured from the dullest (blue) to the most brightened (red) contrast.
-static int write_kind(const char *path, const Points *points, PointKind kind, FsError *err)
+static int write_kind(const char *path, const SparsePoints *points, PointKind kind, FsError *err)
 {
     int rc = 0, m = 0;
     size_t size = (size_t)points->n + 1;
@@ -98,7 +68,7 @@ fail:
     return rc;
 }
 
-static int write_dense(const char *path, const DensePoints *points, unsigned char shade, FsError *err)
+static int write_dense(const char *path, const PointList *points, unsigned char shade, FsError *err)
 {
     unsigned char *rgb = malloc(3 * (size_t)points->n + 1);
     if (!rgb) return fs_error_memory(err);
@@ -108,8 +78,8 @@ static int write_dense(const char *path, const DensePoints *points, unsigned cha
     return rc;
 }
 
-static int write_start(const FsProject *project, const Points *points, const DensePoints dense[2], const Scene *scene,
-                       FsError *err)
+static int write_start(const FsProject *project, const SparsePoints *points, const PointList dense[2],
+                       const Scene *scene, FsError *err)
 {
     int rc = 0;
     static const char *const kind[2] = {"transmitted", "reflected"};
@@ -136,26 +106,26 @@ fail:
     return rc;
 }
 
-static int load(const FsProject *project, Frames *frames, Points *points, FsError *err)
+static int load(const FsProject *project, SmallViews *views, SparsePoints *points, FsError *err)
 {
     int rc = 0;
     Dataset dataset = {0};
-    char *views = fs_file_path("%s/views.json", project->out), *sparse = fs_file_path("%s/sparse", project->out);
-    if (!views || !sparse) {
+    char *views_path = fs_file_path("%s/views.json", project->out), *sparse = fs_file_path("%s/sparse", project->out);
+    if (!views_path || !sparse) {
         rc = fs_error_memory(err);
         goto fail;
     }
-    TRY(fs_dataset_read(&dataset, views, err));
-    TRY(fs_small_views_load(frames, project->out, &dataset, FS_SMALL_VIEWS_LONG_EDGE, err));
-    if (frames->n_flash == 0 || frames->n_flash == frames->n) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed", views,
-                          frames->n_flash, frames->n - frames->n_flash);
+    TRY(fs_dataset_read(&dataset, views_path, err));
+    TRY(fs_small_views_load(views, project->out, &dataset, FS_SMALL_VIEWS_LONG_EDGE, err));
+    if (views->n_flash == 0 || views->n_flash == views->n) {
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed",
+                          views_path, views->n_flash, views->n - views->n_flash);
         goto fail;
     }
     TRY(read_points(sparse, points, err));
 fail:
     fs_dataset_free(&dataset);
-    free(views);
+    free(views_path);
     free(sparse);
     return rc;
 }
@@ -166,38 +136,43 @@ int fs_initialise_run(FsProject *project, FsError *err)
     fs_project_unmark(project, "initialise");
     int rc = 0;
     const Log *log = &project->log;
-    Frames frames = {0};
-    Points points = {0};
+    SmallViews views = {0};
+    SparsePoints points = {0};
     Scene scene = {0};
     FlashLight light;
+    PointList dense[2] = {0};
     DepthOdds odds;
-    DensePoints dense[2] = {0};
     Threads *threads = fs_threads_new(project->set.threads);
+    const Start start = {.views = &views,
+                         .points = &points,
+                         .dense = {&dense[0], &dense[1]},
+                         .odds = &odds,
+                         .light = &light,
+                         .seed = (uint64_t)project->set.seed,
+                         .threads = threads,
+                         .log = log};
     if (!threads) return fs_error_memory(err);
     fs_log_progress(log, "initialise", 0, 4, "reading the photos");
-    TRY(load(project, &frames, &points, err));
+    TRY(load(project, &views, &points, err));
     fs_log_progress(log, "initialise", 1, 4, "telling the two scenes apart");
-    fs_cue_measure(&frames, points.xyz, points.n, points.cue, threads);
-    TRY(fs_classify_points(&frames, points.xyz, points.cue, points.n, points.kind, points.evidence, &odds, threads,
-                           err));
-    TRY(fs_light_fit(&frames, points.xyz, points.cue, points.kind, points.n, &light, err));
-    fs_advise(&frames, points.cue, points.kind, points.n, &light, log);
+    fs_cue_measure(&views, points.xyz, points.n, points.cue, threads);
+    TRY(fs_classify_points(&views, &points, &odds, threads, err));
+    TRY(fs_light_fit(&views, &points, &light, err));
+    fs_advise(&views, &points, &light, log);
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
-    Material material = {points.n, points.xyz, points.cue, points.kind, {&dense[0], &dense[1]}};
-    TRY(fs_residual_stereo_find(&frames, &material, &light, &odds, (uint64_t)project->set.seed, log, threads, dense,
-                                err));
+    TRY(fs_residual_stereo_find(&start, dense, err));
     fs_log_info(log, "initialise: %d dense points transmitted, %d reflected", dense[0].n, dense[1].n);
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
-    TRY(fs_first_scene_make(&frames, &material, &light, &project->set, threads, &scene, err));
+    TRY(fs_first_scene_make(&start, &project->set, &scene, err));
     TRY(write_start(project, &points, dense, &scene, err));
     TRY(fs_project_mark_done(project, "initialise", FS_STAGE_INITIALISE, err));
     fs_log_progress(log, "initialise", 4, 4, "done");
 fail:
     fs_scene_free(&scene);
-    fs_stereo_points_free(&dense[0]);
-    fs_stereo_points_free(&dense[1]);
-    points_free(&points);
-    fs_small_views_free(&frames);
+    fs_points_list_free(&dense[0]);
+    fs_points_list_free(&dense[1]);
+    fs_points_free(&points);
+    fs_small_views_free(&views);
     fs_threads_free(threads);
     return rc;
 }

@@ -22,28 +22,28 @@ static double median(double *value, int n)
     return n ? value[n / 2] : 0;
 }
 
-static double mean_distance(const Frames *frames, const float xyz[3])
+static double mean_distance(const SmallViews *views, const float xyz[3])
 {
     double sum = 0;
     int n = 0;
-    for (int i = 0; i < frames->n; i++) {
-        if (!frames->frame[i].flash && frames->n_flash) continue;
+    for (int i = 0; i < views->n; i++) {
+        if (!views->view[i].flash && views->n_flash) continue;
         double d2 = 0;
-        for (int k = 0; k < 3; k++) d2 += pow(xyz[k] - frames->frame[i].centre[k], 2);
+        for (int k = 0; k < 3; k++) d2 += pow(xyz[k] - views->view[i].centre[k], 2);
         sum += sqrt(d2);
         n++;
     }
     return n ? sum / n : 1;
 }
 
-double fs_light_falloff(const Frames *frames, const FlashLight *light, const float xyz[3])
+double fs_light_falloff(const SmallViews *views, const FlashLight *light, const float xyz[3])
 {
     double sum = 0;
     int n = 0;
-    for (int i = 0; i < frames->n; i++) {
-        if (!frames->frame[i].flash && frames->n_flash) continue;
+    for (int i = 0; i < views->n; i++) {
+        if (!views->view[i].flash && views->n_flash) continue;
         double d2 = 0;
-        for (int k = 0; k < 3; k++) d2 += pow(xyz[k] - frames->frame[i].centre[k], 2);
+        for (int k = 0; k < 3; k++) d2 += pow(xyz[k] - views->view[i].centre[k], 2);
         sum += light->distance * light->distance / fmax(d2, 1e-12);
         n++;
     }
@@ -55,15 +55,18 @@ static bool clear_cue(const Cue *cue, unsigned char kind)
     return kind == POINT_TRANSMITTED && cue->ok && cue->sigma < SIGMA_MOST;
 }
 
-int fs_light_fit(const Frames *frames, const float *xyz, const Cue *cue, const unsigned char *kind, int n,
-                 FlashLight *light, FsError *err)
+int fs_light_fit(const SmallViews *views, const SparsePoints *points, FlashLight *light, FsError *err)
 {
+    int n = points->n;
+    const float *xyz = points->xyz;
+    const Cue *cue = points->cue;
+    const unsigned char *kind = points->kind;
     double *value = malloc(sizeof *value * ((size_t)n + 1));
     int m = 0;
     if (!value) return fs_error_memory(err);
     *light = (FlashLight){{1, 1, 1}, 1, 0};
     for (int i = 0; i < n; i++)
-        if (kind[i] == POINT_TRANSMITTED) value[m++] = mean_distance(frames, xyz + 3 * (size_t)i);
+        if (kind[i] == POINT_TRANSMITTED) value[m++] = mean_distance(views, xyz + 3 * (size_t)i);
     if (m) light->distance = fmax(median(value, m), 1e-9);
     m = 0;
     for (int i = 0; i < n; i++)
@@ -73,7 +76,7 @@ int fs_light_fit(const Frames *frames, const float *xyz, const Cue *cue, const u
         m = 0;
         for (int i = 0; i < n; i++)
             if (clear_cue(&cue[i], kind[i]) && cue[i].slope[c] > 0)
-                value[m++] = ((double)cue[i].slope[c] - 1) / fs_light_falloff(frames, light, xyz + 3 * (size_t)i);
+                value[m++] = ((double)cue[i].slope[c] - 1) / fs_light_falloff(views, light, xyz + 3 * (size_t)i);
         if (m >= ENOUGH) light->color[c] = fmin(fmax(median(value, m), ALPHA_MIN), 50);
     }
     free(value);
@@ -83,8 +86,7 @@ int fs_light_fit(const Frames *frames, const float *xyz, const Cue *cue, const u
 typedef struct GainWork {
     const KnnTree *tree;
     const float *log_gain, *weight; // of the tree's points
-    const float *at;
-    int n_at;
+    const Seeds *seeds;
     float *gain;
 } GainWork;
 
@@ -92,11 +94,11 @@ static void gain_job(void *context, int job, int worker)
 {
     (void)worker;
     const GainWork *w = context;
-    int end = (job + 1) * CHUNK < w->n_at ? (job + 1) * CHUNK : w->n_at;
+    int end = (job + 1) * CHUNK < w->seeds->n ? (job + 1) * CHUNK : w->seeds->n;
     for (int i = job * CHUNK; i < end; i++) {
         int index[K];
         float dist2[K], sum = 0, weight = 0;
-        fs_knn_query(w->tree, w->at + 3 * (size_t)i, -1, K, index, dist2);
+        fs_knn_query(w->tree, w->seeds->xyz + 3 * (size_t)i, -1, K, index, dist2);
         float soft = isfinite(dist2[K / 2]) ? dist2[K / 2] : dist2[0];
         for (int k = 0; k < K && index[k] >= 0; k++) {
             float wk = w->weight[index[k]] / (dist2[k] + soft + 1e-20f);
@@ -107,27 +109,26 @@ static void gain_job(void *context, int job, int worker)
     }
 }
 
-int fs_light_gains(const Frames *frames, const FlashLight *light, const float *xyz, const Cue *cue,
-                   const unsigned char *kind, int n, const float *at, int n_at, float *gain, Threads *threads,
-                   FsError *err)
+int fs_light_gains(const SmallViews *views, const FlashLight *light, const SparsePoints *points, const Seeds *seeds,
+                   float *gain, Threads *threads, FsError *err)
 {
     int rc = 0, m = 0;
-    size_t size = (size_t)n + 1;
+    size_t size = (size_t)points->n + 1;
     float *place = malloc(sizeof(float) * 3 * size), *log_gain = malloc(sizeof(float) * size);
     float *weight = malloc(sizeof(float) * size);
     KnnTree *tree = NULL;
-    memset(gain, 0, sizeof(float) * (size_t)n_at);
+    memset(gain, 0, sizeof(float) * (size_t)seeds->n);
     if (!place || !log_gain || !weight) {
         rc = fs_error_memory(err);
         goto fail;
     }
     double mean_color = (light->color[0] + light->color[1] + light->color[2]) / 3;
-    for (int i = 0; i < n; i++) {
-        if (!clear_cue(&cue[i], kind[i])) continue;
-        double slope = exp((double)cue[i].log_slope), alpha = fmax(slope - 1, ALPHA_MIN);
-        double sigma = (double)cue[i].sigma * slope / alpha; // of log alpha
-        memcpy(place + 3 * (size_t)m, xyz + 3 * (size_t)i, sizeof(float) * 3);
-        log_gain[m] = (float)log(alpha / mean_color / fs_light_falloff(frames, light, xyz + 3 * (size_t)i));
+    for (int i = 0; i < points->n; i++) {
+        if (!clear_cue(&points->cue[i], points->kind[i])) continue;
+        double slope = exp((double)points->cue[i].log_slope), alpha = fmax(slope - 1, ALPHA_MIN);
+        double sigma = (double)points->cue[i].sigma * slope / alpha; // of log alpha
+        memcpy(place + 3 * (size_t)m, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
+        log_gain[m] = (float)log(alpha / mean_color / fs_light_falloff(views, light, points->xyz + 3 * (size_t)i));
         log_gain[m] = fminf(fmaxf(log_gain[m], -2 * FS_LIGHT_GAIN_MAX), 2 * FS_LIGHT_GAIN_MAX);
         weight[m++] = (float)(1 / (sigma * sigma + 0.04));
     }
@@ -137,8 +138,8 @@ int fs_light_gains(const Frames *frames, const FlashLight *light, const float *x
         rc = fs_error_memory(err);
         goto fail;
     }
-    GainWork work = {tree, log_gain, weight, at, n_at, gain};
-    fs_threads_for(threads, (n_at + CHUNK - 1) / CHUNK, gain_job, &work);
+    GainWork work = {tree, log_gain, weight, seeds, gain};
+    fs_threads_for(threads, (seeds->n + CHUNK - 1) / CHUNK, gain_job, &work);
 fail:
     fs_knn_free(tree);
     free(place);

@@ -3,7 +3,8 @@
 #ifndef FS_INITIALISE_LIGHT_H
 #define FS_INITIALISE_LIGHT_H
 
-#include "initialise/classify.h"
+#include "initialise/points.h"
+#include "initialise/seeds.h"
 
 #define FS_LIGHT_GAIN_MAX 1.5f // the logarithm of the gain stays within this
 
@@ -13,14 +14,12 @@ typedef struct FlashLight {
     double mean_slope; // median of 1 + alpha over the transmitted points
 } FlashLight;
 
-// n points with their cues and kinds. Falls back to alpha = 1 when too few transmitted points have a clear cue.
-int fs_light_fit(const Frames *frames, const float *xyz, const Cue *cue, const unsigned char *kind, int n,
-                 FlashLight *light, FsError *err);
-// gain (n_at): carried over from the points to other places by their nearest neighbours.
-int fs_light_gains(const Frames *frames, const FlashLight *light, const float *xyz, const Cue *cue,
-                   const unsigned char *kind, int n, const float *at, int n_at, float *gain, Threads *threads,
-                   FsError *err);
+// From classified points. Falls back to alpha = 1 when too few transmitted points have a clear cue.
+int fs_light_fit(const SmallViews *views, const SparsePoints *points, FlashLight *light, FsError *err);
+// gain (seeds->n): carried over from the points by nearest neighbours.
+int fs_light_gains(const SmallViews *views, const FlashLight *light, const SparsePoints *points, const Seeds *seeds,
+                   float *gain, Threads *threads, FsError *err);
 // (distance / distance to the flash)^2, averaged over the flash photos.
-double fs_light_falloff(const Frames *frames, const FlashLight *light, const float xyz[3]);
+double fs_light_falloff(const SmallViews *views, const FlashLight *light, const float xyz[3]);
 
 #endif

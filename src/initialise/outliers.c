@@ -9,17 +9,17 @@
 #define FARTHER_R 6.0f
 enum { CHUNK = 512 };
 
-typedef struct Vet {
-    const DensePoints *dense;
+typedef struct Filter {
+    const PointList *dense;
     const KnnTree *own, *other;
     float farther;
     unsigned char *drop; // (dense->n)
-} Vet;
+} Filter;
 
-static void vet_job(void *context, int job, int worker)
+static void filter_job(void *context, int job, int worker)
 {
     (void)worker;
-    const Vet *v = context;
+    const Filter *v = context;
     int end = (job + 1) * CHUNK < v->dense->n ? (job + 1) * CHUNK : v->dense->n;
     for (int i = job * CHUNK; i < end; i++) {
         const float *p = v->dense->xyz + 3 * (size_t)i;
@@ -31,18 +31,18 @@ static void vet_job(void *context, int job, int worker)
     }
 }
 
-static KnnTree *tree_of(const float *xyz, const unsigned char *kind, int n, PointKind wanted, float *some, int *count)
+static KnnTree *tree_of(const SparsePoints *points, PointKind wanted, float *some, int *count)
 {
     *count = 0;
-    for (int i = 0; i < n; i++)
-        if (kind[i] == wanted) memcpy(some + 3 * (size_t)(*count)++, xyz + 3 * (size_t)i, sizeof(float) * 3);
+    for (int i = 0; i < points->n; i++)
+        if (points->kind[i] == wanted)
+            memcpy(some + 3 * (size_t)(*count)++, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
     return *count ? fs_knn_new(some, *count) : NULL;
 }
 
-int fs_outliers_drop(const float *xyz, const unsigned char *kind, int n, bool reflected, Threads *threads,
-                     DensePoints *dense, FsError *err)
+int fs_outliers_drop(const SparsePoints *points, bool reflected, Threads *threads, PointList *dense, FsError *err)
 {
-    float *some = malloc(sizeof(float) * 3 * ((size_t)n + 1));
+    float *some = malloc(sizeof(float) * 3 * ((size_t)points->n + 1));
     unsigned char *drop = malloc((size_t)dense->n + 1);
     KnnTree *tree[2] = {NULL, NULL};
     int rc = 0, count[2] = {0}, kept = 0;
@@ -51,12 +51,12 @@ int fs_outliers_drop(const float *xyz, const unsigned char *kind, int n, bool re
         goto fail;
     }
     for (int k = 0; k < 2; k++) {
-        tree[k] = tree_of(xyz, kind, n, k ? POINT_REFLECTED : POINT_TRANSMITTED, some, &count[k]);
+        tree[k] = tree_of(points, k ? POINT_REFLECTED : POINT_TRANSMITTED, some, &count[k]);
         if (count[k] && !tree[k]) TRY(fs_error_memory(err));
     }
     if (!tree[0] || !tree[1]) goto fail;
-    Vet vet = {dense, tree[reflected], tree[!reflected], reflected ? FARTHER_R : FARTHER_T, drop};
-    fs_threads_for(threads, (dense->n + CHUNK - 1) / CHUNK, vet_job, &vet);
+    Filter vet = {dense, tree[reflected], tree[!reflected], reflected ? FARTHER_R : FARTHER_T, drop};
+    fs_threads_for(threads, (dense->n + CHUNK - 1) / CHUNK, filter_job, &vet);
     for (int i = 0; i < dense->n; i++)
         if (!drop[i]) memmove(dense->xyz + 3 * (size_t)kept++, dense->xyz + 3 * (size_t)i, sizeof(float) * 3);
     dense->n = kept;

@@ -3,13 +3,11 @@
 #ifndef FS_INITIALISE_OUTLIERS_H
 #define FS_INITIALISE_OUTLIERS_H
 
-#include "base/threads.h"
-#include "initialise/stereo.h"
+#include "initialise/points.h"
 
 // Drops from `dense`, of one scene, what lies nearer to sparse points of the other scene than to its own; of the
 // mirrored scene only what lies hard by transmitted points: its sparse points are few, and near parts of it may have
-// none. xyz (n, 3), kind (n) of the sparse points. Does nothing where one of the kinds is missing.
-int fs_outliers_drop(const float *xyz, const unsigned char *kind, int n, bool reflected, Threads *threads,
-                     DensePoints *dense, FsError *err);
+// none. Does nothing where one of the kinds is missing.
+int fs_outliers_drop(const SparsePoints *points, bool reflected, Threads *threads, PointList *dense, FsError *err);
 
 #endif

@@ -9,6 +9,7 @@ enum {
     SLOW_SIGMA = 3, // pixels; slower parts of the photos are left out
     BLUR_RADIUS = 3,
     PLANES = 10, // of Sums
+    DIVIDE = 2,  // grid pixels per photo pixel, a side
 };
 #define WINDOW_SIGMA 1.1f // grid pixels
 #define AXIS_MIN 0.5      // cosine between the optical axes of photos looked at together
@@ -18,7 +19,7 @@ enum {
 
 void fs_plane_sweep_photos_free(SweepPhotos *photos)
 {
-    for (int i = 0; i < photos->n; i++) fs_image_free(&photos->fine[i]);
+    for (int i = 0; photos->fine && i < photos->views->n; i++) fs_image_free(&photos->fine[i]);
     free(photos->fine);
     *photos = (SweepPhotos){0};
 }
@@ -63,16 +64,16 @@ static void blur(float *px, float *temp, int width, int height, float sigma, int
 }
 
 typedef struct Prepare {
-    const Frames *frames;
+    const SmallViews *views;
     Image *fine;
-    int *failed; // (frames->n)
+    int *failed; // (views->n)
 } Prepare;
 
 static void prepare_job(void *context, int job, int worker)
 {
     (void)worker;
     Prepare *w = context;
-    const Image *photo = &w->frames->frame[job].photo;
+    const Image *photo = &w->views->view[job].photo;
     Image *fine = &w->fine[job];
     int width = photo->width, height = photo->height;
     size_t n = (size_t)width * (size_t)height;
@@ -98,18 +99,17 @@ static void prepare_job(void *context, int job, int worker)
     free(trusted);
 }
 
-int fs_plane_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads, FsError *err)
+int fs_plane_sweep_prepare(const SmallViews *views, SweepPhotos *photos, Threads *threads, FsError *err)
 {
-    int *failed = calloc((size_t)frames->n + 1, sizeof *failed), rc = 0;
-    *photos = (SweepPhotos){frames->n, calloc((size_t)frames->n + 1, sizeof(Image))};
+    int *failed = calloc((size_t)views->n + 1, sizeof *failed), rc = 0;
+    *photos = (SweepPhotos){views, calloc((size_t)views->n + 1, sizeof(Image))};
     if (!failed || !photos->fine) {
-        photos->n = photos->fine ? photos->n : 0;
         rc = fs_error_memory(err);
         goto fail;
     }
-    Prepare work = {frames, photos->fine, failed};
-    fs_threads_for(threads, frames->n, prepare_job, &work);
-    for (int i = 0; i < frames->n && rc == 0; i++)
+    Prepare work = {views, photos->fine, failed};
+    fs_threads_for(threads, views->n, prepare_job, &work);
+    for (int i = 0; i < views->n && rc == 0; i++)
         if (failed[i]) rc = fs_error_memory(err);
 fail:
     if (rc < 0) fs_plane_sweep_photos_free(photos);
@@ -127,12 +127,11 @@ typedef struct Sums { // per grid pixel, over the photos without [0] and with fl
 
 typedef struct Warp { // a grid pixel (x, y) at inverse depth q is seen at (p0 / p2, p1 / p2), p = m (x, y, 1) + q t
     double m[9], t[3];
-    int frame;
+    int view;
     bool flash;
 } Warp;
 
 typedef struct Work {
-    const Frames *frames;
     const SweepPhotos *photos;
     const DepthOdds *odds;
     PlaneSweep *sweep;
@@ -174,8 +173,8 @@ static void set_warp(const Camera *from, const Camera *to, Warp *warp)
 // The nearest photos of each lighting that look the same way.
 static void choose_photos(Work *w, int view)
 {
-    const Frames *frames = w->frames;
-    const Frame *from = &frames->frame[view];
+    const SmallViews *views = w->photos->views;
+    const SmallView *from = &views->view[view];
     w->n_warps = 0;
     for (int g = 0; g < 2; g++) {
         double after = -1; // squared distance and number of the one chosen last
@@ -183,8 +182,8 @@ static void choose_photos(Work *w, int view)
         for (int k = 0; k < GROUP_MAX; k++) {
             double best = INFINITY;
             int best_i = -1;
-            for (int i = 0; i < frames->n; i++) {
-                const Frame *f = &frames->frame[i];
+            for (int i = 0; i < views->n; i++) {
+                const SmallView *f = &views->view[i];
                 double d2 = 0, axis = 0;
                 for (int c = 0; c < 3; c++) {
                     d2 += pow(f->centre[c] - from->centre[c], 2);
@@ -198,9 +197,9 @@ static void choose_photos(Work *w, int view)
             }
             if (best_i < 0) break;
             Warp *warp = &w->warp[w->n_warps++];
-            warp->frame = best_i;
+            warp->view = best_i;
             warp->flash = g;
-            set_warp(&w->sweep->camera, &frames->frame[best_i].camera, warp);
+            set_warp(&w->sweep->camera, &views->view[best_i].camera, warp);
             after = best;
             after_i = best_i;
         }
@@ -297,7 +296,7 @@ static void step_job(void *context, int step, int worker)
     double q = (double)sweep->inverse_min + step * (double)sweep->inverse_step;
     memset(sums, 0, sizeof *sums * n);
     for (int k = 0; k < w->n_warps; k++)
-        add_photo(&w->warp[k], &w->photos->fine[w->warp[k].frame], q, width, height, sums);
+        add_photo(&w->warp[k], &w->photos->fine[w->warp[k].view], q, width, height, sums);
     spread(sums, n, planes);
     for (int k = 0; k < PLANES; k++) blur(planes + n * (size_t)k, temp, width, height, WINDOW_SIGMA, BLUR_RADIUS);
     for (size_t i = 0; i < n; i++) {
@@ -316,30 +315,29 @@ static void set_middle(Work *w)
     double direction[3] = {0}; // of the middle view's axis, in the grid's camera
     w->middle_t = 0;
     for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < 3; k++) direction[i] += c->w2c[4 * i + k] * w->frames->forward[k];
+        for (int k = 0; k < 3; k++) direction[i] += c->w2c[4 * i + k] * w->photos->views->forward[k];
         w->middle_t -= direction[i] * c->w2c[4 * i + 3];
-        w->middle_t -= w->frames->forward[i] * w->frames->centre[i];
+        w->middle_t -= w->photos->views->forward[i] * w->photos->views->centre[i];
     }
     w->middle_m[0] = direction[0] / c->fx;
     w->middle_m[1] = direction[1] / c->fy;
     w->middle_m[2] = direction[2] - direction[0] * c->cx / c->fx - direction[1] * c->cy / c->fy;
 }
 
-int fs_plane_sweep_run(const Frames *frames, const SweepPhotos *photos, int view, int divide, float inverse_min,
-                       float inverse_max, int steps, const DepthOdds *odds, Threads *threads, PlaneSweep *sweep,
-                       FsError *err)
+int fs_plane_sweep_run(const SweepPhotos *photos, int view, const DepthRange *range, const DepthOdds *odds,
+                       Threads *threads, PlaneSweep *sweep, FsError *err)
 {
-    const Camera *camera = &frames->frame[view].camera;
-    int width = camera->width / divide > 0 ? camera->width / divide : 1;
-    int height = camera->height / divide > 0 ? camera->height / divide : 1, rc = 0;
+    const Camera *camera = &photos->views->view[view].camera;
+    int width = camera->width / DIVIDE > 0 ? camera->width / DIVIDE : 1;
+    int height = camera->height / DIVIDE > 0 ? camera->height / DIVIDE : 1, rc = 0;
     size_t n = (size_t)width * (size_t)height, workers = (size_t)fs_threads_count(threads);
     *sweep = (PlaneSweep){fs_camera_resized(camera, width, height),
-                          steps,
-                          inverse_min,
-                          (inverse_max - inverse_min) / (float)(steps - 1),
-                          calloc(n * (size_t)steps, sizeof(float)),
-                          calloc(n * (size_t)steps, sizeof(float))};
-    Work w = {.frames = frames, .photos = photos, .odds = odds, .sweep = sweep};
+                          range->steps,
+                          range->min,
+                          (range->max - range->min) / (float)(range->steps - 1),
+                          calloc(n * (size_t)range->steps, sizeof(float)),
+                          calloc(n * (size_t)range->steps, sizeof(float))};
+    Work w = {.photos = photos, .odds = odds, .sweep = sweep};
     w.sums = aligned_alloc(64, sizeof *w.sums * n * workers);
     w.planes = malloc(sizeof(float) * planes_size(&sweep->camera) * workers);
     if (!sweep->transmitted || !sweep->reflected || !w.sums || !w.planes) {
@@ -348,7 +346,7 @@ int fs_plane_sweep_run(const Frames *frames, const SweepPhotos *photos, int view
     }
     choose_photos(&w, view);
     set_middle(&w);
-    fs_threads_for(threads, steps, step_job, &w);
+    fs_threads_for(threads, range->steps, step_job, &w);
 fail:
     free(w.sums);
     free(w.planes);

@@ -9,12 +9,17 @@
 
 // The photos without their slow parts: (height, width, 4), r g b and 1 where trusted.
 typedef struct SweepPhotos {
-    int n;
-    Image *fine;
+    const SmallViews *views; // borrowed
+    Image *fine;             // (views->n)
 } SweepPhotos;
 
-int fs_plane_sweep_prepare(const Frames *frames, SweepPhotos *photos, Threads *threads, FsError *err);
+int fs_plane_sweep_prepare(const SmallViews *views, SweepPhotos *photos, Threads *threads, FsError *err);
 void fs_plane_sweep_photos_free(SweepPhotos *photos);
+
+typedef struct DepthRange {
+    float min, max; // inverse depths
+    int steps;      // from the one to the other
+} DepthRange;
 
 typedef struct PlaneSweep {
     Camera camera; // of the grid
@@ -23,10 +28,9 @@ typedef struct PlaneSweep {
     float *transmitted, *reflected;  // (height, width, steps): scores 0..1
 } PlaneSweep;
 
-// view: the frame whose rays are swept; divide: grid pixels are this many photo pixels wide.
-int fs_plane_sweep_run(const Frames *frames, const SweepPhotos *photos, int view, int divide, float inverse_min,
-                       float inverse_max, int steps, const DepthOdds *odds, Threads *threads, PlaneSweep *sweep,
-                       FsError *err);
+// view: the number of the one whose rays are swept.
+int fs_plane_sweep_run(const SweepPhotos *photos, int view, const DepthRange *range, const DepthOdds *odds,
+                       Threads *threads, PlaneSweep *sweep, FsError *err);
 void fs_plane_sweep_free(PlaneSweep *sweep);
 
 #endif

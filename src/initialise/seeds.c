@@ -35,8 +35,10 @@ static bool project_cell(const Camera *camera, const float xyz[3], int width, in
     return true;
 }
 
-int fs_seeds_depth(const Frame *frame, const float *points, int n_points, int width, int height, float *inverse_depth,
-                   bool *any, FsError *err)
+// Inverse depth (height, width) of a view at a fraction of its size, from points; *any: false when none is in view.
+// Where several points share a pixel the nearest count.
+static int depth_of(const SmallView *view, const PointList *points, int width, int height, float *inverse_depth,
+                    bool *any, FsError *err)
 {
     size_t n = (size_t)width * (size_t)height, cell;
     float *weight = calloc(n, sizeof(float)), *nearest = calloc(n, sizeof(float)), inverse;
@@ -46,11 +48,11 @@ int fs_seeds_depth(const Frame *frame, const float *points, int n_points, int wi
         goto fail;
     }
     memset(inverse_depth, 0, sizeof(float) * n);
-    for (int i = 0; i < n_points; i++)
-        if (project_cell(&frame->camera, points + 3 * (size_t)i, width, height, &cell, &inverse))
+    for (int i = 0; i < points->n; i++)
+        if (project_cell(&view->camera, points->xyz + 3 * (size_t)i, width, height, &cell, &inverse))
             nearest[cell] = fmaxf(nearest[cell], inverse);
-    for (int i = 0; i < n_points; i++) {
-        if (!project_cell(&frame->camera, points + 3 * (size_t)i, width, height, &cell, &inverse)) continue;
+    for (int i = 0; i < points->n; i++) {
+        if (!project_cell(&view->camera, points->xyz + 3 * (size_t)i, width, height, &cell, &inverse)) continue;
         if (inverse < (1 - SAME_SURFACE) * nearest[cell]) continue;
         inverse_depth[cell] += inverse;
         weight[cell] += 1;
@@ -72,17 +74,17 @@ static void append(Seeds *seeds, const float xyz[3])
     memcpy(seeds->xyz + 3 * (size_t)seeds->n++, xyz, sizeof(float) * 3);
 }
 
-void fs_seeds_order(const Frames *frames, int *order)
+void fs_seeds_order(const SmallViews *views, int *order)
 {
-    for (int k = 0; k < frames->n; k++) {
+    for (int k = 0; k < views->n; k++) {
         int best = -1;
         double best_d = 0;
-        for (int i = 0; i < frames->n; i++) {
+        for (int i = 0; i < views->n; i++) {
             double nearest = INFINITY;
             for (int j = 0; j < (k ? k : 1); j++) {
-                const double *to = k ? frames->frame[order[j]].centre : frames->centre;
+                const double *to = k ? views->view[order[j]].centre : views->centre;
                 double d = 0;
-                for (int c = 0; c < 3; c++) d += pow(frames->frame[i].centre[c] - to[c], 2);
+                for (int c = 0; c < 3; c++) d += pow(views->view[i].centre[c] - to[c], 2);
                 nearest = fmin(nearest, d);
             }
             bool taken = false;
@@ -96,14 +98,14 @@ void fs_seeds_order(const Frames *frames, int *order)
     }
 }
 
-// One frame's surface: a seed in each cell that no seed covers yet. Stops at the count.
-static int cover_frame(const Frame *frame, const float *points, int n_points, float cell_px, int count, Rng *rng,
-                       Seeds *seeds, FsError *err)
+// One view's surface: a seed in each cell that no seed covers yet. Stops at the count.
+static int cover_view(const SmallView *view, const PointList *points, float cell_px, int count, Rng *rng, Seeds *seeds,
+                      FsError *err)
 {
     int rc = 0;
     bool any = false;
-    int width = (int)ceilf((float)frame->camera.width / cell_px),
-        height = (int)ceilf((float)frame->camera.height / cell_px);
+    int width = (int)ceilf((float)view->camera.width / cell_px),
+        height = (int)ceilf((float)view->camera.height / cell_px);
     size_t n = (size_t)width * (size_t)height, cell;
     float *surface = malloc(sizeof(float) * n), inverse;
     unsigned char *covered = calloc(n, 1);
@@ -111,17 +113,17 @@ static int cover_frame(const Frame *frame, const float *points, int n_points, fl
         rc = fs_error_memory(err);
         goto fail;
     }
-    TRY(fs_seeds_depth(frame, points, n_points, width, height, surface, &any, err));
+    TRY(depth_of(view, points, width, height, surface, &any, err));
     for (int i = 0; i < seeds->n; i++)
-        if (project_cell(&frame->camera, seeds->xyz + 3 * (size_t)i, width, height, &cell, &inverse) &&
+        if (project_cell(&view->camera, seeds->xyz + 3 * (size_t)i, width, height, &cell, &inverse) &&
             fabsf(inverse - surface[cell]) < COVERED * surface[cell])
             covered[cell] = 1;
     for (size_t i = 0; i < n && any; i++) {
         float u = fs_rng_uniform(rng), v = fs_rng_uniform(rng), xyz[3];
         if (covered[i] || !(surface[i] > 0) || in_use(seeds, count)) continue;
-        double x = ((double)(i % (size_t)width) + (double)u) * frame->camera.width / width;
-        double y = ((double)(i / (size_t)width) + (double)v) * frame->camera.height / height;
-        fs_small_views_unproject(&frame->camera, x, y, 1 / (double)surface[i], xyz);
+        double x = ((double)(i % (size_t)width) + (double)u) * view->camera.width / width;
+        double y = ((double)(i / (size_t)width) + (double)v) * view->camera.height / height;
+        fs_small_views_unproject(&view->camera, x, y, 1 / (double)surface[i], xyz);
         append(seeds, xyz);
     }
 fail:
@@ -130,55 +132,55 @@ fail:
     return rc;
 }
 
-// The smallest cells with which all frames are covered within the count.
-static int cover_all(const Frames *frames, const float *points, int n_points, int count, uint64_t seed, Seeds *seeds,
+// The smallest cells with which all views are covered within the count.
+static int cover_all(const SmallViews *views, const PointList *points, int count, uint64_t seed, Seeds *seeds,
                      FsError *err)
 {
-    int rc = 0, before = seeds->n, stride = (n_points + SURFACE_POINTS - 1) / SURFACE_POINTS, n_some = 0;
-    if (count <= before || n_points <= 0) return 0;
-    int *order = malloc(sizeof(int) * (size_t)frames->n);
-    float *some = malloc(sizeof(float) * 3 * (size_t)(n_points / stride + 1));
-    if (!order || !some) {
+    int rc = 0, before = seeds->n, stride = (points->n + SURFACE_POINTS - 1) / SURFACE_POINTS;
+    if (count <= before || points->n <= 0) return 0;
+    int *order = malloc(sizeof(int) * (size_t)views->n);
+    PointList some = {.xyz = malloc(sizeof(float) * 3 * (size_t)(points->n / stride + 1))};
+    if (!order || !some.xyz) {
         rc = fs_error_memory(err);
         goto fail;
     }
-    for (int i = 0; i < n_points; i += stride)
-        memcpy(some + 3 * (size_t)n_some++, points + 3 * (size_t)i, sizeof(float) * 3);
-    fs_seeds_order(frames, order);
-    const Camera *middle = &frames->frame[order[0]].camera;
+    for (int i = 0; i < points->n; i += stride)
+        memcpy(some.xyz + 3 * (size_t)some.n++, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
+    fs_seeds_order(views, order);
+    const Camera *middle = &views->view[order[0]].camera;
     float cell_px = fmaxf(sqrtf((float)middle->width * (float)middle->height / (float)(count - before)), CELL_MIN_PX);
     for (int attempt = 0; attempt < 25; attempt++) {
         Rng rng = fs_rng_new(seed);
         seeds->n = before;
-        for (int k = 0; k < frames->n && !in_use(seeds, count); k++)
-            TRY(cover_frame(&frames->frame[order[k]], some, n_some, cell_px, count, &rng, seeds, err));
+        for (int k = 0; k < views->n && !in_use(seeds, count); k++)
+            TRY(cover_view(&views->view[order[k]], &some, cell_px, count, &rng, seeds, err));
         if (!in_use(seeds, count)) break;
         cell_px *= CELL_GROWTH;
     }
 fail:
     free(order);
-    free(some);
+    free(some.xyz);
     return rc;
 }
 
 // Copies of the points, moved by half the distance to their neighbours.
-static int add_copies(const float *points, int n_points, int count, Rng *rng, Threads *threads, Seeds *seeds,
-                      FsError *err)
+static int add_copies(const PointList *points, int count, Rng *rng, Threads *threads, Seeds *seeds, FsError *err)
 {
     enum { K = 3 };
-    int *index = malloc(sizeof(int) * K * (size_t)n_points);
-    float *dist2 = malloc(sizeof(float) * K * (size_t)n_points);
+    int *index = malloc(sizeof(int) * K * (size_t)points->n);
+    float *dist2 = malloc(sizeof(float) * K * (size_t)points->n);
     int rc = 0;
-    if (!index || !dist2 || fs_knn(points, n_points, K, index, dist2, threads) < 0) {
+    if (!index || !dist2 || fs_knn(points->xyz, points->n, K, index, dist2, threads) < 0) {
         rc = fs_error_memory(err);
         goto fail;
     }
     while (seeds->n < count) {
-        int i = fs_rng_below(rng, n_points);
+        int i = fs_rng_below(rng, points->n);
         float sum = 0, step, xyz[3];
         for (int k = 0; k < K; k++) sum += isfinite(dist2[K * i + k]) ? sqrtf(dist2[K * i + k]) / K : 0;
         step = 0.5f * sum;
-        for (int k = 0; k < 3; k++) xyz[k] = points[3 * (size_t)i + (size_t)k] + step * fs_rng_normal(rng) * 0.57735f;
+        for (int k = 0; k < 3; k++)
+            xyz[k] = points->xyz[3 * (size_t)i + (size_t)k] + step * fs_rng_normal(rng) * 0.57735f;
         append(seeds, xyz);
     }
 fail:
@@ -187,7 +189,7 @@ fail:
     return rc;
 }
 
-static int measure_scales(const Frames *frames, Threads *threads, Seeds *seeds, FsError *err)
+static int measure_scales(const SmallViews *views, Threads *threads, Seeds *seeds, FsError *err)
 {
     enum { K = 3 };
     int *index = malloc(sizeof(int) * K * (size_t)seeds->n);
@@ -198,12 +200,12 @@ static int measure_scales(const Frames *frames, Threads *threads, Seeds *seeds, 
         goto fail;
     }
     // No seed shows larger than a twentieth of a photo, or smaller than a third of a pixel.
-    double side = frames->n ? fmax(frames->frame[0].camera.width, frames->frame[0].camera.height) : 300;
+    double side = views->n ? fmax(views->view[0].camera.width, views->view[0].camera.height) : 300;
     for (int i = 0; i < seeds->n; i++) {
         double d2 = 0, mean = 0;
-        for (int k = 0; k < 3; k++) d2 += pow((double)seeds->xyz[3 * (size_t)i + (size_t)k] - frames->centre[k], 2);
+        for (int k = 0; k < 3; k++) d2 += pow((double)seeds->xyz[3 * (size_t)i + (size_t)k] - views->centre[k], 2);
         for (int k = 0; k < K; k++) mean += isfinite(dist2[K * i + k]) ? sqrt((double)dist2[K * i + k]) / K : 0;
-        double pixel = fmax(sqrt(d2), 1e-6) / frames->focal_px;
+        double pixel = fmax(sqrt(d2), 1e-6) / views->focal_px;
         seeds->scale[i] = (float)fmin(fmax(mean, pixel / 3), pixel * side / 20);
     }
 fail:
@@ -212,7 +214,7 @@ fail:
     return rc;
 }
 
-int fs_seeds_make(const Frames *frames, const float *points, int n_points, int count, uint64_t seed, Threads *threads,
+int fs_seeds_make(const SmallViews *views, const PointList *points, int count, uint64_t seed, Threads *threads,
                   Seeds *seeds, FsError *err)
 {
     int rc = 0;
@@ -224,13 +226,13 @@ int fs_seeds_make(const Frames *frames, const float *points, int n_points, int c
         goto fail;
     }
     Rng rng = fs_rng_new(seed);
-    int most = (int)(POINT_SHARE * (float)count), wanted = n_points < most ? n_points : most;
-    for (int i = 0; i < n_points; i++) // as many as wanted, each as likely (Knuth's algorithm S)
-        if (fs_rng_below(&rng, n_points - i) < wanted - seeds->n) append(seeds, points + 3 * (size_t)i);
+    int most = (int)(POINT_SHARE * (float)count), wanted = points->n < most ? points->n : most;
+    for (int i = 0; i < points->n; i++) // as many as wanted, each as likely (Knuth's algorithm S)
+        if (fs_rng_below(&rng, points->n - i) < wanted - seeds->n) append(seeds, points->xyz + 3 * (size_t)i);
     int surface = (int)(SURFACE_SHARE * (float)(count - seeds->n));
-    TRY(cover_all(frames, points, n_points, seeds->n + surface, seed + 1, seeds, err));
-    TRY(add_copies(points, n_points, count, &rng, threads, seeds, err));
-    TRY(measure_scales(frames, threads, seeds, err));
+    TRY(cover_all(views, points, seeds->n + surface, seed + 1, seeds, err));
+    TRY(add_copies(points, count, &rng, threads, seeds, err));
+    TRY(measure_scales(views, threads, seeds, err));
     return 0;
 fail:
     fs_seeds_free(seeds);

@@ -3,8 +3,7 @@
 #ifndef FS_INITIALISE_SEEDS_H
 #define FS_INITIALISE_SEEDS_H
 
-#include "base/threads.h"
-#include "initialise/small_views.h"
+#include "initialise/points.h"
 
 typedef struct Seeds {
     int n;
@@ -12,17 +11,12 @@ typedef struct Seeds {
     float *scale; // (n) radius, world: distance to the nearest others
 } Seeds;
 
-// points (n_points, 3) of the scene, at least one in front of a camera.
-int fs_seeds_make(const Frames *frames, const float *points, int n_points, int count, uint64_t seed, Threads *threads,
+// points of the scene, at least one in front of a camera.
+int fs_seeds_make(const SmallViews *views, const PointList *points, int count, uint64_t seed, Threads *threads,
                   Seeds *seeds, FsError *err);
 void fs_seeds_free(Seeds *seeds);
 
-// Frames in the order of how much they add: the one in the middle, then always the one farthest from those before.
-void fs_seeds_order(const Frames *frames, int *order);
-
-// Inverse depth (height, width) of a frame at a fraction of its size, from points; *any: false when none is in view.
-// Where several points share a pixel the nearest count.
-int fs_seeds_depth(const Frame *frame, const float *points, int n_points, int width, int height, float *inverse_depth,
-                   bool *any, FsError *err);
+// SmallViews in the order of how much they add: the one in the middle, then always the one farthest from those before.
+void fs_seeds_order(const SmallViews *views, int *order);
 
 #endif

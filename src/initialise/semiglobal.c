@@ -53,7 +53,7 @@ static float follow(const Paths *p, const float *restrict score, const float *re
 }
 
 // One direction with step (dx, dy), dy 0 or along the rows.
-static void sweep(Paths *p, int dx, int dy)
+static void aggregate(Paths *p, int dx, int dy)
 {
     size_t pitch = (size_t)p->steps + 2;
     for (int j = 0; j < p->height; j++) {
@@ -81,12 +81,12 @@ static float pick(const float *sum, int steps)
     return (float)best + (bend > 0 ? 0.5f * (a - c) / bend : 0);
 }
 
-int fs_semiglobal_choose(const float *score, int width, int height, int steps, float small, float large, float *best,
-                         FsError *err)
+int fs_semiglobal_choose(const ScoreVolume *volume, float small, float large, float *best, FsError *err)
 {
+    int width = volume->width, height = volume->height, steps = volume->steps;
     static const int direction[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}};
     size_t n = (size_t)width * (size_t)height, row = (size_t)width * ((size_t)steps + 2);
-    Paths p = {score,
+    Paths p = {volume->score,
                width,
                height,
                steps,
@@ -100,7 +100,7 @@ int fs_semiglobal_choose(const float *score, int width, int height, int steps, f
         rc = fs_error_memory(err);
         goto fail;
     }
-    for (int r = 0; r < 8; r++) sweep(&p, direction[r][0], direction[r][1]);
+    for (int r = 0; r < 8; r++) aggregate(&p, direction[r][0], direction[r][1]);
     for (size_t i = 0; i < n; i++) best[i] = pick(p.sum + i * (size_t)steps, steps);
 fail:
     free(p.sum);

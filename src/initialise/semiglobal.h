@@ -4,9 +4,13 @@
 
 #include "base/error.h"
 
-// score (height, width, steps), larger is better. A neighbour one step away costs `small`, farther away `large`.
+typedef struct ScoreVolume {
+    const float *score; // (height, width, steps), larger is better
+    int width, height, steps;
+} ScoreVolume;
+
+// A neighbour one step away costs `small`, farther away `large`.
 // best (height, width): the chosen step, between steps by a parabola.
-int fs_semiglobal_choose(const float *score, int width, int height, int steps, float small, float large, float *best,
-                         FsError *err);
+int fs_semiglobal_choose(const ScoreVolume *volume, float small, float large, float *best, FsError *err);
 
 #endif

@@ -3,19 +3,19 @@
 #include <math.h>
 #include <stdlib.h>
 
-static int load_frame(Frame *frame, const char *out, const View *view, int long_edge, FsError *err)
+static int load_view(SmallView *view, const char *out, const View *from, int long_edge, FsError *err)
 {
     int rc = 0;
     Image photo = {0}, mask = {0}, small_mask = {0};
-    frame->camera = fs_camera_limited(&view->camera, long_edge);
-    frame->flash = view->flash;
-    TRY(fs_dataset_load_view(out, view, &photo, &mask, err));
-    TRY(fs_image_resize_area(&photo, frame->camera.width, frame->camera.height, &frame->photo, err));
-    TRY(fs_image_resize_area(&mask, frame->camera.width, frame->camera.height, &small_mask, err));
-    size_t n = (size_t)frame->camera.width * (size_t)frame->camera.height;
+    view->camera = fs_camera_limited(&from->camera, long_edge);
+    view->flash = from->flash;
+    TRY(fs_dataset_load_view(out, from, &photo, &mask, err));
+    TRY(fs_image_resize_area(&photo, view->camera.width, view->camera.height, &view->photo, err));
+    TRY(fs_image_resize_area(&mask, view->camera.width, view->camera.height, &small_mask, err));
+    size_t n = (size_t)view->camera.width * (size_t)view->camera.height;
     for (size_t i = 0; i < n; i++)
         if (small_mask.px[i] < 0.99f)
-            for (int c = 0; c < 3; c++) frame->photo.px[3 * i + (size_t)c] = NAN;
+            for (int c = 0; c < 3; c++) view->photo.px[3 * i + (size_t)c] = NAN;
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);
@@ -23,21 +23,21 @@ fail:
     return rc;
 }
 
-int fs_small_views_load(Frames *frames, const char *out, const Dataset *dataset, int long_edge, FsError *err)
+int fs_small_views_load(SmallViews *views, const char *out, const Dataset *dataset, int long_edge, FsError *err)
 {
     int rc = 0;
-    *frames = (Frames){0};
-    frames->frame = calloc((size_t)dataset->n + 1, sizeof *frames->frame);
-    if (!frames->frame) return fs_error_memory(err);
+    *views = (SmallViews){0};
+    views->view = calloc((size_t)dataset->n + 1, sizeof *views->view);
+    if (!views->view) return fs_error_memory(err);
     for (int i = 0; i < dataset->n; i++) {
         if (dataset->view[i].held_out) continue;
-        frames->n++; // before loading, so that a half loaded frame is freed
-        TRY(load_frame(&frames->frame[frames->n - 1], out, &dataset->view[i], long_edge, err));
+        views->n++; // before loading, so that a half loaded view is freed
+        TRY(load_view(&views->view[views->n - 1], out, &dataset->view[i], long_edge, err));
     }
-    fs_small_views_finish(frames);
+    fs_small_views_finish(views);
     return 0;
 fail:
-    fs_small_views_free(frames);
+    fs_small_views_free(views);
     return rc;
 }
 
@@ -52,50 +52,50 @@ static void cross(const double a[3], const double b[3], double out[3])
     for (int i = 0; i < 3; i++) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 
-void fs_small_views_finish(Frames *frames)
+void fs_small_views_finish(SmallViews *views)
 {
     double down[3] = {0};
-    frames->n_flash = 0;
-    frames->focal_px = 0;
-    for (int k = 0; k < 3; k++) frames->centre[k] = frames->forward[k] = 0;
-    for (int i = 0; i < frames->n; i++) {
-        Frame *f = &frames->frame[i];
+    views->n_flash = 0;
+    views->focal_px = 0;
+    for (int k = 0; k < 3; k++) views->centre[k] = views->forward[k] = 0;
+    for (int i = 0; i < views->n; i++) {
+        SmallView *f = &views->view[i];
         fs_camera_centre(&f->camera, f->centre);
-        frames->n_flash += f->flash;
-        frames->focal_px += f->camera.fx / frames->n;
+        views->n_flash += f->flash;
+        views->focal_px += f->camera.fx / views->n;
         for (int k = 0; k < 3; k++) {
-            frames->centre[k] += f->centre[k] / frames->n;
-            frames->forward[k] += f->camera.w2c[8 + k];
+            views->centre[k] += f->centre[k] / views->n;
+            views->forward[k] += f->camera.w2c[8 + k];
             down[k] += f->camera.w2c[4 + k];
         }
     }
-    normalise(frames->forward);
-    cross(down, frames->forward, frames->right);
-    normalise(frames->right);
-    cross(frames->forward, frames->right, frames->down);
-    frames->extent = 0;
-    for (int i = 0; i < frames->n; i++) {
+    normalise(views->forward);
+    cross(down, views->forward, views->right);
+    normalise(views->right);
+    cross(views->forward, views->right, views->down);
+    views->extent = 0;
+    for (int i = 0; i < views->n; i++) {
         double d2 = 0;
-        for (int k = 0; k < 3; k++) d2 += pow(frames->frame[i].centre[k] - frames->centre[k], 2);
-        frames->extent = fmax(frames->extent, sqrt(d2));
+        for (int k = 0; k < 3; k++) d2 += pow(views->view[i].centre[k] - views->centre[k], 2);
+        views->extent = fmax(views->extent, sqrt(d2));
     }
 }
 
-void fs_small_views_free(Frames *frames)
+void fs_small_views_free(SmallViews *views)
 {
-    for (int i = 0; i < frames->n; i++) fs_image_free(&frames->frame[i].photo);
-    free(frames->frame);
-    *frames = (Frames){0};
+    for (int i = 0; i < views->n; i++) fs_image_free(&views->view[i].photo);
+    free(views->view);
+    *views = (SmallViews){0};
 }
 
-bool fs_small_views_direction(const Frames *frames, const float xyz[3], float uvl[3])
+bool fs_small_views_direction(const SmallViews *views, const float xyz[3], float uvl[3])
 {
     double x = 0, y = 0, z = 0;
     for (int k = 0; k < 3; k++) {
-        double d = xyz[k] - frames->centre[k];
-        x += d * frames->right[k];
-        y += d * frames->down[k];
-        z += d * frames->forward[k];
+        double d = xyz[k] - views->centre[k];
+        x += d * views->right[k];
+        y += d * views->down[k];
+        z += d * views->forward[k];
     }
     if (!(z > 1e-3 * (fabs(x) + fabs(y))) || !(z > 0)) return false;
     uvl[0] = (float)(x / z);
@@ -104,9 +104,9 @@ bool fs_small_views_direction(const Frames *frames, const float xyz[3], float uv
     return isfinite(uvl[0]) && isfinite(uvl[1]) && isfinite(uvl[2]);
 }
 
-bool fs_small_views_sample(const Frame *frame, double x, double y, float rgb[3])
+bool fs_small_views_sample(const SmallView *view, double x, double y, float rgb[3])
 {
-    const Image *im = &frame->photo;
+    const Image *im = &view->photo;
     x -= 0.5;
     y -= 0.5;
     if (!(x >= 0 && y >= 0 && x <= im->width - 1 && y <= im->height - 1)) return false;

@@ -8,31 +8,31 @@
 
 #define FS_SMALL_VIEWS_LONG_EDGE 300
 
-typedef struct Frame {
+typedef struct SmallView {
     Camera camera; // of `photo`
     double centre[3];
     bool flash;
     Image photo; // linear RGB; NAN where the pixel is not to be trusted
-} Frame;
+} SmallView;
 
-typedef struct Frames {
-    Frame *frame; // (n); held-out views left out
+typedef struct SmallViews {
+    SmallView *view; // (n); held-out views left out
     int n, n_flash;
     double centre[3];                     // mean of the cameras' centres
     double right[3], down[3], forward[3]; // mean orientation, orthonormal
     double extent;                        // radius of the cameras' centres around their mean
     double focal_px;                      // mean
-} Frames;
+} SmallViews;
 
-int fs_small_views_load(Frames *frames, const char *out, const Dataset *dataset, int long_edge, FsError *err);
-// Fills in what follows from the cameras (centres, mean orientation, extent) once `frame` is filled.
-void fs_small_views_finish(Frames *frames);
-void fs_small_views_free(Frames *frames);
+int fs_small_views_load(SmallViews *views, const char *out, const Dataset *dataset, int long_edge, FsError *err);
+// Fills in what follows from the cameras (centres, mean orientation, extent) once `view` is filled.
+void fs_small_views_finish(SmallViews *views);
+void fs_small_views_free(SmallViews *views);
 
 // A point in the middle view: (x / z, y / z, log z); false when it is not in front.
-bool fs_small_views_direction(const Frames *frames, const float xyz[3], float uvl[3]);
+bool fs_small_views_direction(const SmallViews *views, const float xyz[3], float uvl[3]);
 // Photo at a position in pixels (pixel centres at +0.5), bilinear; false outside and on pixels not to be trusted.
-bool fs_small_views_sample(const Frame *frame, double x, double y, float rgb[3]);
+bool fs_small_views_sample(const SmallView *view, double x, double y, float rgb[3]);
 // World position of the point of depth z seen at a pixel.
 void fs_small_views_unproject(const Camera *camera, double x, double y, double z, float xyz[3]);
 

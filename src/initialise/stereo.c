@@ -9,7 +9,6 @@
 #include "initialise/plane_sweep.h"
 
 enum {
-    DIVIDE = 2, // grid pixels per photo pixel, a side
     STEPS_MIN = 32,
     STEPS_MAX = 128,
 };
@@ -25,12 +24,6 @@ enum {
 #define SAME_DEPTH 0.04f // relative; within this two views agree
 #define APART 0.08f      // relative; the mirrored surface is not this near to the transmitted one on a ray
 
-void fs_stereo_points_free(DensePoints *points)
-{
-    free(points->xyz);
-    *points = (DensePoints){0};
-}
-
 static void map_free(DepthMap *map)
 {
     free(map->layer[0]);
@@ -39,23 +32,10 @@ static void map_free(DepthMap *map)
     *map = (DepthMap){0};
 }
 
-void fs_stereo_free(DepthMaps *surfaces)
+void fs_stereo_free(DepthMaps *maps)
 {
-    for (int k = 0; k < STEREO_VIEWS; k++) map_free(&surfaces->map[k]);
-    *surfaces = (DepthMaps){0};
-}
-
-static int append(DensePoints *points, const float xyz[3], FsError *err)
-{
-    if (points->n == points->capacity) {
-        int capacity = points->capacity ? 2 * points->capacity : 4096;
-        float *grown = realloc(points->xyz, sizeof(float) * 3 * (size_t)capacity);
-        if (!grown) return fs_error_memory(err);
-        points->xyz = grown;
-        points->capacity = capacity;
-    }
-    memcpy(points->xyz + 3 * (size_t)points->n++, xyz, sizeof(float) * 3);
-    return 0;
+    for (int k = 0; k < STEREO_VIEWS; k++) map_free(&maps->map[k]);
+    *maps = (DepthMaps){0};
 }
 
 static int compare_floats(const void *a, const void *b)
@@ -65,31 +45,31 @@ static int compare_floats(const void *a, const void *b)
 }
 
 // Inverse depths between which the classified points lie in a view, and the number of steps.
-static int find_range(const Frames *frames, int view, const float *xyz, const unsigned char *kind, int n, float *min,
-                      float *max, int *steps, FsError *err)
+static int find_range(const Start *start, int view, DepthRange *range, FsError *err)
 {
-    const Camera *camera = &frames->frame[view].camera;
-    float *inverse = malloc(sizeof *inverse * ((size_t)n + 1));
+    const SparsePoints *points = start->points;
+    const Camera *camera = &start->views->view[view].camera;
+    float *inverse = malloc(sizeof *inverse * ((size_t)points->n + 1));
     int m = 0;
     if (!inverse) return fs_error_memory(err);
-    for (int i = 0; i < n; i++) {
-        double p[3] = {xyz[3 * (size_t)i], xyz[3 * (size_t)i + 1], xyz[3 * (size_t)i + 2]}, pixel[2];
-        double z = fs_camera_project(camera, p, pixel);
-        if (kind[i] != POINT_UNSURE && z > 0) inverse[m++] = (float)(1 / z);
+    for (int i = 0; i < points->n; i++) {
+        const float *xyz = points->xyz + 3 * (size_t)i;
+        double p[3] = {xyz[0], xyz[1], xyz[2]}, pixel[2], z = fs_camera_project(camera, p, pixel);
+        if (points->kind[i] != POINT_UNSURE && z > 0) inverse[m++] = (float)(1 / z);
     }
     qsort(inverse, (size_t)m, sizeof *inverse, compare_floats);
-    *steps = 0;
+    *range = (DepthRange){0};
     if (m > 0) {
-        *min = inverse[(int)(RANGE_SHARE * (float)(m - 1))] * (1 - RANGE_MARGIN);
-        *max = inverse[(int)((1 - RANGE_SHARE) * (float)(m - 1))] * (1 + RANGE_MARGIN);
-        float spread_px = (*max - *min) * (float)(frames->extent * frames->focal_px);
-        *steps = (int)fminf(fmaxf(spread_px / STEP_PX, STEPS_MIN), STEPS_MAX);
+        range->min = inverse[(int)(RANGE_SHARE * (float)(m - 1))] * (1 - RANGE_MARGIN);
+        range->max = inverse[(int)((1 - RANGE_SHARE) * (float)(m - 1))] * (1 + RANGE_MARGIN);
+        float spread_px = (range->max - range->min) * (float)(start->views->extent * start->views->focal_px);
+        if (range->max > range->min) range->steps = (int)fminf(fmaxf(spread_px / STEP_PX, STEPS_MIN), STEPS_MAX);
     }
     free(inverse);
     return 0;
 }
 
-typedef struct Match { // the surfaces of swept views, a job each
+typedef struct Match { // the maps of swept views, a job each
     PlaneSweep *sweep;
     DepthMap *map;
     bool renew[2]; // transmitted, reflected
@@ -112,7 +92,8 @@ static void keep_sure(const PlaneSweep *sweep, const float *score, float sure, f
 static bool match_transmitted(PlaneSweep *s, DepthMap *map)
 {
     int width = s->camera.width, height = s->camera.height;
-    if (fs_semiglobal_choose(s->transmitted, width, height, s->steps, SMALL_T, LARGE_T, map->layer[0], NULL) < 0)
+    if (fs_semiglobal_choose(&(ScoreVolume){s->transmitted, width, height, s->steps}, SMALL_T, LARGE_T, map->layer[0],
+                             NULL) < 0)
         return false;
     for (int i = 0; i < width * height; i++) map->guess[i] = s->inverse_min + map->layer[0][i] * s->inverse_step;
     keep_sure(s, s->transmitted, SURE_T, map->layer[0]);
@@ -126,7 +107,8 @@ static bool match_reflected(PlaneSweep *s, DepthMap *map)
         for (int d = 0; d < s->steps; d++)
             if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < APART * map->guess[i])
                 s->reflected[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
-    if (fs_semiglobal_choose(s->reflected, width, height, s->steps, SMALL_R, LARGE_R, map->layer[1], NULL) < 0)
+    if (fs_semiglobal_choose(&(ScoreVolume){s->reflected, width, height, s->steps}, SMALL_R, LARGE_R, map->layer[1],
+                             NULL) < 0)
         return false;
     keep_sure(s, s->reflected, SURE_R, map->layer[1]);
     return true;
@@ -151,7 +133,7 @@ static void match_job(void *context, int job, int worker)
 }
 
 // Inverse depth of a point in another view, and what that view's map says there (0: unsure; NAN: out of view).
-static float look(const DepthMap *map, const float *layer, const float xyz[3], float *inverse)
+static float depth_at(const DepthMap *map, const float *layer, const float xyz[3], float *inverse)
 {
     double p[3] = {xyz[0], xyz[1], xyz[2]}, pixel[2], z = fs_camera_project(&map->camera, p, pixel);
     if (!(z > 0 && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < map->camera.width && pixel[1] < map->camera.height))
@@ -167,7 +149,7 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
     for (int k = 0; k < n_maps; k++) {
         float inverse = 0;
         if (k == own || !map[k].layer[0]) continue;
-        float there = look(&map[k], map[k].layer[reflected], xyz, &inverse);
+        float there = depth_at(&map[k], map[k].layer[reflected], xyz, &inverse);
         if (!(there > 0)) continue;
         float relative = inverse / there - 1;
         if (fabsf(relative) < SAME_DEPTH)
@@ -175,18 +157,18 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
         else if (relative > 0) // that view looks through the point
             sum -= 1;
         if (!reflected) continue;
-        there = look(&map[k], map[k].layer[0], xyz, &inverse);
+        there = depth_at(&map[k], map[k].layer[0], xyz, &inverse);
         if (there > 0 && fabsf(inverse / there - 1) < SAME_DEPTH) sum -= 2;
     }
     return sum;
 }
 
-int fs_stereo_fuse(const DepthMaps *surfaces, bool reflected, DensePoints *points, FsError *err)
+int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsError *err)
 {
     int rc = 0;
-    *points = (DensePoints){0};
-    for (int k = 0; k < surfaces->n; k++) {
-        const DepthMap *map = &surfaces->map[k];
+    *points = (PointList){0};
+    for (int k = 0; k < maps->n; k++) {
+        const DepthMap *map = &maps->map[k];
         const float *layer = map->layer[reflected];
         if (!layer) continue;
         int width = map->camera.width, height = map->camera.height;
@@ -195,35 +177,34 @@ int fs_stereo_fuse(const DepthMaps *surfaces, bool reflected, DensePoints *point
             if (!(layer[i] > 0)) continue;
             fs_small_views_unproject(&map->camera, i % width + 0.5, (double)(i / width) + 0.5, 1 / (double)layer[i],
                                      xyz);
-            if (votes(surfaces->map, surfaces->n, k, reflected, xyz) >= 2) TRY(append(points, xyz, err));
+            if (votes(maps->map, maps->n, k, reflected, xyz) >= 2) TRY(fs_points_append(points, xyz, err));
         }
     }
     return 0;
 fail:
-    fs_stereo_points_free(points);
+    fs_points_list_free(points);
     return rc;
 }
 
-// Sweeps the views and matches the scenes wanted.
-static int sweep_all(const Frames *frames, const bool renew[2], const DepthOdds *odds, const Log *log, Threads *threads,
-                     DepthMaps *surfaces, FsError *err)
+// Sweeps the views and matches the scenes wanted, in the photos of `views`.
+static int sweep_all(const Start *start, const SmallViews *views, const bool renew[2], DepthMaps *maps, FsError *err)
 {
     int rc = 0, failed[STEREO_VIEWS] = {0};
     PlaneSweep sweep[STEREO_VIEWS] = {0};
     SweepPhotos photos = {0};
-    TRY(fs_plane_sweep_prepare(frames, &photos, threads, err));
-    for (int k = 0; k < surfaces->n; k++) {
-        if (fs_log_cancelled(log)) {
+    TRY(fs_plane_sweep_prepare(views, &photos, start->threads, err));
+    for (int k = 0; k < maps->n; k++) {
+        if (fs_log_cancelled(start->log)) {
             rc = fs_error_set(err, FS_ERR_CANCELLED, "initialise: stopped");
             goto fail;
         }
-        if (surfaces->steps[k] > 0)
-            TRY(fs_plane_sweep_run(frames, &photos, surfaces->view[k], DIVIDE, surfaces->inverse_min[k],
-                                   surfaces->inverse_max[k], surfaces->steps[k], odds, threads, &sweep[k], err));
+        if (maps->range[k].steps > 0)
+            TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], start->odds, start->threads, &sweep[k],
+                                   err));
     }
-    Match match = {sweep, surfaces->map, {renew[0], renew[1]}, failed};
-    fs_threads_for(threads, surfaces->n, match_job, &match);
-    for (int k = 0; k < surfaces->n && rc == 0; k++)
+    Match match = {sweep, maps->map, {renew[0], renew[1]}, failed};
+    fs_threads_for(start->threads, maps->n, match_job, &match);
+    for (int k = 0; k < maps->n && rc == 0; k++)
         if (failed[k]) rc = fs_error_memory(err);
 fail:
     for (int k = 0; k < STEREO_VIEWS; k++) fs_plane_sweep_free(&sweep[k]);
@@ -231,30 +212,27 @@ fail:
     return rc;
 }
 
-int fs_stereo_find(const Frames *frames, const float *xyz, const unsigned char *kind, int n, const DepthOdds *odds,
-                   const Log *log, Threads *threads, DepthMaps *surfaces, FsError *err)
+int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
 {
     static const bool both[2] = {true, true};
-    int rc = 0, *order = malloc(sizeof(int) * ((size_t)frames->n + 1));
+    const SmallViews *views = start->views;
+    int rc = 0, *order = malloc(sizeof(int) * ((size_t)views->n + 1));
     if (!order) return fs_error_memory(err);
-    *surfaces = (DepthMaps){.n = frames->n < STEREO_VIEWS ? frames->n : STEREO_VIEWS};
-    fs_seeds_order(frames, order);
-    for (int k = 0; k < surfaces->n; k++) {
-        surfaces->view[k] = order[k];
-        TRY(find_range(frames, order[k], xyz, kind, n, &surfaces->inverse_min[k], &surfaces->inverse_max[k],
-                       &surfaces->steps[k], err));
-        if (!(surfaces->inverse_max[k] > surfaces->inverse_min[k])) surfaces->steps[k] = 0;
+    *maps = (DepthMaps){.n = views->n < STEREO_VIEWS ? views->n : STEREO_VIEWS};
+    fs_seeds_order(views, order);
+    for (int k = 0; k < maps->n; k++) {
+        maps->view[k] = order[k];
+        TRY(find_range(start, order[k], &maps->range[k], err));
     }
-    TRY(sweep_all(frames, both, odds, log, threads, surfaces, err));
+    TRY(sweep_all(start, views, both, maps, err));
 fail:
     free(order);
-    if (rc < 0) fs_stereo_free(surfaces);
+    if (rc < 0) fs_stereo_free(maps);
     return rc;
 }
 
-int fs_stereo_renew(const Frames *freed, bool reflected, const DepthOdds *odds, const Log *log, Threads *threads,
-                    DepthMaps *surfaces, FsError *err)
+int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, DepthMaps *maps, FsError *err)
 {
     const bool renew[2] = {!reflected, reflected};
-    return sweep_all(freed, renew, odds, log, threads, surfaces, err);
+    return sweep_all(start, residual, renew, maps, err);
 }

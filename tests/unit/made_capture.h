@@ -54,15 +54,15 @@ static inline float made_photo_at(const Camera *camera, const MadeTexture *T, co
 }
 
 // Cameras on a 5 x 4 grid, 0.12 apart, flash and no flash in turns, all looking along z.
-static inline int made_capture(Frames *frames, MadeTexture *T, MadeTexture *R, FsError *err)
+static inline int made_capture(SmallViews *views, MadeTexture *T, MadeTexture *R, FsError *err)
 {
     *T = made_texture(11, MADE_DEPTH_T);
     *R = made_texture(12, MADE_DEPTH_R);
-    *frames = (Frames){.n = MADE_PHOTOS, .frame = calloc(MADE_PHOTOS, sizeof(Frame))};
-    if (!frames->frame) return fs_error_memory(err);
+    *views = (SmallViews){.n = MADE_PHOTOS, .view = calloc(MADE_PHOTOS, sizeof(SmallView))};
+    if (!views->view) return fs_error_memory(err);
     Rng rng = fs_rng_new(3);
     for (int i = 0; i < MADE_PHOTOS; i++) {
-        Frame *f = &frames->frame[i];
+        SmallView *f = &views->view[i];
         f->flash = (i + i / 5) % 2;
         f->camera = (Camera){MADE_WIDTH,
                              MADE_HEIGHT,
@@ -78,7 +78,7 @@ static inline int made_capture(Frames *frames, MadeTexture *T, MadeTexture *R, F
                                            (double)(p / 3 / MADE_WIDTH) + 0.5) +
                              0.003f * fs_rng_normal(&rng);
     }
-    fs_small_views_finish(frames);
+    fs_small_views_finish(views);
     return 0;
 }
 

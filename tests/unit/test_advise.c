@@ -23,12 +23,12 @@ static void keep_warning(void *user, FsLogLevel level, const char *message)
 // n_other without, each 5 cm from the next; the scene is 2 m away.
 static const char *say(int lit, int reflected, double growth, int n_flash, int n_other, double apart)
 {
-    Frame frame[64] = {0};
-    Frames frames = {.frame = frame, .n = n_flash + n_other, .n_flash = n_flash};
-    for (int i = 0; i < frames.n; i++) {
-        frame[i].flash = i < n_flash;
-        frame[i].centre[0] = frame[i].flash ? apart : 0;
-        frame[i].centre[1] = 0.05 * (i < n_flash ? i : i - n_flash);
+    SmallView view[64] = {0};
+    SmallViews views = {.view = view, .n = n_flash + n_other, .n_flash = n_flash};
+    for (int i = 0; i < views.n; i++) {
+        view[i].flash = i < n_flash;
+        view[i].centre[0] = view[i].flash ? apart : 0;
+        view[i].centre[1] = 0.05 * (i < n_flash ? i : i - n_flash);
     }
     Cue cue[POINTS];
     unsigned char kind[POINTS];
@@ -40,7 +40,7 @@ static const char *say(int lit, int reflected, double growth, int n_flash, int n
     FlashLight light = {.color = {1, 1, 1}, .distance = 2, .mean_slope = growth};
     Log log = {.log = keep_warning};
     warnings[0] = 0;
-    fs_advise(&frames, cue, kind, POINTS, &light, &log);
+    fs_advise(&views, &(SparsePoints){.n = POINTS, .cue = cue, .kind = kind}, &light, &log);
     return warnings;
 }
 

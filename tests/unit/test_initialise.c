@@ -15,19 +15,19 @@
 #include "initialise/outliers.h"
 #include "made_capture.h"
 
-static Frames frames;
+static SmallViews views;
 static MadeTexture texture_T, texture_R;
 
 static int set_up(void **state)
 {
     (void)state;
-    return made_capture(&frames, &texture_T, &texture_R, NULL);
+    return made_capture(&views, &texture_T, &texture_R, NULL);
 }
 
 static int tear_down(void **state)
 {
     (void)state;
-    fs_small_views_free(&frames);
+    fs_small_views_free(&views);
     return 0;
 }
 
@@ -64,24 +64,24 @@ static void test_cue(void **state)
     float xyz[3 * N];
     Cue cue[N];
     scatter(xyz, N, MADE_DEPTH_T, 1);
-    fs_cue_measure(&frames, xyz, N, cue, NULL);
+    fs_cue_measure(&views, xyz, N, cue, NULL);
     for (int i = 0; i < N; i++) {
         assert_true(cue[i].ok);
         assert_true(fabsf(expf(cue[i].log_slope) - (1 + MADE_ALPHA)) < 0.35f);
         assert_true(cue[i].sigma < 0.3f);
     }
     scatter(xyz, N, MADE_DEPTH_R, 2);
-    fs_cue_measure(&frames, xyz, N, cue, NULL);
+    fs_cue_measure(&views, xyz, N, cue, NULL);
     double mean = 0;
     for (int i = 0; i < N; i++) mean += (double)cue[i].log_slope / N;
     assert_true(fabs(mean) < 0.1);
     scatter(xyz, N, 0.9, 2); // nothing is there
-    fs_cue_measure(&frames, xyz, N, cue, NULL);
+    fs_cue_measure(&views, xyz, N, cue, NULL);
     int ok = 0;
     for (int i = 0; i < N; i++) ok += cue[i].ok && cue[i].coherence > 0.3f;
     assert_true(ok < N / 10);
     float behind[3] = {0, 0, -1};
-    fs_cue_measure(&frames, behind, 1, cue, NULL);
+    fs_cue_measure(&views, behind, 1, cue, NULL);
     assert_false(cue[0].ok);
 }
 
@@ -91,14 +91,21 @@ static Cue cues[ALL];
 static unsigned char kinds[ALL];
 static DepthOdds odds;
 
+static SparsePoints sparse(unsigned char *kind)
+{
+    return (SparsePoints){.n = ALL, .xyz = points, .cue = cues, .kind = kind};
+}
+
 static void classify(Threads *threads, unsigned char *kind)
 {
     float evidence[ALL];
     scatter(points, SIDE, MADE_DEPTH_T, 4);
     scatter(points + 3 * SIDE, SIDE, MADE_DEPTH_R, 5);
     scatter(points + 6 * SIDE, ODD, 2.8, 6); // in neither scene
-    fs_cue_measure(&frames, points, ALL, cues, threads);
-    assert_int_equal(fs_classify_points(&frames, points, cues, ALL, kind, evidence, &odds, threads, NULL), 0);
+    fs_cue_measure(&views, points, ALL, cues, threads);
+    SparsePoints all = sparse(kind);
+    all.evidence = evidence;
+    assert_int_equal(fs_classify_points(&views, &all, &odds, threads, NULL), 0);
 }
 
 static void test_classify(void **state)
@@ -126,41 +133,46 @@ static void test_light(void **state)
     (void)state;
     FlashLight light;
     float gain[ALL];
-    assert_int_equal(fs_light_fit(&frames, points, cues, kinds, ALL, &light, NULL), 0);
+    SparsePoints all = sparse(kinds);
+    const Seeds at = {.n = SIDE, .xyz = points};
+    assert_int_equal(fs_light_fit(&views, &all, &light, NULL), 0);
     assert_true(fabs(light.mean_slope - (double)(1 + MADE_ALPHA)) < 0.2);
-    assert_int_equal(fs_light_gains(&frames, &light, points, cues, kinds, ALL, points, SIDE, gain, NULL, NULL), 0);
+    assert_int_equal(fs_light_gains(&views, &light, &all, &at, gain, NULL, NULL), 0);
     double mean = 0;
     for (int i = 0; i < SIDE; i++)
-        mean += light.color[1] * exp((double)gain[i]) * fs_light_falloff(&frames, &light, points + 3 * i) / SIDE;
+        mean += light.color[1] * exp((double)gain[i]) * fs_light_falloff(&views, &light, points + 3 * i) / SIDE;
     assert_true(fabs(mean - (double)MADE_ALPHA) < 0.2);
     unsigned char none[ALL] = {0}; // no transmitted points: a neutral guess, no failure
-    assert_int_equal(fs_light_fit(&frames, points, cues, none, ALL, &light, NULL), 0);
+    all.kind = none;
+    assert_int_equal(fs_light_fit(&views, &all, &light, NULL), 0);
     assert_true(light.color[0] == 1 && light.distance > 0);
-    assert_int_equal(fs_light_gains(&frames, &light, points, cues, none, ALL, points, SIDE, gain, NULL, NULL), 0);
+    assert_int_equal(fs_light_gains(&views, &light, &all, &at, gain, NULL, NULL), 0);
     assert_true(gain[0] == 0 && gain[SIDE - 1] == 0);
 }
 
-static double share_at(const DensePoints *p, double depth, double tolerance)
+static double share_at(const PointList *p, double depth, double tolerance)
 {
     int n = 0;
     for (int i = 0; i < p->n; i++) n += fabs((double)p->xyz[3 * (size_t)i + 2] / depth - 1) < tolerance;
     return p->n ? (double)n / p->n : 0;
 }
 
-static void find_both(const unsigned char *kind, Threads *threads, DensePoints *T, DensePoints *R)
+static void find_both(unsigned char *kind, Threads *threads, PointList *T, PointList *R)
 {
     static const Log quiet;
-    DepthMaps surfaces;
-    assert_int_equal(fs_stereo_find(&frames, points, kind, ALL, &odds, &quiet, threads, &surfaces, NULL), 0);
-    assert_int_equal(fs_stereo_fuse(&surfaces, false, T, NULL), 0);
-    assert_int_equal(fs_stereo_fuse(&surfaces, true, R, NULL), 0);
-    fs_stereo_free(&surfaces);
+    DepthMaps maps;
+    SparsePoints all = sparse(kind);
+    const Start start = {.views = &views, .points = &all, .odds = &odds, .threads = threads, .log = &quiet};
+    assert_int_equal(fs_stereo_find(&start, &maps, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&maps, false, T, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&maps, true, R, NULL), 0);
+    fs_stereo_free(&maps);
 }
 
-static void test_dense(void **state)
+static void test_stereo(void **state)
 {
     (void)state;
-    DensePoints T, R, T2, R2;
+    PointList T, R, T2, R2;
     Threads *threads = fs_threads_new(3);
     find_both(kinds, threads, &T, &R);
     find_both(kinds, NULL, &T2, &R2);
@@ -172,17 +184,17 @@ static void test_dense(void **state)
     assert_int_equal(R.n, R2.n);
     assert_memory_equal(T.xyz, T2.xyz, sizeof(float) * 3 * (size_t)T.n);
     assert_memory_equal(R.xyz, R2.xyz, sizeof(float) * 3 * (size_t)R.n);
-    fs_stereo_points_free(&T);
-    fs_stereo_points_free(&R);
-    fs_stereo_points_free(&T2);
-    fs_stereo_points_free(&R2);
+    fs_points_list_free(&T);
+    fs_points_list_free(&R);
+    fs_points_list_free(&T2);
+    fs_points_list_free(&R2);
     fs_threads_free(threads);
 }
 
-static void test_dense_without_points(void **state)
+static void test_stereo_without_points(void **state)
 {
     (void)state;
-    DensePoints T, R;
+    PointList T, R;
     unsigned char none[ALL] = {0};
     find_both(none, NULL, &T, &R);
     assert_int_equal(T.n, 0);
@@ -191,7 +203,7 @@ static void test_dense_without_points(void **state)
 
 // Transmitted sparse points on the plane z = 1, mirrored ones on z = 2: dense points of either scene, and one thing
 // that only the mirrored scene's dense points know, near the first plane but not on it.
-static void test_vet(void **state)
+static void test_outliers(void **state)
 {
     (void)state;
     enum { ROW = 8, N = 2 * ROW * ROW };
@@ -207,10 +219,12 @@ static void test_vet(void **state)
     const float at[3] = {1.0f, 1.3f, 1.9f}; // on the one plane, between, by the other
     for (int reflected = 0; reflected < 2; reflected++) {
         for (int i = 0; i < 3; i++) memcpy(dense_xyz + 3 * i, (float[3]){0.31f, 0.29f, at[i]}, sizeof(float) * 3);
-        DensePoints dense = {3, 3, dense_xyz};
-        assert_int_equal(fs_outliers_drop(xyz, unsure, N, reflected, NULL, &dense, NULL), 0);
+        PointList dense = {3, 3, dense_xyz};
+        SparsePoints held = {.n = N, .xyz = xyz, .kind = unsure};
+        assert_int_equal(fs_outliers_drop(&held, reflected, NULL, &dense, NULL), 0);
         assert_int_equal(dense.n, 3); // nothing to hold them against
-        assert_int_equal(fs_outliers_drop(xyz, kind, N, reflected, NULL, &dense, NULL), 0);
+        held.kind = kind;
+        assert_int_equal(fs_outliers_drop(&held, reflected, NULL, &dense, NULL), 0);
         assert_int_equal(dense.n, 2);
         assert_float_equal(dense.xyz[2], reflected ? 1.3f : 1.0f, 0);
         assert_float_equal(dense.xyz[5], reflected ? 1.9f : 1.3f, 0);
@@ -246,20 +260,21 @@ static void test_seeds(void **state)
 {
     (void)state;
     enum { COUNT = 3000, CELL = 8 };
+    const PointList list = {SIDE, SIDE, points};
     Seeds seeds, again;
-    assert_int_equal(fs_seeds_make(&frames, points, SIDE, COUNT, 7, NULL, &seeds, NULL), 0);
-    assert_int_equal(fs_seeds_make(&frames, points, SIDE, COUNT, 7, NULL, &again, NULL), 0);
+    assert_int_equal(fs_seeds_make(&views, &list, COUNT, 7, NULL, &seeds, NULL), 0);
+    assert_int_equal(fs_seeds_make(&views, &list, COUNT, 7, NULL, &again, NULL), 0);
     assert_int_equal(seeds.n, COUNT);
     assert_memory_equal(seeds.xyz, again.xyz, sizeof(float) * 3 * COUNT);
     for (int i = 0; i < COUNT; i++) {
         assert_true(seeds.scale[i] > 0 && isfinite(seeds.scale[i]));
         assert_true(fabs((double)seeds.xyz[3 * i + 2] / MADE_DEPTH_T - 1) < 0.2);
     }
-    for (int f = 0; f < frames.n; f++) { // no part of any photo is without a seed
+    for (int f = 0; f < views.n; f++) { // no part of any photo is without a seed
         bool covered[MADE_HEIGHT / CELL][MADE_WIDTH / CELL] = {{0}};
         for (int i = 0; i < COUNT; i++) {
             double p[3] = {seeds.xyz[3 * i], seeds.xyz[3 * i + 1], seeds.xyz[3 * i + 2]}, pixel[2];
-            if (!(fs_camera_project(&frames.frame[f].camera, p, pixel) > 0)) continue;
+            if (!(fs_camera_project(&views.view[f].camera, p, pixel) > 0)) continue;
             if (pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < MADE_WIDTH && pixel[1] < MADE_HEIGHT)
                 covered[(int)pixel[1] / CELL][(int)pixel[0] / CELL] = true;
         }
@@ -270,19 +285,20 @@ static void test_seeds(void **state)
     fs_seeds_free(&again);
 }
 
-static void test_paint(void **state)
+static void test_first_colors(void **state)
 {
     (void)state;
     enum { COUNT = 3000 };
     static float alpha[3 * COUNT], T_N[3 * COUNT], T_F[3 * COUNT], R_color[3 * COUNT];
-    Seeds T, R;
-    assert_int_equal(fs_seeds_make(&frames, points, SIDE, COUNT, 7, NULL, &T, NULL), 0);
-    assert_int_equal(fs_seeds_make(&frames, points + 3 * SIDE, SIDE, COUNT, 8, NULL, &R, NULL), 0);
+    const PointList at_T = {SIDE, SIDE, points}, at_R = {SIDE, SIDE, points + 3 * SIDE};
+    ColoredSeeds seeds = {.T_N = T_N, .T_F = T_F, .R_color = R_color, .alpha = alpha};
+    assert_int_equal(fs_seeds_make(&views, &at_T, COUNT, 7, NULL, &seeds.T, NULL), 0);
+    assert_int_equal(fs_seeds_make(&views, &at_R, COUNT, 8, NULL, &seeds.R, NULL), 0);
     for (int i = 0; i < 3 * COUNT; i++) alpha[i] = MADE_ALPHA;
-    assert_int_equal(fs_first_colors_find(&frames, &T, &R, alpha, T_N, T_F, R_color, NULL, NULL), 0);
+    assert_int_equal(fs_first_colors_find(&views, &seeds, NULL, NULL), 0);
     double error_T = 0, error_R = 0, ratio = 0;
     for (int i = 0; i < 3 * COUNT; i++) {
-        const float *t = T.xyz + i / 3 * 3, *r = R.xyz + i / 3 * 3;
+        const float *t = seeds.T.xyz + i / 3 * 3, *r = seeds.R.xyz + i / 3 * 3;
         assert_true(T_N[i] >= 0 && T_F[i] >= 0 && R_color[i] >= 0);
         error_T +=
             fabs((double)(T_N[i] - made_texture_at(&texture_T, i % 3, (double)t[0], (double)t[1]))) / (3 * COUNT);
@@ -293,17 +309,18 @@ static void test_paint(void **state)
     assert_true(error_T < 0.03 &&
                 error_R < 0.03); // of 0.2; half of the photo's light would be 0.05 off by the texture alone
     assert_true(fabs(ratio - (double)(1 + MADE_ALPHA)) < 0.3);
-    fs_seeds_free(&T);
-    fs_seeds_free(&R);
+    fs_seeds_free(&seeds.T);
+    fs_seeds_free(&seeds.R);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_slope), cmocka_unit_test(test_cue),   cmocka_unit_test(test_classify),
-        cmocka_unit_test(test_light), cmocka_unit_test(test_dense), cmocka_unit_test(test_dense_without_points),
-        cmocka_unit_test(test_vet),   cmocka_unit_test(test_fill),  cmocka_unit_test(test_seeds),
-        cmocka_unit_test(test_paint),
+        cmocka_unit_test(test_slope),    cmocka_unit_test(test_cue),
+        cmocka_unit_test(test_classify), cmocka_unit_test(test_light),
+        cmocka_unit_test(test_stereo),   cmocka_unit_test(test_stereo_without_points),
+        cmocka_unit_test(test_outliers), cmocka_unit_test(test_fill),
+        cmocka_unit_test(test_seeds),    cmocka_unit_test(test_first_colors),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -22,33 +22,33 @@ static void keep_warning(void *user, FsLogLevel level, const char *message)
     if (level == FS_LOG_WARN) strncat(warnings, message, sizeof warnings - strlen(warnings) - 1);
 }
 
-static void write_photos(const char *out, const Frames *frames)
+static void write_photos(const char *out, const SmallViews *views)
 {
     Dataset dataset = {0};
-    char *dir = fs_file_path("%s/images", out), *views = fs_file_path("%s/views.json", out);
+    char *dir = fs_file_path("%s/images", out), *path = fs_file_path("%s/views.json", out);
     Image mask;
     assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
     assert_int_equal(fs_image_new(&mask, MADE_WIDTH, MADE_HEIGHT, 1, NULL), 0);
     for (int i = 0; i < MADE_WIDTH * MADE_HEIGHT; i++) mask.px[i] = 1;
-    for (int i = 0; i < frames->n; i++) {
+    for (int i = 0; i < views->n; i++) {
         char name[20];
         snprintf(name, sizeof name, "p%02d", i);
-        View view = {name, frames->frame[i].flash, false, frames->frame[i].camera};
+        View view = {name, views->view[i].flash, false, views->view[i].camera};
         char *photo = fs_file_path("%s/p%02d.tif", dir, i), *mask_path = fs_file_path("%s/p%02d_mask.png", dir, i);
         assert_int_equal(fs_dataset_append(&dataset, &view, NULL), 0);
-        assert_int_equal(fs_tiff_write_float(photo, &frames->frame[i].photo, NULL), 0);
+        assert_int_equal(fs_tiff_write_float(photo, &views->view[i].photo, NULL), 0);
         assert_int_equal(fs_png_write(mask_path, &mask, 8, NULL), 0);
         free(photo);
         free(mask_path);
     }
-    assert_int_equal(fs_dataset_write(&dataset, views, NULL), 0);
+    assert_int_equal(fs_dataset_write(&dataset, path, NULL), 0);
     fs_dataset_free(&dataset);
     fs_image_free(&mask);
     free(dir);
-    free(views);
+    free(path);
 }
 
-static void write_points(const char *out, const Frames *frames, int n)
+static void write_points(const char *out, const SmallViews *views, int n)
 {
     ColmapModel model = {0};
     char *dir = fs_file_path("%s/sparse", out);
@@ -56,7 +56,7 @@ static void write_points(const char *out, const Frames *frames, int n)
     assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
     ColmapCamera *camera = fs_colmap_model_add_camera(&model, NULL);
     camera->id = 1;
-    camera->lens = fs_lens_from_camera(&frames->frame[0].camera);
+    camera->lens = fs_lens_from_camera(&views->view[0].camera);
     ColmapImage *image = fs_colmap_model_add_image(&model, "p00.JPG", NULL);
     image->id = image->camera_id = 1;
     image->quat[0] = 1;
@@ -135,12 +135,12 @@ static void test_run(void **state)
     char *T = fs_file_path("%s/start/T_N.ply", out), *points = fs_file_path("%s/start/reflected.ply", out), *first,
          *second;
     size_t first_size, second_size;
-    Frames frames;
+    SmallViews views;
     MadeTexture texture_T, texture_R;
     Scene scene;
-    assert_int_equal(made_capture(&frames, &texture_T, &texture_R, NULL), 0);
-    write_photos(out, &frames);
-    write_points(out, &frames, POINTS);
+    assert_int_equal(made_capture(&views, &texture_T, &texture_R, NULL), 0);
+    write_photos(out, &views);
+    write_points(out, &views, POINTS);
     FsError err = {0};
     if (run(out, "1", "shared", &err) < 0) fail_msg("%s", err.message);
     assert_null(strstr(warnings, "weak flash"));
@@ -171,7 +171,7 @@ static void test_run(void **state)
     check_cloud(&scene.cloud[LAYER_BETA], 1, 0);
     fs_scene_free(&scene);
     check_comparisons(out, start);
-    fs_small_views_free(&frames);
+    fs_small_views_free(&views);
     free(start);
     free(R);
     free(T);
@@ -181,39 +181,39 @@ static void test_run(void **state)
 static void test_weak_flash(void **state)
 {
     const char *out = *state;
-    Frames frames;
+    SmallViews views;
     MadeTexture texture_T, texture_R;
-    assert_int_equal(made_capture(&frames, &texture_T, &texture_R, NULL), 0);
-    for (int i = 0; i < frames.n; i++) // all photos alike: the flash does nothing
-        for (int p = 0; p < MADE_WIDTH * MADE_HEIGHT * 3 && frames.frame[i].flash; p++)
-            frames.frame[i].photo.px[p] = made_photo_at(&frames.frame[i].camera, &texture_T, &texture_R, false, p % 3,
-                                                        p / 3 % MADE_WIDTH + 0.5, (double)(p / 3 / MADE_WIDTH) + 0.5);
-    write_photos(out, &frames);
-    write_points(out, &frames, POINTS);
+    assert_int_equal(made_capture(&views, &texture_T, &texture_R, NULL), 0);
+    for (int i = 0; i < views.n; i++) // all photos alike: the flash does nothing
+        for (int p = 0; p < MADE_WIDTH * MADE_HEIGHT * 3 && views.view[i].flash; p++)
+            views.view[i].photo.px[p] = made_photo_at(&views.view[i].camera, &texture_T, &texture_R, false, p % 3,
+                                                      p / 3 % MADE_WIDTH + 0.5, (double)(p / 3 / MADE_WIDTH) + 0.5);
+    write_photos(out, &views);
+    write_points(out, &views, POINTS);
     assert_int_equal(run(out, "2", "shared", NULL), 0);
     assert_non_null(strstr(warnings, "flash")); // it says so, and still makes a start
-    fs_small_views_free(&frames);
+    fs_small_views_free(&views);
 }
 
 static void test_refuses(void **state)
 {
     const char *out = *state;
-    Frames frames;
+    SmallViews views;
     MadeTexture texture_T, texture_R;
     FsError err = {0};
     assert_int_equal(run(out, "2", "shared", &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "views.json"));
-    assert_int_equal(made_capture(&frames, &texture_T, &texture_R, NULL), 0);
-    write_photos(out, &frames);
-    write_points(out, &frames, 5);
+    assert_int_equal(made_capture(&views, &texture_T, &texture_R, NULL), 0);
+    write_photos(out, &views);
+    write_points(out, &views, 5);
     assert_int_equal(run(out, "2", "shared", &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "5 points"));
-    write_points(out, &frames, POINTS);
-    for (int i = 0; i < frames.n; i++) frames.frame[i].flash = true;
-    write_photos(out, &frames);
+    write_points(out, &views, POINTS);
+    for (int i = 0; i < views.n; i++) views.view[i].flash = true;
+    write_photos(out, &views);
     assert_int_equal(run(out, "2", "shared", &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "0 without"));
-    fs_small_views_free(&frames);
+    fs_small_views_free(&views);
 }
 
 int main(void)
