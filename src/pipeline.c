@@ -48,6 +48,7 @@ void fs_project_close(FsProject *project)
     if (!project) return;
     fs_warnings_free(project->warnings);
     fs_settings_clear(&project->set);
+    free(project->fingerprint);
     free(project->out);
     free(project);
 }

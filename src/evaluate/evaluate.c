@@ -107,7 +107,7 @@ static int finish(const Evaluation *e, FsError *err)
     TRY(fs_score_table_write(e->method, e->n, e->truth, set->views, path, err));
     if (*set->json) TRY(fs_score_table_write(e->method, e->n, e->truth, set->views, set->json, err));
     fs_log_info(&e->project->log, "evaluate: figures of every view in %s", *set->json ? set->json : path);
-    TRY(fs_project_mark_done(e->project, "evaluate", FS_STAGE_EVALUATE, err));
+    TRY(fs_project_mark_done(e->project, FS_STAGE_EVALUATE, err));
 fail:
     free(path);
     return rc;
@@ -146,7 +146,7 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     int rc;
     char *cameras = fs_file_path("%s/cameras.json", truth);
     TRY(cameras ? fs_dataset_read(&e.cameras, cameras, err) : fs_error_memory(err));
-    fs_project_unmark(project, "evaluate");
+    fs_project_unmark(project, FS_STAGE_EVALUATE);
     e.context.threads = fs_threads_new(project->set.threads);
     TRY(e.context.threads ? 0 : fs_error_memory(err));
     TRY(open_lpips(&e, err));

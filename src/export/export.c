@@ -118,7 +118,7 @@ fail:
 
 int fs_export_run(FsProject *project, FsError *err)
 {
-    if (fs_project_done(project, "export", FS_STAGE_EXPORT)) return 0;
+    if (fs_project_done(project, FS_STAGE_EXPORT)) return 0;
     Scene scene = {0};
     Development development;
     int rc = 0;
@@ -132,7 +132,7 @@ int fs_export_run(FsProject *project, FsError *err)
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: missing: train the scene first", model);
         goto fail;
     }
-    fs_project_unmark(project, "export");
+    fs_project_unmark(project, FS_STAGE_EXPORT);
     TRY(fs_scene_read(&scene, clouds, err));
     TRY(fs_file_mkdirs(dir, err));
     TRY(develop(project, &scene, &development, err));
@@ -145,7 +145,7 @@ int fs_export_run(FsProject *project, FsError *err)
         TRY(export_layer(project, &scene, (Layer)l, &development, err));
     }
     fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");
-    TRY(fs_project_mark_done(project, "export", FS_STAGE_EXPORT, err));
+    TRY(fs_project_mark_done(project, FS_STAGE_EXPORT, err));
 fail:
     fs_scene_free(&scene);
     free(clouds);

@@ -11,8 +11,6 @@
 #include "ingest/develop.h"
 #include "ingest/shots.h"
 
-#define MAX_JSON_BYTES (64 << 20)
-
 typedef struct Work {
     Shots *shots;
     const char *dir;
@@ -111,7 +109,7 @@ static void put_matrix(json_t *root, const Shots *shots)
     }
 }
 
-static int write_json(const FsProject *project, const Shots *shots, const char *fingerprint, FsError *err)
+static int write_json(const FsProject *project, const Shots *shots, FsError *err)
 {
     const double *wb = shots->white_balance;
     json_t *photos = json_array();
@@ -120,10 +118,9 @@ static int write_json(const FsProject *project, const Shots *shots, const char *
             json_decref(photos);
             photos = NULL;
         }
-    json_t *root = photos
-                       ? json_pack("{s:i, s:[f,f,f], s:s, s:o}", "long_edge", project->set.long_edge, "white_balance",
-                                   wb[0], wb[1], wb[2], "fingerprint", fingerprint, "photos", photos)
-                       : NULL;
+    json_t *root = photos ? json_pack("{s:i, s:[f,f,f], s:o}", "long_edge", project->set.long_edge, "white_balance",
+                                      wb[0], wb[1], wb[2], "photos", photos)
+                          : NULL;
     if (root) put_matrix(root, shots);
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
     char *path = fs_file_path("%s/ingest.json", project->out);
@@ -138,7 +135,7 @@ static int start_clean(const FsProject *project, const char *dir, FsError *err)
 {
     char *json = fs_file_path("%s/ingest.json", project->out);
     if (!json) return fs_error_memory(err);
-    fs_project_unmark(project, "ingest");
+    fs_project_unmark(project, FS_STAGE_INGEST);
     unlink(json);
     free(json);
     fs_file_remove_tree(dir);
@@ -148,36 +145,25 @@ static int start_clean(const FsProject *project, const char *dir, FsError *err)
     return rc;
 }
 
-// Other photos than those of the last time. Photos that are gone do not matter once they are ingested.
-static bool photos_changed(const FsProject *project, const char *folder)
+// Photos that are gone do not matter once they are ingested; a folder that is there must hold photos.
+static bool is_done(FsProject *project, const char *folder)
 {
     Shots shots;
-    bool changed = false;
-    char *path = fs_file_path("%s/ingest.json", project->out), *text = NULL;
-    char now[17];
-    size_t size;
-    if (path && fs_shots_scan(&shots, folder, &(Log){0}, NULL) == 0) {
-        json_t *last =
-            fs_file_read(path, MAX_JSON_BYTES, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
-        const char *fingerprint = json_string_value(json_object_get(last, "fingerprint"));
-        fs_shots_fingerprint(&shots, project->set.flash_list, now);
-        changed = !fingerprint || strcmp(fingerprint, now) != 0;
-        if (fingerprint && changed) fs_log_info(&project->log, "ingest: done again, the photos have changed");
-        json_decref(last);
+    *project->photos = 0;
+    if (fs_shots_scan(&shots, folder, &(Log){0}, NULL) == 0) {
+        fs_shots_fingerprint(&shots, project->set.flash_list, project->photos);
         fs_shots_free(&shots);
+    } else if (fs_file_exists(folder)) {
+        return false;
     }
-    free(text);
-    free(path);
-    return changed;
+    return fs_project_done(project, FS_STAGE_INGEST);
 }
 
 int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
 {
-    if (!photos_changed(project, photos) && fs_project_done(project, "ingest", FS_STAGE_INGEST)) return 0;
-    fs_warnings_forget(project->out, "ingest");
+    if (is_done(project, photos)) return 0;
     int rc = 0;
     const Log *log = &project->log;
-    char fingerprint[17];
     Shots shots = {0};
     char *dir = fs_file_path("%s/linear", project->out);
     Threads *threads = fs_threads_new(project->set.threads);
@@ -186,7 +172,6 @@ int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
         goto fail;
     }
     TRY(fs_shots_scan(&shots, photos, log, err));
-    fs_shots_fingerprint(&shots, project->set.flash_list, fingerprint);
     fs_shots_read_headers(&shots, threads);
     TRY(fs_shots_drop_failed(&shots, log, err));
     TRY(fs_shots_find_flash(&shots, &project->set, log, err));
@@ -196,8 +181,8 @@ int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
     TRY(fs_shots_drop_failed(&shots, log, err));
     TRY(fs_shots_check_groups(&shots, err));
     check_pictures(&shots, log);
-    TRY(write_json(project, &shots, fingerprint, err));
-    TRY(fs_project_mark_done(project, "ingest", FS_STAGE_INGEST, err));
+    TRY(write_json(project, &shots, err));
+    TRY(fs_project_mark_done(project, FS_STAGE_INGEST, err));
 fail:
     fs_threads_free(threads);
     fs_shots_free(&shots);

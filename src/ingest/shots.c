@@ -3,9 +3,9 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "image/photo.h"
 
 static const struct {
@@ -127,18 +127,15 @@ fail:
 
 static uint64_t add_file(uint64_t hash, const char *path, const char *name)
 {
-    struct stat st = {0};
-    char text[400];
-    if (path) stat(path, &st);
-    snprintf(text, sizeof text, "%s|%lld|%lld|%ld", name, (long long)st.st_size, (long long)st.st_mtim.tv_sec,
-             (long)st.st_mtim.tv_nsec);
-    for (const char *p = text; *p; p++) hash = (hash ^ (unsigned char)*p) * 0x100000001b3u; // FNV-1a
+    uint64_t size;
+    hash = fs_hash_text(hash, name);
+    if (!path || fs_hash_file(path, true, &hash, &size) < 0) hash = fs_hash_text(hash, "unreadable");
     return hash;
 }
 
 void fs_shots_fingerprint(const Shots *shots, const char *flash_list, char text[17])
 {
-    uint64_t hash = 0xcbf29ce484222325u;
+    uint64_t hash = FS_HASH_EMPTY;
     for (int i = 0; i < shots->n; i++) {
         char *path = fs_file_path("%s/%s", shots->folder, shots->shot[i].file);
         hash = add_file(hash, path, shots->shot[i].file);

@@ -35,8 +35,8 @@ typedef struct Shots {
 void fs_shots_free(Shots *shots);
 // The photos in `folder`: a RAW file is taken where a JPEG has the same name; other equal names are an error.
 int fs_shots_scan(Shots *shots, const char *folder, const Log *log, FsError *err);
-// Of the names, sizes and times of the photos and of the list of flash photos (may be NULL): tells whether anything
-// changed since the last time.
+// Of the names and contents of the photos and of the list of flash photos (may be NULL): tells whether anything changed
+// since the last time.
 void fs_shots_fingerprint(const Shots *shots, const char *flash_list, char text[17]);
 // Headers of all photos; those that cannot be read get a failure.
 void fs_shots_read_headers(Shots *shots, Threads *threads);

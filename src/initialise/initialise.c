@@ -132,8 +132,8 @@ fail:
 
 int fs_initialise_run(FsProject *project, FsError *err)
 {
-    if (fs_project_done(project, "initialise", FS_STAGE_INITIALISE)) return 0;
-    fs_project_unmark(project, "initialise");
+    if (fs_project_done(project, FS_STAGE_INITIALISE)) return 0;
+    fs_project_unmark(project, FS_STAGE_INITIALISE);
     int rc = 0;
     const Log *log = &project->log;
     SmallViews views = {0};
@@ -165,7 +165,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
     TRY(fs_first_scene_make(&start, &project->set, &scene, err));
     TRY(write_start(project, &points, dense, &scene, err));
-    TRY(fs_project_mark_done(project, "initialise", FS_STAGE_INITIALISE, err));
+    TRY(fs_project_mark_done(project, FS_STAGE_INITIALISE, err));
     fs_log_progress(log, "initialise", 4, 4, "done");
 fail:
     fs_scene_free(&scene);

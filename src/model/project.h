@@ -26,15 +26,31 @@ struct FsProject {
     char *out;
     Settings set;
     Log log;
-    Warnings *warnings; // what log keeps for the report; NULL: nothing is kept
+    Warnings *warnings;         // what log keeps for the report; NULL: nothing is kept
+    char photos[17];            // hash of the photos, which ingest fills in; "": not there
+    char *fingerprint;          // of the stage that is looked at: fs_project_done takes it before the stage reads
+    unsigned fingerprint_stage; // which that is
 };
 
-// True when <out>/done/<stage>.json exists, setting "force" is off, and the settings of that stage (stage_mask, one
-// FS_STAGE_*) are the same as when it was written; logs that the stage is skipped. A changed setting makes it false
-// and says which.
-bool fs_project_done(const FsProject *project, const char *stage, unsigned stage_mask);
-int fs_project_mark_done(const FsProject *project, const char *stage, unsigned stage_mask, FsError *err);
-void fs_project_unmark(const FsProject *project,
-                       const char *stage); // at the start of a stage's work, and of later ones
+// The stages of a project in their order, one row each.
+enum { PROJECT_STAGES = 7, PROJECT_INPUTS = 5 };
+typedef struct ProjectStage {
+    const char *name;
+    unsigned stage, after;             // FS_STAGE_*; the stages whose results it reads, directly or not
+    const char *input[PROJECT_INPUTS]; // files and folders in OUT that it reads
+} ProjectStage;
+extern const ProjectStage fs_project_stages[PROJECT_STAGES];
+const ProjectStage *fs_project_stage(unsigned stage); // the row of one FS_STAGE_*
+
+// True when <out>/done/<stage>.json exists, setting "force" is off, and the stage's settings and inputs are those it
+// was made from; logs that the stage is skipped. A change makes it false and says which.
+bool fs_project_done(FsProject *project, unsigned stage);
+int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err);
+void fs_project_unmark(const FsProject *project, unsigned stage); // at the start of a stage's work, and of later ones
+
+// For what a stage leaves to go on from: settings and inputs as one text, taken when fs_project_done was asked. Store
+// it beside the work; then see whether work of `was` belongs to it: an error that says what differs.
+const char *fs_project_fingerprint(FsProject *project, unsigned stage); // NULL when out of memory
+int fs_project_check(FsProject *project, unsigned stage, const char *was, const char *path, FsError *err);
 
 #endif

@@ -70,12 +70,12 @@ static const FsOption table[] = {
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
     INT("steps", steps, TRAIN, "5000", 1, 1000000, "N", "training steps"),
-    INT("test-every", test_every, TRAIN, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
+    INT("test-every", test_every, POSES, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
     INT("checkpoint-every", checkpoint_every, TRAIN, "500", 0, 1000000, "N",
         "steps between checkpoints; 0: only at the end"),
     INT("progress-every", progress_every, TRAIN, "500", 0, 1000000, "N", "steps between contact sheets; 0: none"),
     INT("max-splats", max_splats, TRAIN, "500000", 100, 10000000, "N", "most Gaussians per cloud"),
-    BOOL("resume", resume, TRAIN, "go on from the last checkpoint"),
+    BOOL("resume", resume, TRAIN, "go on from the last checkpoint; refuses one made from other settings or inputs"),
     ENUM("separation", separation, INITIALISE | TRAIN, "full", "full|flashless|linear|none",
          "for comparisons: one T for all photos, without the flash's cues; T_F a constant times T_N; or one cloud, no "
          "R"),

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "model/project.h"
 
 #define MAX_BYTES 65536 // of a stage's warnings; later ones are not kept
 
@@ -107,10 +108,9 @@ void fs_warnings_forget(const char *out, const char *stage)
 
 char *fs_warnings_read(const char *out)
 {
-    static const char *const stages[] = {"ingest", "poses", "initialise", "train", "render", "evaluate", "export"};
     char *all = NULL;
-    for (size_t i = 0; i < sizeof stages / sizeof *stages; i++) {
-        char *path = file_of(out, stages[i]), *text = NULL;
+    for (int i = 0; i < PROJECT_STAGES; i++) {
+        char *path = file_of(out, fs_project_stages[i].name), *text = NULL;
         size_t size;
         if (path && fs_file_exists(path) && fs_file_read(path, MAX_BYTES, &text, &size, NULL) == 0 && *text) {
             char *joined = fs_file_path("%s%s", all ? all : "", text);

@@ -174,7 +174,7 @@ static void log_points(const FsProject *project, const Capture *capture, const S
 static int start_clean(const FsProject *project, FsError *err)
 {
     static const char *const parts[] = {"views.json", "images", "sparse", "colmap"};
-    fs_project_unmark(project, "poses");
+    fs_project_unmark(project, FS_STAGE_POSES);
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         char *path = fs_file_path("%s/%s", project->out, parts[i]);
         if (!path) return fs_error_memory(err);
@@ -197,7 +197,7 @@ static int update_held_out(const FsProject *project, FsError *err)
     TRY(fs_dataset_read(&views, path, err));
     if (fs_sparse_hold_out(&views, project->set.test_every)) {
         fs_log_info(&project->log, "poses: other photos are held out (--test-every %d)", project->set.test_every);
-        fs_project_unmark(project, "initialise");
+        fs_project_unmark(project, FS_STAGE_INITIALISE);
         TRY(fs_dataset_write(&views, path, err));
     }
 fail:
@@ -208,7 +208,7 @@ fail:
 
 int fs_poses_run(FsProject *project, FsError *err)
 {
-    if (fs_project_done(project, "poses", FS_STAGE_POSES)) return update_held_out(project, err);
+    if (fs_project_done(project, FS_STAGE_POSES)) return update_held_out(project, err);
     int rc = 0;
     Capture capture = {0};
     Sparse sparse = {0};
@@ -218,7 +218,7 @@ int fs_poses_run(FsProject *project, FsError *err)
     TRY(reconstruct(project, &capture, &sparse, err));
     TRY(fs_sparse_write(&sparse, project, &capture, err));
     log_points(project, &capture, &sparse);
-    TRY(fs_project_mark_done(project, "poses", FS_STAGE_POSES, err));
+    TRY(fs_project_mark_done(project, FS_STAGE_POSES, err));
 fail:
     fs_sparse_free(&sparse);
     fs_capture_free(&capture);

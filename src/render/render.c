@@ -321,9 +321,9 @@ int fs_render_run(FsProject *project, FsError *err)
     int rc;
     if (spiral && model)
         return fs_error_set(err, FS_ERR_USAGE, "--path spiral and --cameras: give one of them, both say which views");
-    if (usual && fs_project_done(project, "render", FS_STAGE_RENDER)) return 0;
+    if (usual && fs_project_done(project, FS_STAGE_RENDER)) return 0;
     TRY(open_run(&run, err));
-    if (usual) fs_project_unmark(project, "render");
+    if (usual) fs_project_unmark(project, FS_STAGE_RENDER);
     if (!*set->output) drop_outdated(&run);
     TRY(probe_depth(&run, err));
     TRY(find_exposure(&run, err));
@@ -334,7 +334,7 @@ int fs_render_run(FsProject *project, FsError *err)
     else
         TRY(render_photos(&run, err));
     if (set->video && !spiral && !model) TRY(render_spiral(&run, false, err));
-    if (usual) TRY(fs_project_mark_done(project, "render", FS_STAGE_RENDER, err));
+    if (usual) TRY(fs_project_mark_done(project, FS_STAGE_RENDER, err));
 fail:
     close_run(&run);
     return rc;

@@ -302,10 +302,9 @@ static void option_text(const Page *page, const json_t *ran_with, const FsOption
 
 static json_t *read_marks(const Page *page)
 {
-    static const char *const stages[] = {"export", "render", "train", "initialise", "poses", "ingest"};
     json_t *all = json_object();
-    for (size_t i = 0; i < sizeof stages / sizeof *stages; i++) {
-        char *path = fs_file_path("%s/done/%s.json", page->project->out, stages[i]), *text = NULL;
+    for (int i = PROJECT_STAGES - 1; i >= 0; i--) { // what an early stage ran with counts
+        char *path = fs_file_path("%s/done/%s.json", page->project->out, fs_project_stages[i].name), *text = NULL;
         size_t size;
         json_t *mark =
             path && fs_file_read(path, MAX_MARK, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;

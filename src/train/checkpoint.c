@@ -96,9 +96,10 @@ static json_t *numbers(const double *x, int n)
 
 static int write_state(const Trainer *trainer, const char *dir, FsError *err)
 {
+    const char *made_from = fs_project_fingerprint(trainer->project, FS_STAGE_TRAIN);
     json_t *root =
-        json_pack("{s:i,s:o,s:o}", "step", trainer->step, "global_m", numbers(trainer->globals.m, TRAIN_GLOBALS),
-                  "global_v", numbers(trainer->globals.v, TRAIN_GLOBALS));
+        json_pack("{s:i,s:s?,s:o,s:o}", "step", trainer->step, "made_from", made_from, "global_m",
+                  numbers(trainer->globals.m, TRAIN_GLOBALS), "global_v", numbers(trainer->globals.v, TRAIN_GLOBALS));
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     char *path = fs_file_path("%s/state.json", dir);
     int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
@@ -151,6 +152,9 @@ static int read_state(Trainer *trainer, const char *dir, FsError *err)
     if (!root || step < 0 || read_numbers(root, "global_m", trainer->globals.m, TRAIN_GLOBALS) ||
         read_numbers(root, "global_v", trainer->globals.v, TRAIN_GLOBALS))
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; remove the folder and train again", path);
+    if (rc == 0)
+        rc = fs_project_check(trainer->project, FS_STAGE_TRAIN, json_string_value(json_object_get(root, "made_from")),
+                              dir, err);
     trainer->step = step;
     json_decref(root);
     free(path);

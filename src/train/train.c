@@ -126,7 +126,7 @@ static void fix_unit_of_R(Scene *scene)
 
 int fs_train_run(FsProject *project, FsError *err)
 {
-    if (fs_project_done(project, "train", FS_STAGE_TRAIN)) return 0;
+    if (fs_project_done(project, FS_STAGE_TRAIN)) return 0;
     int rc;
     Trainer trainer = {.project = project, .set = &project->set};
     char *clouds = fs_file_path("%s/clouds", project->out);
@@ -136,13 +136,13 @@ int fs_train_run(FsProject *project, FsError *err)
     TRY(allocate_scratch(&trainer, err));
     TRY(load_scene(&trainer, err));
     rc = 0;
-    fs_project_unmark(project, "train");
+    fs_project_unmark(project, FS_STAGE_TRAIN);
     TRY(train_loop(&trainer, err));
     fix_unit_of_R(&trainer.scene);
     TRY(fs_file_mkdirs(clouds, err));
     TRY(fs_scene_write(&trainer.scene, clouds, err));
     TRY(fs_checkpoint_write(&trainer, err));
-    TRY(fs_project_mark_done(project, "train", FS_STAGE_TRAIN, err));
+    TRY(fs_project_mark_done(project, FS_STAGE_TRAIN, err));
 fail:
     free(clouds);
     free_trainer(&trainer);

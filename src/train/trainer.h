@@ -42,7 +42,7 @@ typedef struct GlobalState {
 } GlobalState;
 
 typedef struct Trainer {
-    const FsProject *project;
+    FsProject *project;
     const Settings *set;
     Engine *engine;
     Dataset dataset;

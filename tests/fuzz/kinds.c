@@ -306,7 +306,7 @@ static int read_project(const char *dir, FsError *err)
     FsProject *project = NULL;
     int rc;
     TRY(fs_project_open(&project, dir, settings, NULL, err));
-    fs_project_done(project, "train", FS_STAGE_TRAIN);
+    fs_project_done(project, FS_STAGE_TRAIN);
     TRY(fs_info_run(dir, &(const Log){0}, err));
     TRY(fs_report_run(project, err));
 fail:

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "base/cpu.h"
 #include "base/file.h"
 #include "model/project.h"
 
@@ -60,29 +61,29 @@ static int teardown(void **state)
     return 0;
 }
 
-static void mark(Fixture *f, const char *stage, unsigned mask)
+static void mark(Fixture *f, unsigned stage)
 {
     FsError err = {0};
-    assert_int_equal(fs_project_mark_done(f->project, stage, mask, &err), 0);
+    assert_int_equal(fs_project_mark_done(f->project, stage, &err), 0);
 }
 
 static void test_mark_and_skip(void **state)
 {
     Fixture *f = *state;
-    assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
-    mark(f, "train", FS_STAGE_TRAIN);
-    assert_true(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
+    mark(f, FS_STAGE_TRAIN);
+    assert_true(fs_project_done(f->project, FS_STAGE_TRAIN));
     assert_non_null(strstr(f->last_log, "skipped"));
     set(f, "force", "true");
-    assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
 }
 
 static void test_changed_setting_is_named(void **state)
 {
     Fixture *f = *state;
-    mark(f, "train", FS_STAGE_TRAIN);
+    mark(f, FS_STAGE_TRAIN);
     set(f, "steps", "77");
-    assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
     assert_non_null(strstr(f->last_log, "--steps"));
     assert_non_null(strstr(f->last_log, "77"));
 }
@@ -90,45 +91,130 @@ static void test_changed_setting_is_named(void **state)
 static void test_settings_that_do_not_change_results(void **state)
 {
     Fixture *f = *state;
-    mark(f, "train", FS_STAGE_TRAIN);
+    mark(f, FS_STAGE_TRAIN);
     set(f, "threads", "1");
-    set(f, "cpu", "scalar");
     set(f, "checkpoint-every", "3");
     set(f, "progress-every", "3");
     set(f, "resume", "true");
-    assert_true(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
-    mark(f, "ingest", FS_STAGE_INGEST);
+    assert_true(fs_project_done(f->project, FS_STAGE_TRAIN));
+    mark(f, FS_STAGE_INGEST);
     set(f, "steps", "78"); // not a setting of ingest
-    assert_true(fs_project_done(f->project, "ingest", FS_STAGE_INGEST));
+    assert_true(fs_project_done(f->project, FS_STAGE_INGEST));
 }
 
 static void test_rerun_takes_later_marks(void **state)
 {
     Fixture *f = *state;
-    mark(f, "ingest", FS_STAGE_INGEST);
-    mark(f, "train", FS_STAGE_TRAIN);
-    mark(f, "render", FS_STAGE_RENDER);
-    mark(f, "export", FS_STAGE_EXPORT);
-    fs_project_unmark(f->project, "render"); // export does not read renders
-    assert_false(fs_project_done(f->project, "render", FS_STAGE_RENDER));
-    assert_true(fs_project_done(f->project, "export", FS_STAGE_EXPORT));
-    fs_project_unmark(f->project, "train");
-    assert_true(fs_project_done(f->project, "ingest", FS_STAGE_INGEST));
-    assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
-    assert_false(fs_project_done(f->project, "export", FS_STAGE_EXPORT));
+    mark(f, FS_STAGE_INGEST);
+    mark(f, FS_STAGE_TRAIN);
+    mark(f, FS_STAGE_RENDER);
+    mark(f, FS_STAGE_EXPORT);
+    fs_project_unmark(f->project, FS_STAGE_RENDER); // export does not read renders
+    assert_false(fs_project_done(f->project, FS_STAGE_RENDER));
+    assert_true(fs_project_done(f->project, FS_STAGE_EXPORT));
+    fs_project_unmark(f->project, FS_STAGE_TRAIN);
+    assert_true(fs_project_done(f->project, FS_STAGE_INGEST));
+    assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
+    assert_false(fs_project_done(f->project, FS_STAGE_EXPORT));
 }
 
 static void test_broken_marks(void **state)
 {
     Fixture *f = *state;
     static const char *const texts[] = {"", "{", "[1, 2]", "{\"settings\": 3}", "\xff\xfe", "{\"settings\": {}}"};
-    mark(f, "train", FS_STAGE_TRAIN);
+    mark(f, FS_STAGE_TRAIN);
     char *path = fs_file_path("%s/done/train.json", f->out);
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         assert_int_equal(fs_file_write(path, texts[i], strlen(texts[i]), NULL), 0);
-        assert_false(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+        assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
     }
     free(path);
+}
+
+static void write_file(Fixture *f, const char *name, const char *text)
+{
+    char *path = fs_file_path("%s/%s", f->out, name), *dir = fs_file_path("%s/images", f->out);
+    assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
+    assert_int_equal(fs_file_write(path, text, strlen(text), NULL), 0);
+    free(path);
+    free(dir);
+}
+
+static void test_changed_inputs_are_named(void **state)
+{
+    Fixture *f = *state;
+    write_file(f, "views.json", "1");
+    write_file(f, "images/a.tif", "1");
+    assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
+    mark(f, FS_STAGE_TRAIN);
+    write_file(f, "images/Thumbs.db", "what a file manager leaves");
+    write_file(f, "images/a.tif", "1"); // the same again
+    assert_true(fs_project_done(f->project, FS_STAGE_TRAIN));
+    write_file(f, "images/a.tif", "2");
+    assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
+    assert_non_null(strstr(f->last_log, "images changed"));
+    mark(f, FS_STAGE_TRAIN);
+    write_file(f, "images/b.tif", "2");
+    assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
+    mark(f, FS_STAGE_TRAIN);
+    write_file(f, "views.json", "2"); // while the stage works: its results are of what was there before
+    mark(f, FS_STAGE_TRAIN);
+    assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
+    assert_non_null(strstr(f->last_log, "views.json changed"));
+    mark(f, FS_STAGE_TRAIN);
+    char *images = fs_file_path("%s/images", f->out);
+    fs_file_remove_tree(images); // to save room
+    free(images);
+    assert_true(fs_project_done(f->project, FS_STAGE_TRAIN));
+    assert_false(fs_project_done(f->project, FS_STAGE_INITIALISE));
+}
+
+static void test_photos_and_models(void **state)
+{
+    Fixture *f = *state;
+    char *model = fs_file_path("%s/model.json", f->out);
+    write_file(f, "model.json", "1");
+    set(f, "poses", model);
+    assert_false(fs_project_done(f->project, FS_STAGE_POSES));
+    mark(f, FS_STAGE_POSES);
+    assert_true(fs_project_done(f->project, FS_STAGE_POSES));
+    write_file(f, "model.json", "2");
+    assert_false(fs_project_done(f->project, FS_STAGE_POSES));
+    assert_non_null(strstr(f->last_log, "the model of --poses changed"));
+    strcpy(f->project->photos, "1");
+    assert_false(fs_project_done(f->project, FS_STAGE_INGEST));
+    mark(f, FS_STAGE_INGEST);
+    *f->project->photos = 0; // gone
+    assert_true(fs_project_done(f->project, FS_STAGE_INGEST));
+    strcpy(f->project->photos, "2");
+    assert_false(fs_project_done(f->project, FS_STAGE_INGEST));
+    free(model);
+}
+
+// A checkpoint's side: what is stored beside the work is refused once it is not what would be stored now.
+static void test_fingerprint_is_checked(void **state)
+{
+    Fixture *f = *state;
+    FsError err = {0};
+    char *was = strdup(fs_project_fingerprint(f->project, FS_STAGE_TRAIN));
+    assert_int_equal(fs_project_check(f->project, FS_STAGE_TRAIN, was, "checkpoint", &err), 0);
+    set(f, "gain-push", "0.5");
+    assert_int_equal(fs_project_check(f->project, FS_STAGE_TRAIN, was, "checkpoint", &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, "checkpoint: --gain-push was 0.02 and is 0.5 now"));
+    static const char *const odd[] = {NULL, "", "{}", "[]", "{\"settings\": {}, \"inputs\": 1}"};
+    for (size_t i = 0; i < sizeof odd / sizeof *odd; i++)
+        assert_int_equal(fs_project_check(f->project, FS_STAGE_TRAIN, odd[i], "checkpoint", &err), FS_ERR_INPUT);
+    free(was);
+}
+
+static void test_the_instruction_set_used_counts(void **state)
+{
+    Fixture *f = *state;
+    mark(f, FS_STAGE_TRAIN);
+    set(f, "cpu", fs_cpu_name(fs_cpu_best())); // what "best" is here
+    assert_true(fs_project_done(f->project, FS_STAGE_TRAIN));
+    set(f, "cpu", "scalar");
+    if (fs_cpu_best() != CPU_SCALAR) assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
 }
 
 static void test_warnings_are_kept_until_their_stage_runs_again(void **state)
@@ -148,9 +234,9 @@ static void test_warnings_are_kept_until_their_stage_runs_again(void **state)
     char *text = fs_warnings_read(f->out);
     assert_string_equal(text, "a photo is bad\na photo is ba\ndark photos\n");
     free(text);
-    assert_false(fs_project_done(f->project, "ingest", FS_STAGE_INGEST));
-    mark(f, "train", FS_STAGE_TRAIN);
-    assert_true(fs_project_done(f->project, "train", FS_STAGE_TRAIN));
+    assert_false(fs_project_done(f->project, FS_STAGE_INGEST));
+    mark(f, FS_STAGE_TRAIN);
+    assert_true(fs_project_done(f->project, FS_STAGE_TRAIN));
     text = fs_warnings_read(f->out);
     assert_string_equal(text, "dark photos\n");
     free(text);
@@ -183,6 +269,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_settings_that_do_not_change_results, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rerun_takes_later_marks, setup, teardown),
         cmocka_unit_test_setup_teardown(test_broken_marks, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_changed_inputs_are_named, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_photos_and_models, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_fingerprint_is_checked, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_the_instruction_set_used_counts, setup, teardown),
         cmocka_unit_test_setup_teardown(test_warnings_are_kept_until_their_stage_runs_again, setup, teardown),
         cmocka_unit_test_setup_teardown(test_open_refuses, setup, teardown),
     };

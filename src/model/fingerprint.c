@@ -1,0 +1,151 @@
+#include "model/fingerprint.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/cpu.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "model/colmap_model.h"
+
+#define MAX_DEPTH 4
+
+// Settings that say how a stage works, not what it computes; and the preset, which counts through the values it sets,
+// but for the stages it steers by name. Who is held out stands in views.json, which poses brings up to date.
+static bool changes_result(const char *name, unsigned stage)
+{
+    static const char *const ignored[] = {"threads",        "force", "resume",    "checkpoint-every",
+                                          "progress-every", "json",  "test-every"};
+    for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++)
+        if (strcmp(name, ignored[i]) == 0) return false;
+    return strcmp(name, "preset") != 0 || (stage & (FS_STAGE_INITIALISE | FS_STAGE_TRAIN));
+}
+
+static json_t *settings_of(const FsProject *project, unsigned stage)
+{
+    char *text = fs_settings_json(&project->set, stage);
+    json_t *all = text ? json_loads(text, 0, NULL) : NULL, *kept = all ? json_object() : NULL, *value;
+    const char *name;
+    CpuLevel level;
+    free(text);
+    if (kept) json_object_foreach(all, name, value)
+        {
+            if (changes_result(name, stage)) json_object_set(kept, name, value);
+        }
+    if (json_object_get(kept, "cpu")) { // the instructions that are used: others round otherwise
+        fs_cpu_choose(project->set.cpu, &level, NULL);
+        json_object_set_new(kept, "cpu", json_string(fs_cpu_name(level)));
+    }
+    json_decref(all);
+    return kept;
+}
+
+// ---- inputs ----
+
+static bool is_read(const char *name) // by a stage; not what a file manager leaves about
+{
+    static const char *const ext[] = {"tif", "png", "json", "ply", "txt", "bin"};
+    for (size_t i = 0; i < sizeof ext / sizeof *ext; i++)
+        if (fs_file_has_ext(name, ext[i])) return true;
+    return false;
+}
+
+// Names and contents, in the order of the names. False where there is nothing.
+static bool hash_path(const char *path, int depth, uint64_t *hash)
+{
+    uint64_t size;
+    FileList list;
+    if (!fs_file_exists(path)) return false;
+    if (!fs_file_is_dir(path)) {
+        if (fs_hash_file(path, true, hash, &size) < 0) *hash = fs_hash_text(*hash, "unreadable");
+        return true;
+    }
+    if (depth == 0 || fs_file_list(path, &list, NULL) < 0) return true;
+    for (int i = 0; i < list.n; i++) {
+        char *inside = fs_file_path("%s/%s", path, list.name[i]);
+        if (inside && (fs_file_is_dir(inside) ? depth > 1 : is_read(inside))) {
+            *hash = fs_hash_text(*hash, list.name[i]);
+            hash_path(inside, depth - 1, hash);
+        }
+        free(inside);
+    }
+    fs_file_list_free(&list);
+    return true;
+}
+
+static void put_hash(json_t *inputs, const char *name, const char *path, int depth)
+{
+    uint64_t hash = FS_HASH_EMPTY;
+    char text[17];
+    bool there = path && hash_path(path, depth, &hash);
+    snprintf(text, sizeof text, "%016llx", (unsigned long long)hash);
+    json_object_set_new(inputs, name, there ? json_string(text) : json_null());
+}
+
+static json_t *inputs_of(const FsProject *project, const ProjectStage *stage)
+{
+    json_t *inputs = json_object();
+    const char *model = project->set.poses;
+    if (stage->stage == FS_STAGE_INGEST) // which files are photos, ingest knows
+        json_object_set_new(inputs, "the photos", *project->photos ? json_string(project->photos) : json_null());
+    if (stage->stage == FS_STAGE_POSES && *model) {
+        char *place = fs_colmap_model_find(model);
+        put_hash(inputs, "the model of --poses", place ? place : model, 1);
+        free(place);
+    }
+    for (int i = 0; i < PROJECT_INPUTS && stage->input[i]; i++) {
+        char *path = fs_file_path("%s/%s", project->out, stage->input[i]);
+        put_hash(inputs, stage->input[i], path, MAX_DEPTH);
+        free(path);
+    }
+    return inputs;
+}
+
+char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage)
+{
+    json_t *settings = settings_of(project, stage->stage), *inputs = settings ? inputs_of(project, stage) : NULL;
+    json_t *root = inputs ? json_pack("{s:o, s:o}", "settings", settings, "inputs", inputs) : NULL;
+    char *text = root ? json_dumps(root, JSON_COMPACT) : NULL;
+    if (!root) json_decref(settings);
+    json_decref(root);
+    return text;
+}
+
+// ---- comparing ----
+
+static void say_setting(char *text, size_t size, const char *name, const json_t *was, const json_t *now)
+{
+    char *was_text = was ? json_dumps(was, JSON_ENCODE_ANY) : NULL, *now_text = json_dumps(now, JSON_ENCODE_ANY);
+    snprintf(text, size, "--%s was %s and is %s now", name, was_text ? was_text : "not there",
+             now_text ? now_text : "?");
+    free(was_text);
+    free(now_text);
+}
+
+bool fs_fingerprint_differs(const char *was_text, const char *now_text, char *text, size_t size)
+{
+    json_t *was = was_text ? json_loads(was_text, 0, NULL) : NULL,
+           *now = now_text ? json_loads(now_text, 0, NULL) : NULL;
+    json_t *settings = json_object_get(was, "settings"), *inputs = json_object_get(was, "inputs"), *value;
+    bool differs = !now || !json_is_object(settings) || !json_is_object(inputs);
+    const char *name;
+    snprintf(text, size, "nothing says what it was made from");
+    if (!differs) json_object_foreach(json_object_get(now, "settings"), name, value)
+        {
+            if (json_equal(value, json_object_get(settings, name))) continue;
+            say_setting(text, size, name, json_object_get(settings, name), value);
+            differs = true;
+            break;
+        }
+    if (!differs) json_object_foreach(json_object_get(now, "inputs"), name, value)
+        {
+            if (json_is_null(value) || json_equal(value, json_object_get(inputs, name))) continue;
+            snprintf(text, size, "%s changed", name);
+            differs = true;
+            break;
+        }
+    json_decref(was);
+    json_decref(now);
+    return differs;
+}
