@@ -1,7 +1,10 @@
 #include "base/error.h"
 
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
+
+static atomic_uint memory_failures;
 
 int fs_error_set(FsError *err, int code, const char *format, ...)
 {
@@ -19,5 +22,11 @@ int fs_error_set(FsError *err, int code, const char *format, ...)
 
 int fs_error_memory(FsError *err)
 {
+    atomic_fetch_add(&memory_failures, 1);
     return fs_error_set(err, FS_ERR_MEMORY, "out of memory: use a smaller --long-edge or fewer splats");
+}
+
+unsigned fs_error_memory_failures(void)
+{
+    return atomic_load(&memory_failures);
 }

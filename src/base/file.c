@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <ftw.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -46,46 +47,115 @@ fail:
     return rc;
 }
 
-char *fs_file_temp(const char *path)
+// ---- names: folders in which a name changed since they were last synced ----
+
+#define MAX_FOLDERS 32
+
+static struct {
+    pthread_mutex_t lock;
+    int n;
+    char path[MAX_FOLDERS][512];
+} changed = {.lock = PTHREAD_MUTEX_INITIALIZER};
+
+// A folder that is gone, or of a file system that cannot sync folders, is no failure.
+static int sync_folder(const char *path, FsError *err)
 {
-    return fs_file_path("%s.part%ld", path, (long)getpid());
+    int fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    bool bad = fd >= 0 && fsync(fd) != 0 && (errno == EIO || errno == ENOSPC || errno == EDQUOT);
+    int rc = bad ? fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno)) : 0;
+    if (fd >= 0) close(fd);
+    return rc;
+}
+
+int fs_file_sync_names(FsError *err)
+{
+    int rc = 0;
+    pthread_mutex_lock(&changed.lock);
+    for (int i = 0; i < changed.n && rc == 0; i++) rc = sync_folder(changed.path[i], err);
+    changed.n = 0;
+    pthread_mutex_unlock(&changed.lock);
+    return rc;
+}
+
+static void name_changed(const char *path)
+{
+    char folder[sizeof changed.path[0]];
+    size_t n = (size_t)(fs_file_name(path) - path);
+    if (snprintf(folder, sizeof folder, "%.*s", n ? (int)n : 1, n ? path : ".") >= (int)sizeof folder) {
+        sync(); // a name too long to keep
+        return;
+    }
+    pthread_mutex_lock(&changed.lock);
+    int i = 0;
+    while (i < changed.n && strcmp(changed.path[i], folder) != 0) i++;
+    if (i == MAX_FOLDERS) sync_folder(changed.path[i = 0], NULL);
+    memcpy(changed.path[i], folder, sizeof folder);
+    if (i == changed.n) changed.n++;
+    pthread_mutex_unlock(&changed.lock);
 }
 
 int fs_file_rename(const char *temp, const char *path, FsError *err)
 {
-    if (rename(temp, path) == 0) return 0;
-    int rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno));
-    unlink(temp);
+    int rc = fs_file_is_dir(temp) ? fs_file_sync_names(err) : 0; // what is in it comes before it
+    if (rc == 0 && rename(temp, path) != 0)
+        rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno));
+    if (rc < 0)
+        unlink(temp);
+    else
+        name_changed(path);
     return rc;
+}
+
+// ---- files that appear whole or not at all ----
+
+long fs_file_put(AtomicFile *file, const void *data, size_t size)
+{
+    size_t done = 0;
+    while (done < size && !file->error) {
+        ssize_t n = write(file->fd, (const char *)data + done, size - done);
+        if (n > 0)
+            done += (size_t)n;
+        else if (n == 0 || errno != EINTR)
+            file->error = n == 0 ? ENOSPC : errno;
+    }
+    return (long)done;
+}
+
+static ssize_t put_cookie(void *file, const char *data, size_t size)
+{
+    return fs_file_put(file, data, size); // less than size, 0 included, is an error to stdio
 }
 
 int fs_file_begin(AtomicFile *file, const char *path, FsError *err)
 {
-    *file = (AtomicFile){.path = strdup(path), .temp = fs_file_temp(path)};
+    *file = (AtomicFile){.fd = -1, .path = strdup(path), .temp = fs_file_path("%s.part%ld", path, (long)getpid())};
     if (!file->path || !file->temp) {
         fs_file_abort(file);
         return fs_error_memory(err);
     }
-    file->f = fopen(file->temp, "wb");
+    file->fd = open(file->temp, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    file->f = file->fd < 0 ? NULL : fopencookie(file, "w", (cookie_io_functions_t){.write = put_cookie});
     if (!file->f) {
-        int rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno));
+        file->error = errno;
+        int rc = fs_file_failed(file, "", err);
         fs_file_abort(file);
         return rc;
     }
     return 0;
 }
 
+int fs_file_failed(const AtomicFile *file, const char *why, FsError *err)
+{
+    if (file->error == ENOMEM) return fs_error_memory(err);
+    return fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", file->path, file->error ? strerror(file->error) : why);
+}
+
 int fs_file_commit(AtomicFile *file, FsError *err)
 {
-    int rc = 0;
-    bool bad = ferror(file->f) || fflush(file->f) != 0 || fsync(fileno(file->f)) != 0;
-    int saved = errno;
-    bad |= fclose(file->f) != 0;
-    file->f = NULL;
-    if (bad)
-        rc = fs_error_set(err, FS_ERR_IO, "%s: writing failed: %s", file->path, strerror(saved ? saved : errno));
-    else
-        rc = fs_file_rename(file->temp, file->path, err);
+    bool bad = fflush(file->f) != 0 || ferror(file->f) || file->error;
+    if (!bad && fsync(file->fd) != 0 && errno != EINVAL && errno != EROFS) // no disk behind it
+        bad = true, file->error = errno;
+    int rc = bad ? fs_file_failed(file, "lost", err) : fs_file_rename(file->temp, file->path, err);
     fs_file_abort(file);
     return rc;
 }
@@ -93,7 +163,10 @@ int fs_file_commit(AtomicFile *file, FsError *err)
 void fs_file_abort(AtomicFile *file)
 {
     if (file->f) fclose(file->f);
-    if (file->temp) unlink(file->temp);
+    if (file->temp && file->fd >= 0) {
+        close(file->fd);
+        unlink(file->temp);
+    }
     free(file->temp);
     free(file->path);
     *file = (AtomicFile){0};
@@ -117,7 +190,9 @@ int fs_file_mkdirs(const char *path, FsError *err)
         if (*p != '/' && *p) continue;
         char c = *p;
         *p = 0;
-        if (mkdir(copy, 0777) != 0 && errno != EEXIST)
+        if (mkdir(copy, 0777) == 0)
+            name_changed(copy);
+        else if (errno != EEXIST)
             rc = fs_error_set(err, FS_ERR_IO, "%s: cannot make folder: %s", copy, strerror(errno));
         *p = c;
         if (!c || rc < 0) break;
@@ -156,7 +231,10 @@ char *fs_file_path(const char *format, ...)
     va_list ap;
     va_start(ap, format);
     char *s = NULL;
-    if (vasprintf(&s, format, ap) < 0) s = NULL;
+    if (vasprintf(&s, format, ap) < 0) {
+        s = NULL;
+        fs_error_memory(NULL);
+    }
     va_end(ap);
     return s;
 }

@@ -11,17 +11,23 @@ int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, F
 // Writes a whole file under a temporary name beside it, then renames.
 int fs_file_write(const char *path, const void *data, size_t size, FsError *err);
 
-// The same for a stream: begin, write to f, then commit (checks every write, syncs, renames) or abort.
+// The same for a stream: begin, write to f (or with fs_file_put), then commit or abort. The struct must not move
+// between. Whatever a library does in between, commit knows the first write that failed and why.
 typedef struct AtomicFile {
-    FILE *f;
+    FILE *f; // buffered; what is put is not
+    int fd;
+    int error; // errno of the first write that failed
     char *path, *temp;
 } AtomicFile;
 int fs_file_begin(AtomicFile *file, const char *path, FsError *err);
-int fs_file_commit(AtomicFile *file, FsError *err); // frees either way
-void fs_file_abort(AtomicFile *file);               // frees; harmless on {0} or after commit
-// For libraries that open a path themselves: a temporary name beside path, caller frees; then rename it.
-char *fs_file_temp(const char *path);
-int fs_file_rename(const char *temp, const char *path, FsError *err); // removes temp on failure
+long fs_file_put(AtomicFile *file, const void *data, size_t size); // at fd's place; fewer bytes than size: failed
+int fs_file_commit(AtomicFile *file, FsError *err);                // syncs and renames; frees either way
+void fs_file_abort(AtomicFile *file);                              // frees; harmless on {0} or after commit
+// When a library failed to write: the disk's reason, or the library's, with FS_ERR_IO (FS_ERR_MEMORY for ENOMEM).
+int fs_file_failed(const AtomicFile *file, const char *why, FsError *err);
+int fs_file_rename(const char *temp, const char *path, FsError *err); // a file or a folder; removes temp on failure
+// Files are on the disk once they have their names; the names are after this call. Before a done mark.
+int fs_file_sync_names(FsError *err);
 
 int fs_file_mkdirs(const char *path, FsError *err); // like mkdir -p
 bool fs_file_exists(const char *path);

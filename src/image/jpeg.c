@@ -30,7 +30,8 @@ static void on_error(j_common_ptr common)
     Jpeg *s = (Jpeg *)common->err;
     char text[JMSG_LENGTH_MAX];
     s->manager.format_message(common, text);
-    s->rc = fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: %s", s->path, text);
+    bool memory = common->err->msg_code == JERR_OUT_OF_MEMORY;
+    s->rc = memory ? fs_error_memory(s->err) : fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: %s", s->path, text);
     longjmp(s->jump, 1);
 }
 
@@ -163,7 +164,8 @@ int fs_jpeg_write(const char *path, const Image *image, int quality, const void 
     AtomicFile file;
     int rc = fs_file_begin(&file, path, err);
     if (rc < 0) return rc;
-    Jpeg s = {.path = path, .err = err};
+    FsError why = {0};
+    Jpeg s = {.path = path, .err = &why};
     set_handlers(&s);
     s.out.err = &s.manager;
     s.row = malloc((size_t)image->width * (size_t)image->channels);
@@ -172,7 +174,9 @@ int fs_jpeg_write(const char *path, const Image *image, int quality, const void 
     else if (setjmp(s.jump) == 0)
         encode(&s, file.f, image, quality, exif, exif_size);
     else if (s.rc == FS_ERR_INPUT)
-        s.rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write JPEG (disk full, or too large?)", path);
+        s.rc = fs_file_failed(&file, why.message, err);
+    else
+        *err = why;
     jpeg_destroy_compress(&s.out);
     free(s.row);
     if (s.rc == 0) return fs_file_commit(&file, err);

@@ -22,7 +22,10 @@ typedef struct Png {
 static void on_error(png_structp png, const char *message)
 {
     Png *state = png_get_error_ptr(png);
-    if (state->rc == 0) state->rc = fs_error_set(state->err, FS_ERR_INPUT, "%s: bad PNG: %s", state->path, message);
+    if (state->rc == 0 && errno == ENOMEM)
+        state->rc = fs_error_memory(state->err);
+    else if (state->rc == 0)
+        state->rc = fs_error_set(state->err, FS_ERR_INPUT, "%s: bad PNG: %s", state->path, message);
     png_longjmp(png, 1);
 }
 
@@ -109,6 +112,7 @@ static int read_png(const char *path, Image *image, bool *linear, FsError *err)
     FILE *f = fopen(path, "rb");
     if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
     Png s = {.path = path, .err = err};
+    errno = 0;
     s.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &s, on_error, on_warning);
     s.info = s.png ? png_create_info_struct(s.png) : NULL;
     if (!s.info) {
@@ -121,6 +125,7 @@ static int read_png(const char *path, Image *image, bool *linear, FsError *err)
             read_light(&s, f, linear);
         }
     }
+    if (s.rc == 0 && errno == ENOMEM) s.rc = fs_error_memory(err); // libpng only leaves a chunk out
     png_destroy_read_struct(&s.png, &s.info, NULL);
     free(s.row);
     free(s.rows);
@@ -176,7 +181,9 @@ int fs_png_write(const char *path, const Image *image, int bits, FsError *err)
     AtomicFile file;
     int rc = fs_file_begin(&file, path, err);
     if (rc < 0) return rc;
-    Png s = {.path = path, .err = err};
+    FsError why = {0};
+    Png s = {.path = path, .err = &why};
+    errno = 0;
     s.row = malloc((size_t)image->width * (size_t)image->channels * 2);
     s.png = s.row ? png_create_write_struct(PNG_LIBPNG_VER_STRING, &s, on_error, on_warning) : NULL;
     s.info = s.png ? png_create_info_struct(s.png) : NULL;
@@ -184,8 +191,8 @@ int fs_png_write(const char *path, const Image *image, int bits, FsError *err)
         s.rc = fs_error_memory(err);
     else if (setjmp(png_jmpbuf(s.png)) == 0)
         write_pixels(&s, file.f, image, bits);
-    else if (s.rc == FS_ERR_INPUT)
-        s.rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write PNG (disk full?)", path);
+    else
+        s.rc = s.rc == FS_ERR_MEMORY ? fs_error_memory(err) : fs_file_failed(&file, why.message, err);
     png_destroy_write_struct(&s.png, &s.info);
     free(s.row);
     if (s.rc == 0) return fs_file_commit(&file, err);

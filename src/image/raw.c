@@ -2,6 +2,7 @@
 // 0 and 65535 and rounds; every other kind of sensor (X-Trans, three layers, linear DNG) goes through LibRaw.
 #include "image/raw.h"
 
+#include <errno.h>
 #include <libraw/libraw.h>
 #include <math.h>
 #include <stdlib.h>
@@ -24,7 +25,7 @@ static void on_memory_error(void *user, const char *file, const char *where)
 
 static int raw_error(const char *path, int code, FsError *err)
 {
-    if (code == LIBRAW_UNSUFFICIENT_MEMORY) return fs_error_memory(err);
+    if (code == LIBRAW_UNSUFFICIENT_MEMORY || errno == ENOMEM) return fs_error_memory(err);
     return fs_error_set(err, FS_ERR_INPUT, "%s: cannot read as RAW: %s", path,
                         code > 0 ? strerror(code) : libraw_strerror(code));
 }
@@ -36,9 +37,10 @@ static int open_raw(const char *path, bool *damaged, libraw_data_t **raw, FsErro
     if (!*raw) return fs_error_memory(err);
     libraw_set_dataerror_handler(*raw, on_data_error, damaged);
     libraw_set_memerror_handler(*raw, on_memory_error, NULL);
+    errno = 0;
     int code = libraw_open_file(*raw, path);
     const libraw_image_sizes_t *s = &(*raw)->sizes;
-    if (code != LIBRAW_SUCCESS) {
+    if (code != LIBRAW_SUCCESS || errno == ENOMEM) { // then it may have left something out
         code = raw_error(path, code, err);
     } else if (s->width < FS_DEMOSAIC_MIN_SIDE || s->height < FS_DEMOSAIC_MIN_SIDE || s->width > s->raw_width ||
                s->height > s->raw_height || (int64_t)s->raw_width * s->raw_height > FS_IMAGE_MAX_PIXELS) {
@@ -232,8 +234,9 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
     p->output_bps = 16;
     p->user_qual = 3; // adaptive homogeneity-directed
     p->user_flip = 0;
+    errno = 0;
     code = libraw_dcraw_process(raw);
-    if (code != LIBRAW_SUCCESS) return raw_error(path, code, err);
+    if (code != LIBRAW_SUCCESS || errno == ENOMEM) return raw_error(path, code, err);
     libraw_processed_image_t *made = libraw_dcraw_make_mem_image(raw, &code);
     if (!made) return raw_error(path, code, err);
     if (made->type != LIBRAW_IMAGE_BITMAP || made->bits != 16 || (made->colors != 3 && made->colors != 1)) {
@@ -264,8 +267,9 @@ int fs_raw_read(const char *path, const double white_balance[3], bool plain, Ima
     int rc = open_raw(path, &damaged, &raw, err);
     if (rc < 0) return rc;
     unsigned char cfa[4] = {0};
+    errno = 0;
     int code = libraw_unpack(raw);
-    if (code != LIBRAW_SUCCESS)
+    if (code != LIBRAW_SUCCESS || errno == ENOMEM)
         rc = raw_error(path, code, err);
     else if (damaged)
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: RAW data damaged or cut short: copy the file again", path);

@@ -1,53 +1,12 @@
 // TIFF through libtiff: integers and floats of 8 to 64 bits, grey or RGB, strips or tiles, either plane layout.
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <tiffio.h>
-#include <unistd.h>
 
-#include "base/file.h"
 #include "image/image.h"
 #include "image/profile.h"
+#include "image/tiff_file.h"
 
 #define MAX_BLOCK ((tmsize_t)1 << 30) // bytes of one strip or tile
-
-typedef struct Tiff {
-    const char *path;
-    TIFF *tiff;
-    char why[300]; // what libtiff said first
-} Tiff;
-
-static int on_error(TIFF *tiff, void *user, const char *module, const char *format, va_list ap)
-{
-    (void)tiff, (void)module;
-    Tiff *t = user;
-    if (!t->why[0]) vsnprintf(t->why, sizeof t->why, format, ap);
-    return 1;
-}
-
-static int on_warning(TIFF *tiff, void *user, const char *module, const char *format, va_list ap)
-{
-    (void)tiff, (void)user, (void)module, (void)format, (void)ap;
-    return 1;
-}
-
-static int open_tiff(Tiff *t, const char *path, const char *mode, FsError *err)
-{
-    TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
-    if (!options) return fs_error_memory(err);
-    TIFFOpenOptionsSetErrorHandlerExtR(options, on_error, t);
-    TIFFOpenOptionsSetWarningHandlerExtR(options, on_warning, t);
-    errno = 0;
-    t->tiff = TIFFOpenExt(path, mode, options);
-    TIFFOpenOptionsFree(options);
-    if (t->tiff) return 0;
-    if (mode[0] == 'w')
-        return fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", t->path, errno ? strerror(errno) : t->why);
-    return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open as TIFF: %s", t->path,
-                        errno       ? strerror(errno)
-                        : t->why[0] ? t->why
-                                    : "not a TIFF file");
-}
 
 // How the samples lie in the file.
 typedef struct Layout {
@@ -56,17 +15,12 @@ typedef struct Layout {
     int channels; // of the image made of it
 } Layout;
 
-static int bad(const Tiff *t, FsError *err)
-{
-    return fs_error_set(err, FS_ERR_INPUT, "%s: bad TIFF: %s", t->path, t->why[0] ? t->why : "damaged or cut short");
-}
-
-static int read_layout(Tiff *t, Layout *l, FsError *err)
+static int read_layout(TiffFile *t, Layout *l, FsError *err)
 {
     uint16_t compression = 0;
     if (!TIFFGetField(t->tiff, TIFFTAG_IMAGEWIDTH, &l->width) ||
         !TIFFGetField(t->tiff, TIFFTAG_IMAGELENGTH, &l->height))
-        return bad(t, err);
+        return fs_tiff_file_bad(t, err);
     TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLESPERPIXEL, &l->samples);
     TIFFGetFieldDefaulted(t->tiff, TIFFTAG_BITSPERSAMPLE, &l->bits);
     TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLEFORMAT, &l->format);
@@ -138,7 +92,7 @@ static void put_block(const Layout *l, const unsigned char *block, Image *image,
     }
 }
 
-static int read_blocks(Tiff *t, const Layout *l, unsigned char *block, tmsize_t size, Image *image, FsError *err)
+static int read_blocks(TiffFile *t, const Layout *l, unsigned char *block, tmsize_t size, Image *image, FsError *err)
 {
     bool tiled = TIFFIsTiled(t->tiff) != 0;
     uint32_t block_width = l->width, block_rows = 0;
@@ -151,7 +105,8 @@ static int read_blocks(Tiff *t, const Layout *l, unsigned char *block, tmsize_t 
     }
     bool planes = l->planar == PLANARCONFIG_SEPARATE;
     size_t pixel = (size_t)(l->bits / 8) * (planes ? 1 : l->samples);
-    if (!block_width || !block_rows || (tmsize_t)(pixel * block_width * (size_t)block_rows) > size) return bad(t, err);
+    if (!block_width || !block_rows || (tmsize_t)(pixel * block_width * (size_t)block_rows) > size)
+        return fs_tiff_file_bad(t, err);
     for (int p = 0; p < (planes ? l->channels : 1); p++) {
         for (uint32_t y = 0; y < l->height; y += block_rows) {
             uint32_t rows = block_rows < l->height - y ? block_rows : l->height - y;
@@ -161,7 +116,7 @@ static int read_blocks(Tiff *t, const Layout *l, unsigned char *block, tmsize_t 
                 tmsize_t got = tiled
                                    ? TIFFReadEncodedTile(t->tiff, TIFFComputeTile(t->tiff, x, y, 0, plane), block, size)
                                    : TIFFReadEncodedStrip(t->tiff, TIFFComputeStrip(t->tiff, y, plane), block, want);
-                if (got < want) return bad(t, err);
+                if (got < want) return fs_tiff_file_bad(t, err);
                 put_block(l, block, image, x, y, block_width, rows, planes ? p : -1);
                 if (!tiled) break;
             }
@@ -173,9 +128,9 @@ static int read_blocks(Tiff *t, const Layout *l, unsigned char *block, tmsize_t 
 int fs_tiff_read(const char *path, Image *image, FsError *err)
 {
     *image = (Image){0};
-    Tiff t = {.path = path};
+    TiffFile t;
     unsigned char *block = NULL;
-    int rc = open_tiff(&t, path, "rm", err); // m: no memory map
+    int rc = fs_tiff_file_read(&t, path, err);
     if (rc < 0) return rc;
     Layout l = {0};
     FsError why;
@@ -187,7 +142,7 @@ int fs_tiff_read(const char *path, Image *image, FsError *err)
     }
     tmsize_t size = TIFFIsTiled(t.tiff) ? TIFFTileSize(t.tiff) : TIFFStripSize(t.tiff);
     if (size <= 0 || size > MAX_BLOCK) {
-        rc = bad(&t, err);
+        rc = fs_tiff_file_bad(&t, err);
         goto fail;
     }
     block = malloc((size_t)size);
@@ -198,7 +153,7 @@ int fs_tiff_read(const char *path, Image *image, FsError *err)
     TRY(read_blocks(&t, &l, block, size, image, err));
 fail:
     free(block);
-    TIFFClose(t.tiff);
+    fs_tiff_file_close(&t);
     if (rc < 0) fs_image_free(image);
     return rc;
 }
@@ -206,8 +161,8 @@ fail:
 int fs_tiff_is_linear(const char *path, bool *linear, FsError *err)
 {
     *linear = false;
-    Tiff t = {.path = path};
-    int rc = open_tiff(&t, path, "rm", err);
+    TiffFile t;
+    int rc = fs_tiff_file_read(&t, path, err);
     if (rc < 0) return rc;
     Layout l = {0};
     uint32_t size = 0;
@@ -219,7 +174,7 @@ int fs_tiff_is_linear(const char *path, bool *linear, FsError *err)
         *linear = fs_profile_is_linear(profile, size);
     else if (rc == 0)
         *linear = l.bits > 8;
-    TIFFClose(t.tiff);
+    fs_tiff_file_close(&t);
     return rc;
 }
 
@@ -249,21 +204,10 @@ int fs_tiff_write_float(const char *path, const Image *image, FsError *err)
     if (image->channels != 1 && image->channels != 3)
         return fs_error_set(err, FS_ERR_USAGE, "%s: a TIFF of %d channels: expected 1 or 3", path, image->channels);
     uint32_t rows = 32;
-    Tiff t = {.path = path};
-    char *temp = fs_file_temp(path);
+    TiffFile t;
     float *copy = malloc((size_t)rows * (size_t)image->width * (size_t)image->channels * sizeof *copy);
-    int rc = temp && copy ? 0 : fs_error_memory(err);
-    if (rc == 0) rc = open_tiff(&t, temp, "w", err);
-    if (rc == 0) {
-        bool ok = write_all(t.tiff, image, copy, rows);
-        TIFFClose(t.tiff); // may write, and has no other way to say that it failed
-        if (!ok || t.why[0])
-            rc = fs_error_set(err, FS_ERR_IO, "%s: writing failed: %s", path, t.why[0] ? t.why : strerror(errno));
-        else
-            rc = fs_file_rename(temp, path, err);
-    }
-    if (rc < 0 && temp) unlink(temp);
+    int rc = copy ? fs_tiff_file_begin(&t, path, "", err) : fs_error_memory(err);
+    if (rc == 0) rc = fs_tiff_file_commit(&t, write_all(t.tiff, image, copy, rows), err);
     free(copy);
-    free(temp);
     return rc;
 }

@@ -10,6 +10,8 @@
 
 #include "base/file.h"
 
+#define BUFFER_BYTES 32768
+
 struct Video {
     AVFormatContext *format;
     AVCodecContext *encoder;
@@ -21,7 +23,7 @@ struct Video {
     int stride;
     int width, height; // even
     int64_t frames;
-    char *path, *temp;
+    AtomicFile file;
     const Log *log;
 };
 
@@ -48,31 +50,37 @@ static int failed(const Video *video, const char *what, int code, FsError *err)
 {
     char text[AV_ERROR_MAX_STRING_SIZE] = "";
     av_strerror(code, text, sizeof text);
-    return fs_error_set(err, code == AVERROR(ENOMEM) ? FS_ERR_MEMORY : FS_ERR_IO, "%s: cannot %s the video: %s",
-                        video->path, what, text);
+    if (code == AVERROR(ENOMEM)) return fs_error_memory(err);
+    char why[AV_ERROR_MAX_STRING_SIZE + 40];
+    snprintf(why, sizeof why, "cannot %s the video: %s", what, text);
+    return fs_file_failed(&video->file, why, err);
 }
 
-static void free_video(Video *video)
+static int put_out(void *file, uint8_t *data, int size)
+{
+    return fs_file_put(file, data, (size_t)size) == size ? size : AVERROR(((AtomicFile *)file)->error);
+}
+
+static int64_t seek_to(void *file, int64_t offset, int whence)
+{
+    if (whence & AVSEEK_SIZE) return AVERROR(ENOSYS);
+    return lseek(((AtomicFile *)file)->fd, offset, whence & ~AVSEEK_FORCE);
+}
+
+void fs_video_abort(Video *video)
 {
     if (!video) return;
-    if (video->format && video->format->pb) avio_closep(&video->format->pb);
+    if (video->format && video->format->pb) av_freep(&video->format->pb->buffer);
+    if (video->format) avio_context_free(&video->format->pb);
     avformat_free_context(video->format);
     avcodec_free_context(&video->encoder);
     sws_freeContext(video->scaler);
     av_frame_free(&video->frame);
     av_packet_free(&video->packet);
     free(video->rgb);
-    free(video->path);
-    free(video->temp);
+    fs_file_abort(&video->file);
     free(video);
     capture_log(NULL);
-}
-
-void fs_video_abort(Video *video)
-{
-    if (!video) return;
-    if (video->temp) unlink(video->temp);
-    free_video(video);
 }
 
 static int open_encoder(Video *video, int fps)
@@ -107,7 +115,7 @@ static int open_encoder(Video *video, int fps)
 
 static int open_file(Video *video, int fps)
 {
-    int rc = avformat_alloc_output_context2(&video->format, NULL, "mp4", video->temp);
+    int rc = avformat_alloc_output_context2(&video->format, NULL, "mp4", video->file.temp);
     if (rc < 0) return rc;
     video->format->flags |= AVFMT_FLAG_BITEXACT;
     if ((rc = open_encoder(video, fps)) < 0) return rc;
@@ -116,10 +124,16 @@ static int open_file(Video *video, int fps)
     video->stream->time_base = video->encoder->time_base;
     video->stream->avg_frame_rate = video->encoder->framerate;
     if ((rc = avcodec_parameters_from_context(video->stream->codecpar, video->encoder)) < 0) return rc;
-    if ((rc = avio_open(&video->format->pb, video->temp, AVIO_FLAG_WRITE)) < 0) return rc;
+    unsigned char *buffer = av_malloc(BUFFER_BYTES);
+    video->format->pb =
+        buffer ? avio_alloc_context(buffer, BUFFER_BYTES, 1, &video->file, NULL, put_out, seek_to) : NULL;
+    if (!video->format->pb) {
+        av_free(buffer);
+        return AVERROR(ENOMEM);
+    }
     AVDictionary *options = NULL;
-    av_dict_set(&options, "movflags", "+faststart", 0);
-    rc = avformat_write_header(video->format, &options);
+    if ((rc = av_dict_set(&options, "movflags", "+faststart", 0)) >= 0)
+        rc = avformat_write_header(video->format, &options);
     av_dict_free(&options);
     return rc;
 }
@@ -159,13 +173,8 @@ int fs_video_open(Video **result, const char *path, int width, int height, int f
     video->width = width & ~1;
     video->height = height & ~1;
     video->log = log;
-    video->path = strdup(path);
-    video->temp = fs_file_temp(path);
-    int rc = 0;
-    if (!video->path || !video->temp) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    int rc;
+    TRY(fs_file_begin(&video->file, path, err));
     capture_log(log);
     if ((rc = open_file(video, frames_per_second)) < 0 || (rc = open_frame(video)) < 0) {
         rc = failed(video, "begin", rc, err);
@@ -202,8 +211,8 @@ static unsigned char to_byte(float value)
 int fs_video_add(Video *video, const Image *picture, FsError *err)
 {
     if (picture->channels != 3 || (picture->width & ~1) != video->width || (picture->height & ~1) != video->height)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: a picture of %d x %d, expected %d x %d like the first", video->path,
-                            picture->width, picture->height, video->width, video->height);
+        return fs_error_set(err, FS_ERR_INPUT, "%s: a picture of %d x %d, expected %d x %d like the first",
+                            video->file.path, picture->width, picture->height, video->width, video->height);
     capture_log(video->log);
     for (int y = 0; y < video->height; y++)
         for (int i = 0; i < 3 * video->width; i++)
@@ -225,13 +234,9 @@ int fs_video_finish(Video *video, FsError *err)
     capture_log(video->log);
     int rc = encode(video, NULL);
     if (rc >= 0) rc = av_write_trailer(video->format);
-    if (rc >= 0) rc = avio_closep(&video->format->pb);
-    if (rc < 0) {
-        rc = failed(video, "finish", rc, err);
-        unlink(video->temp);
-    } else {
-        rc = fs_file_rename(video->temp, video->path, err);
-    }
-    free_video(video);
+    if (rc >= 0) avio_flush(video->format->pb);
+    if (rc >= 0) rc = video->format->pb->error;
+    rc = rc < 0 ? failed(video, "finish", rc, err) : fs_file_commit(&video->file, err);
+    fs_video_abort(video);
     return rc;
 }

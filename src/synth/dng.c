@@ -2,9 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <tiffio.h>
-
-#include "base/file.h"
+#include "image/tiff_file.h"
 #include "synth/photo_file.h"
 
 // XYZ (D65) to the sensor's primaries: those of sRGB, times SENSOR_NEUTRAL.
@@ -76,22 +74,14 @@ static bool write_exif(TIFF *tif, const ShotInfo *info, uint64_t *offset)
 
 int fs_dng_write(const char *path, const Mosaic *mosaic, const ShotInfo *info, FsError *err)
 {
-    char *temp = fs_file_temp(path);
-    if (!temp) return fs_error_memory(err);
-    TIFFErrorHandler old_error = TIFFSetErrorHandler(NULL), old_warning = TIFFSetWarningHandler(NULL);
+    TiffFile t;
+    int rc = fs_tiff_file_begin(&t, path, "l", err);
+    if (rc < 0) return rc;
+    TIFF *tif = t.tiff;
     uint64_t exif = 0;
-    TIFF *tif = TIFFOpen(temp, "wl");
     // The picture's directory is written with room for the place of the EXIF directory, which follows it.
-    bool ok = tif && write_picture(tif, mosaic) && name_camera(tif, info) && TIFFSetField(tif, TIFFTAG_EXIFIFD, exif) &&
+    bool ok = write_picture(tif, mosaic) && name_camera(tif, info) && TIFFSetField(tif, TIFFTAG_EXIFIFD, exif) &&
               TIFFWriteDirectory(tif) && write_exif(tif, info, &exif) && TIFFSetDirectory(tif, 0) &&
               TIFFSetField(tif, TIFFTAG_EXIFIFD, exif) && TIFFRewriteDirectory(tif);
-    if (tif) TIFFClose(tif);
-    TIFFSetErrorHandler(old_error);
-    TIFFSetWarningHandler(old_warning);
-    int rc = ok ? fs_file_rename(temp, path, err)
-                : fs_error_set(err, FS_ERR_IO, "%s: could not write the DNG; is the disk full or the folder read-only?",
-                               path);
-    if (!ok) remove(temp);
-    free(temp);
-    return rc;
+    return fs_tiff_file_commit(&t, ok, err);
 }

@@ -1,0 +1,176 @@
+"""Memory that runs out, kill -9 and full disks: a tiny job ends with the very results of an undisturbed one, or with a
+reason; never with others, a signal or a hang. A sample by default; FLASHSPLAT_FAULTS=full in the environment runs the
+whole campaign (300 allocations, 100 kills, 20 disks), FLASHSPLAT_FAULTS_SEED chooses another."""
+import collections
+import concurrent.futures
+import os
+import pathlib
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PRELOAD = str(pathlib.Path(sys.argv.pop(2)).resolve())
+PROGRAM = str(pathlib.Path(sys.argv.pop(1)).resolve())
+FULL = os.environ.get("FLASHSPLAT_FAULTS") == "full"
+RANDOM = random.Random(int(os.environ.get("FLASHSPLAT_FAULTS_SEED", "1")))
+TRAIN = ["--steps", "8", "--max-splats", "400", "--progress-every", "4", "--checkpoint-every", "3"]
+TIMEOUT = 300  # seconds: a hang
+# What may differ between two runs: times, the log of them, and what is kept to go on from.
+UNLIKE = ("log.jsonl", "checkpoint/", "done/")
+ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith(("ASAN_", "LD_PRELOAD"))}
+
+
+def run(words, cwd, **variables):
+    return subprocess.run([PROGRAM, *map(str, words)], cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, errors="replace", timeout=TIMEOUT, check=False,
+                          env={**ENVIRONMENT, **{k: str(v) for k, v in variables.items()}})
+
+
+def snapshot(folder):
+    """The bytes of every result under a folder; of the page without the time that training took."""
+    files = {}
+    for path in sorted(folder.rglob("*")):
+        name = str(path.relative_to(folder))
+        if path.is_file() and not any(part in "/" + name for part in UNLIKE):
+            data = path.read_bytes()
+            files[name] = re.sub(rb"in <b>\d+</b> \w+", b"", data) if name.endswith("index.html") else data
+    return files
+
+
+def difference(folder, wanted):
+    """What is not as wanted in a folder, in words; empty when all is."""
+    found = snapshot(folder)
+    names = sorted(n for n in found.keys() | wanted.keys() if found.get(n) != wanted.get(n))
+    kind = {n: "missing" if n not in found else "too many" if n not in wanted else "differs" for n in names}
+    return ", ".join(f"{n} {kind[n]}" for n in names[:8])
+
+
+class Faults(unittest.TestCase):
+    """self.jobs: command lines, each run in a copy of self.before[job], which leave self.after[job] there."""
+
+    @classmethod
+    def setUpClass(cls):
+        shm = pathlib.Path("/dev/shm")  # where there is one, syncing costs nothing
+        holder = tempfile.TemporaryDirectory(prefix="flashsplat-faults-",
+                                             dir=shm if shm.is_dir() and os.access(shm, os.W_OK) else None)
+        cls.addClassCleanup(holder.cleanup)
+        cls.dir = pathlib.Path(holder.name)
+        scene = cls.dir / "scene"
+        synth = ["synth", "-o", "scene", "--photos", 6, "--held-out", 1, "--width", 160, "--height", 112, "--seed", 3]
+        cls.ok(synth, cls.dir)
+        known = ["--poses", scene / "truth/sparse", "--long-edge", 48, "--init-count", 100]
+        cls.jobs = {
+            "run": ["run", scene / "capture/raw", "-o", "out", *known, *TRAIN, "--threads", 1],
+            "resume": ["train", "out", *TRAIN, "--resume", "--threads", 1],
+            "film": ["render", "out", "-o", "film", "--path", "spiral", "--path-views", 3, "--video", "--linear",
+                     "--threads", 1],
+            "views": ["render", "out", "-o", "views", "--cameras", scene / "truth/sparse", "--threads", 1],
+            "evaluate": ["evaluate", "out", scene / "truth", "--output", "views", "--json", "evaluate.json",
+                         "--threads", 1],
+            "synth": ["synth", "-o", "scene", "--photos", 2, "--held-out", 1, "--width", 32, "--height", 32,
+                      "--threads", 1],
+            "pair": ["pair", scene / "capture/jpeg/IMG_0001.JPG", scene / "capture/jpeg/IMG_0002.JPG", "-o",
+                     "pair.png", "--linear"],
+            "info": ["info", "out"],
+        }
+        cls.before, cls.after, cls.stdout = {}, {}, {}
+        for job in cls.jobs:
+            cls.before[job] = cls.dir / "before" / job
+            cls.before[job].mkdir(parents=True)
+            if job in ("synth", "pair"):
+                pass
+            elif job == "resume":
+                cls.half_trained(cls.before[job])
+            elif job != "run":
+                shutil.copytree(cls.dir / "after/run/out", cls.before[job] / "out")
+            if job == "evaluate":
+                shutil.copytree(cls.dir / "after/views/views", cls.before[job] / "views")
+            work = cls.dir / "after" / job
+            shutil.copytree(cls.before[job], work)
+            cls.stdout[job] = cls.ok(cls.jobs[job], work)
+            cls.after[job] = snapshot(work)
+        cls.pool = concurrent.futures.ThreadPoolExecutor(2)
+
+    @classmethod
+    def ok(cls, words, cwd):
+        process = run(words, cwd)
+        if process.returncode != 0:
+            raise AssertionError(f"{words}: {process.returncode}\n{process.stdout}\n{process.stderr}")
+        return process.stdout
+
+    @classmethod
+    def half_trained(cls, folder):
+        """A project whose training was ended after its first checkpoint."""
+        shutil.copytree(cls.dir / "after/run/out", folder / "out")
+        for name in ("done/train.json", "done/render.json", "done/export.json"):
+            (folder / "out" / name).unlink()
+
+    def reason(self, process):
+        """None when a failed program said why, else what is wrong with how it ended."""
+        if process.returncode not in (1, 2):
+            return f"exit status {process.returncode}"
+        line = next((l for l in process.stderr.splitlines() if l.startswith("flashsplat: ")), "")
+        return None if len(line) > len("flashsplat: ") + 8 else "no reason"
+
+    def report(self, what, outcomes):
+        """outcomes: (name, 'same' or 'reason' or what went wrong). One line of counts, then fails on the rest."""
+        counts = collections.Counter(o if o in ("same", "reason") else "wrong" for _, o in outcomes)
+        print(f"{what}: {len(outcomes)} run, {counts['same']} with the same results, {counts['reason']} with a reason, "
+              f"{counts['wrong']} wrong", file=sys.stderr)
+        wrong = [f"{name}: {o}" for name, o in outcomes if o not in ("same", "reason")]
+        self.assertFalse(wrong, "\n" + "\n".join(wrong))
+
+    # ---- memory ----
+
+    def stacks(self, job):
+        """The first allocation of every call stack in a job."""
+        with tempfile.TemporaryDirectory(dir=self.dir) as folder:
+            work = shutil.copytree(self.before[job], pathlib.Path(folder) / "work")
+            run(self.jobs[job], work, LD_PRELOAD=PRELOAD, FAULT_RECORD=folder + "/stacks")
+            return [int(n) for n in (pathlib.Path(folder) / "stacks").read_text().split()]
+
+    def fail_allocation(self, job, n, all_after):
+        with tempfile.TemporaryDirectory(dir=self.dir) as folder:
+            work = shutil.copytree(self.before[job], pathlib.Path(folder) / "work")
+            more = {"FAULT_FROM": 1} if all_after else {}
+            trace = pathlib.Path(folder) / "trace"
+            name = f"{job}, allocation {n}{' and all after' if all_after else ''}"
+            try:
+                process = run(self.jobs[job], work, LD_PRELOAD=PRELOAD, FAULT_AT=n, FAULT_TRACE=trace, **more)
+            except subprocess.TimeoutExpired:
+                return name, f"hangs\n{trace.read_text()}"
+            outcome = "same"
+            if process.returncode == 0:
+                bad = difference(work, self.after[job])
+                if job in ("info", "evaluate") and process.stdout != self.stdout[job]:
+                    bad += " printed text differs"
+                if bad:
+                    outcome = f"exit status 0, but {bad}"
+            else:
+                outcome = self.reason(process) or "reason"
+                if outcome == "reason" and job != "info":  # with memory again, the command finishes what is left
+                    again = run(self.jobs[job], work)
+                    bad = difference(work, self.after[job]) if again.returncode == 0 else again.stderr
+                    outcome = f"done again: {bad}" if bad else outcome
+            if outcome not in ("same", "reason"):
+                outcome += f"\n{process.stderr}{trace.read_text() if trace.exists() else ''}"
+            return name, outcome
+
+    def test_memory(self):
+        share = {"run": 20, "resume": 4, "film": 4, "views": 2, "evaluate": 4, "synth": 3, "pair": 2, "info": 1}
+        tasks = []
+        for job, n in share.items():
+            n = 8 * n if FULL else n
+            stacks = self.stacks(job)
+            for i, at in enumerate(RANDOM.sample(stacks, min(n, len(stacks)))):
+                tasks.append((job, at, i % 4 == 3))
+        outcomes = list(self.pool.map(lambda t: self.fail_allocation(*t), tasks))
+        self.report("failed allocations", outcomes)
+
+
+unittest.main(module="__main__", verbosity=2)
