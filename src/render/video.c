@@ -106,6 +106,9 @@ static int open_encoder(Video *video, int fps)
     if (codec->id == AV_CODEC_ID_H264) {
         av_opt_set(c->priv_data, "preset", "medium", 0);
         av_opt_set(c->priv_data, "crf", "18", 0);
+#ifdef __x86_64__
+        av_opt_set(c->priv_data, "x264-params", "asm=sse2", 0); // those beyond differ from plain C, AVX-512's at random
+#endif
     } else {
         c->flags |= AV_CODEC_FLAG_QSCALE;
         c->global_quality = 3 * FF_QP2LAMBDA;
