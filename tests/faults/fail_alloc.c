@@ -39,7 +39,8 @@ static void remember(long n)
     int frames = backtrace(frame, MAX_FRAMES);
     uint64_t hash = 14695981039346656037u;
     for (int i = 2; i < frames; i++) hash = (hash ^ (uint64_t)(uintptr_t)frame[i]) * 1099511628211u;
-    while (atomic_flag_test_and_set(&lock)) {}
+    while (atomic_flag_test_and_set(&lock)) {
+    }
     size_t i = hash % MAX_STACKS, tries = 0;
     while (stacks[i].first && stacks[i].hash != hash && tries++ < MAX_STACKS) i = (i + 1) % MAX_STACKS;
     if (!stacks[i].first) {
