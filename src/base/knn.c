@@ -130,9 +130,15 @@ void fs_knn_free(KnnTree *tree)
     free(tree);
 }
 
-static void insert(int k, int *index, float *dist2, int i, float d)
+typedef struct Nearest { // found so far
+    int k, *index;
+    float *dist2;
+} Nearest;
+
+static void insert(const Nearest *nearest, int i, float d)
 {
-    int at = k - 1;
+    int at = nearest->k - 1, *index = nearest->index;
+    float *dist2 = nearest->dist2;
     if (d > dist2[at] || (d == dist2[at] && index[at] >= 0 && i > index[at])) return;
     for (; at > 0 && (d < dist2[at - 1] || (d == dist2[at - 1] && i < index[at - 1])); at--) {
         dist2[at] = dist2[at - 1];
@@ -142,14 +148,13 @@ static void insert(int k, int *index, float *dist2, int i, float d)
     index[at] = i;
 }
 
-static void search_leaf(const KnnTree *tree, int lo, int hi, const float q[3], int skip, int k, int *index,
-                        float *dist2)
+static void search_leaf(const KnnTree *tree, int lo, int hi, const float q[3], int skip, const Nearest *nearest)
 {
     for (int i = lo; i < hi; i++) {
         const KnnPoint *p = &tree->point[i];
         float x = p->p[0] - q[0], y = p->p[1] - q[1], z = p->p[2] - q[2];
         float d = x * x + y * y + z * z;
-        if (p->index != skip && d < INFINITY) insert(k, index, dist2, p->index, d);
+        if (p->index != skip && d < INFINITY) insert(nearest, p->index, d);
     }
 }
 
@@ -187,7 +192,7 @@ void fs_knn_query(const KnnTree *tree, const float q[3], int skip, int k, int *i
             else
                 lo = mid, node = at->right;
         }
-        search_leaf(tree, lo, hi, q, skip, k, index, dist2);
+        search_leaf(tree, lo, hi, q, skip, &(Nearest){k, index, dist2});
     }
 }
 

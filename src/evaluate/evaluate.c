@@ -70,8 +70,8 @@ static int evaluate_layer(Evaluation *e, int l, FsError *err)
     for (int i = 0; i < e->n && views.n; i++) {
         TRY(fs_log_cancelled(&e->project->log) ? fs_error_set(err, FS_ERR_CANCELLED, "evaluate: stopped") : 0);
         fs_log_progress(&e->project->log, "evaluate", l * e->n + i, FS_EVALUATE_LAYERS * e->n, layers[l].name);
-        TRY(fs_score_layer(&e->method[i].layer[l], layers[l].name, e->truth, &views, e->method[i].dir,
-                           layers[l].transmitted, &e->context, &e->project->log, err));
+        LayerTask task = {layers[l].name, e->truth, e->method[i].dir, &views, layers[l].transmitted};
+        TRY(fs_score_layer(&e->method[i].layer[l], &task, &e->context, &e->project->log, err));
     }
 fail:
     fs_truth_free(&views);

@@ -154,16 +154,16 @@ static void mean_of(const LayerScore *score, size_t which, Figures *mean, int *n
     *n_views = n;
 }
 
-static int make_tasks(LayerScore *score, Task *tasks, const char *truth, const TruthViews *views, const char *dir,
-                      bool paired, FsError *err)
+static int make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks, FsError *err)
 {
+    const TruthViews *views = layer->views;
     for (int i = 0; i < views->n; i++) {
         ViewScore *view = &score->view[i];
         for (int m = 0; m < METRICS; m++) view->raw.value[m] = view->fitted.value[m] = view->paper.value[m] = NAN;
         view->name = strdup(views->view[i].name);
         if (!view->name) return fs_error_memory(err);
-        tasks[i] = (Task){.truth = &views->view[i], .truth_dir = truth, .paired = paired, .score = view};
-        tasks[i].estimate = fs_truth_find(dir, score->layer, view->name, PICTURES);
+        tasks[i] = (Task){.truth = &views->view[i], .truth_dir = layer->truth, .paired = layer->paired, .score = view};
+        tasks[i].estimate = fs_truth_find(layer->dir, layer->layer, view->name, PICTURES);
         view->missing = !tasks[i].estimate;
         if (view->missing)
             score->missing++;
@@ -183,10 +183,11 @@ static void warn_missing(const LayerScore *score, const char *dir, const Log *lo
     }
 }
 
-int fs_score_layer(LayerScore *score, const char *layer, const char *truth, const TruthViews *views, const char *dir,
-                   bool paired, const MetricContext *context, const Log *log, FsError *err)
+int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContext *context, const Log *log,
+                   FsError *err)
 {
-    *score = (LayerScore){.layer = layer, .gain = {NAN, NAN, NAN}};
+    const TruthViews *views = layer->views;
+    *score = (LayerScore){.layer = layer->layer, .gain = {NAN, NAN, NAN}};
     int rc = 0, ignored;
     Task *tasks = calloc((size_t)views->n + 1, sizeof *tasks);
     score->view = calloc((size_t)views->n + 1, sizeof *score->view);
@@ -194,8 +195,8 @@ int fs_score_layer(LayerScore *score, const char *layer, const char *truth, cons
         rc = fs_error_memory(err);
         goto fail;
     }
-    TRY(make_tasks(score, tasks, truth, views, dir, paired, err));
-    warn_missing(score, dir, log);
+    TRY(make_tasks(score, layer, tasks, err));
+    warn_missing(score, layer->dir, log);
     TRY(run_pass(tasks, views->n, NULL, context, err));
     for (int c = 0; c < 3 && score->n; c++) {
         double cross = 0, square = 0;

@@ -27,11 +27,17 @@ typedef struct LayerScore {
     ViewScore *view;            // (n + missing)
 } LayerScore;
 
+typedef struct LayerTask { // what to compare; borrowed
+    const char *layer, *truth, *dir;
+    const TruthViews *views;
+    bool paired;
+} LayerTask;
+
 // Compares <dir>/<layer>/<view>.png (or .jpg) with the truth's views. With `paired`, also in the paper's convention:
 // the reference is the paired difference gamma(I_F - I_N) of the true composites, and both it and the estimate are
 // stretched so that their smallest value is 0 and their largest 1.
-int fs_score_layer(LayerScore *score, const char *layer, const char *truth, const TruthViews *views, const char *dir,
-                   bool paired, const MetricContext *context, const Log *log, FsError *err);
+int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContext *context, const Log *log,
+                   FsError *err);
 void fs_score_free(LayerScore *score);
 
 #endif

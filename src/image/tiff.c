@@ -74,18 +74,24 @@ static float sample(const Layout *l, const unsigned char *block, size_t i)
 }
 
 // Copies a block of block_width x rows pixels that begins at (x, y) of the image; plane: its sample, or all of them.
-static void put_block(const Layout *l, const unsigned char *block, Image *image, uint32_t x, uint32_t y,
-                      uint32_t block_width, uint32_t rows, int plane)
+typedef struct Block { // a tile, or a strip as wide as the picture
+    const unsigned char *data;
+    uint32_t x, y, width, rows;
+    int plane; // -1: all channels
+} Block;
+
+static void put_block(const Layout *l, const Block *b, Image *image)
 {
+    int plane = b->plane;
     size_t in_step = l->planar == PLANARCONFIG_SEPARATE ? 1 : l->samples;
-    uint32_t columns = block_width < l->width - x ? block_width : l->width - x;
+    uint32_t columns = b->width < l->width - b->x ? b->width : l->width - b->x;
     int first = plane < 0 ? 0 : plane, last = plane < 0 ? l->channels - 1 : plane;
-    for (uint32_t j = 0; j < rows && y + j < l->height; j++) {
+    for (uint32_t j = 0; j < b->rows && b->y + j < l->height; j++) {
         for (uint32_t i = 0; i < columns; i++) {
-            float *out = image->px + ((size_t)(y + j) * l->width + x + i) * (size_t)l->channels;
-            size_t in = ((size_t)j * block_width + i) * in_step;
+            float *out = image->px + ((size_t)(b->y + j) * l->width + b->x + i) * (size_t)l->channels;
+            size_t in = ((size_t)j * b->width + i) * in_step;
             for (int c = first; c <= last; c++) {
-                float v = sample(l, block, in + (plane < 0 ? (size_t)c : 0));
+                float v = sample(l, b->data, in + (plane < 0 ? (size_t)c : 0));
                 out[c] = l->photometric == PHOTOMETRIC_MINISWHITE ? 1.0f - v : v;
             }
         }
@@ -117,7 +123,7 @@ static int read_blocks(TiffFile *t, const Layout *l, unsigned char *block, tmsiz
                                    ? TIFFReadEncodedTile(t->tiff, TIFFComputeTile(t->tiff, x, y, 0, plane), block, size)
                                    : TIFFReadEncodedStrip(t->tiff, TIFFComputeStrip(t->tiff, y, plane), block, want);
                 if (got < want) return fs_tiff_file_bad(t, err);
-                put_block(l, block, image, x, y, block_width, rows, planes ? p : -1);
+                put_block(l, &(Block){block, x, y, block_width, rows, planes ? p : -1}, image);
                 if (!tiled) break;
             }
         }

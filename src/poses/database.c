@@ -135,22 +135,26 @@ void fs_database_features_free(Features *f)
 }
 
 // One row of "keypoints" or "descriptors": its blob, checked against its counts. NULL blob: no row or no features.
-static int read_blob(Database *d, const char *sql, int image_id, int element, int *rows, int *cols, sqlite3_stmt **s,
-                     const void **blob, FsError *err)
+typedef struct Blob {
+    sqlite3_stmt *statement; // holds data
+    int rows, cols;
+    const void *data;
+} Blob;
+
+static int read_blob(Database *d, const char *sql, int image_id, int element, Blob *b, FsError *err)
 {
     int rc = 0;
-    *blob = NULL;
-    *rows = *cols = 0;
-    TRY(prepare(d, sql, s, err));
-    sqlite3_bind_int(*s, 1, image_id);
-    if (sqlite3_step(*s) != SQLITE_ROW) return 0;
-    *rows = sqlite3_column_int(*s, 0);
-    *cols = sqlite3_column_int(*s, 1);
-    int64_t size = sqlite3_column_bytes(*s, 2);
-    if (*rows < 0 || *rows > MAX_FEATURES || *cols < 1 || *cols > 1024 || size != (int64_t)*rows * *cols * element)
+    TRY(prepare(d, sql, &b->statement, err));
+    sqlite3_bind_int(b->statement, 1, image_id);
+    if (sqlite3_step(b->statement) != SQLITE_ROW) return 0;
+    b->rows = sqlite3_column_int(b->statement, 0);
+    b->cols = sqlite3_column_int(b->statement, 1);
+    int64_t size = sqlite3_column_bytes(b->statement, 2);
+    if (b->rows < 0 || b->rows > MAX_FEATURES || b->cols < 1 || b->cols > 1024 ||
+        size != (int64_t)b->rows * b->cols * element)
         return fs_error_set(err, FS_ERR_INPUT, "%s: features of photo %d are not what COLMAP writes", d->path,
                             image_id);
-    *blob = *rows ? sqlite3_column_blob(*s, 2) : NULL;
+    b->data = b->rows ? sqlite3_column_blob(b->statement, 2) : NULL;
 fail:
     return rc;
 }
@@ -174,30 +178,28 @@ static int take_keypoints(Features *f, const float *k, int cols, FsError *err)
 int fs_database_features(Database *d, int image_id, Features *f, FsError *err)
 {
     *f = (Features){0};
-    int rc = 0, rows, cols, n, width;
-    sqlite3_stmt *keypoints = NULL, *descriptors = NULL;
-    const void *k, *v;
-    TRY(read_blob(d, "SELECT rows, cols, data FROM keypoints WHERE image_id = ?", image_id, 4, &n, &cols, &keypoints,
-                  &k, err));
-    TRY(read_blob(d, "SELECT rows, cols, data FROM descriptors WHERE image_id = ?", image_id, 1, &rows, &width,
-                  &descriptors, &v, err));
-    if (!k || !v) goto fail; // no features: an empty photo is no error here
-    if (rows != n || width != FS_DESCRIPTOR) {
+    int rc = 0;
+    Blob k = {0}, v = {0};
+    TRY(read_blob(d, "SELECT rows, cols, data FROM keypoints WHERE image_id = ?", image_id, 4, &k, err));
+    TRY(read_blob(d, "SELECT rows, cols, data FROM descriptors WHERE image_id = ?", image_id, 1, &v, err));
+    if (!k.data || !v.data) goto fail; // no features: an empty photo is no error here
+    int n = k.rows;
+    if (v.rows != n || v.cols != FS_DESCRIPTOR) {
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d descriptors of %d bytes for %d features of photo %d", d->path,
-                          rows, width, n, image_id);
+                          v.rows, v.cols, n, image_id);
         goto fail;
     }
     f->n = n;
-    TRY(take_keypoints(f, k, cols, err));
+    TRY(take_keypoints(f, k.data, k.cols, err));
     f->descriptor = malloc((size_t)n * FS_DESCRIPTOR * sizeof *f->descriptor);
     if (!f->descriptor) {
         rc = fs_error_memory(err);
         goto fail;
     }
-    for (size_t i = 0; i < (size_t)n * FS_DESCRIPTOR; i++) f->descriptor[i] = ((const unsigned char *)v)[i];
+    for (size_t i = 0; i < (size_t)n * FS_DESCRIPTOR; i++) f->descriptor[i] = ((const unsigned char *)v.data)[i];
 fail:
-    sqlite3_finalize(keypoints);
-    sqlite3_finalize(descriptors);
+    sqlite3_finalize(k.statement);
+    sqlite3_finalize(v.statement);
     if (rc < 0) fs_database_features_free(f);
     return rc;
 }

@@ -145,9 +145,21 @@ static void keep(Found *found, int *n, const Features *fb, Found next)
     }
 }
 
-static void search_one(const SearchPhoto *a, int i, const SearchPhoto *b, const Pair *pair, const ByAngle *sorted,
-                       int n_sorted, double max_inverse_z, const TriangulateOptions *o, Candidates *out)
+typedef struct Search { // for a's features among b's
+    const SearchPhoto *a, *b;
+    Pair pair;
+    const ByAngle *sorted;
+    int n_sorted;
+    double max_inverse_z;
+    const TriangulateOptions *options;
+} Search;
+
+static void search_one(const Search *search, int i, Candidates *out)
 {
+    const SearchPhoto *a = search->a, *b = search->b;
+    const Pair *pair = &search->pair;
+    const ByAngle *sorted = search->sorted;
+    const TriangulateOptions *o = search->options;
     const double ray[3] = {a->ray[2 * i], a->ray[2 * i + 1], 1}, *t = pair->t, fx = b->camera->fx, fy = b->camera->fy;
     double far_ray[3], line[3];
     for (int k = 0; k < 3; k++) far_ray[k] = dot3(pair->r + 3 * k, ray);
@@ -158,8 +170,8 @@ static void search_one(const SearchPhoto *a, int i, const SearchPhoto *b, const 
     float angle = plane_angle(pair, far_ray);
     int least = (int)((1 - 0.5 * o->max_distance * o->max_distance) * 512 * 512), n = 0;
     Found found[FS_EPIPOLAR_CANDIDATES + 2];
-    for (int s = first_from(sorted, n_sorted, angle - pair->reach);
-         s < n_sorted && sorted[s].angle <= angle + pair->reach; s++) {
+    for (int s = first_from(sorted, search->n_sorted, angle - pair->reach);
+         s < search->n_sorted && sorted[s].angle <= angle + pair->reach; s++) {
         int j = sorted[s].feature;
         double u = b->ray[2 * j], v = b->ray[2 * j + 1];
         if (fabs(line[0] * u + line[1] * v + line[2]) > o->tolerance_px * norm) continue;
@@ -167,7 +179,7 @@ static void search_one(const SearchPhoto *a, int i, const SearchPhoto *b, const 
         double av = far_ray[1] - v * far_ray[2], bv = v * t[2] - t[1];
         double steep = bu * bu + bv * bv, inverse_z = steep > 0 ? (au * bu + av * bv) / steep : -1;
         double slack = 2 / (fx * sqrt(steep > 0 ? steep : 1)); // two pixels beyond infinity are noise
-        if (!(inverse_z > -slack) || inverse_z > max_inverse_z) continue;
+        if (!(inverse_z > -slack) || inverse_z > search->max_inverse_z) continue;
         if (!alike_shape(a->features, i, b->features, j, pair->roll)) continue;
         int dot = fs_match_dot(a->features->descriptor + (size_t)i * FS_DESCRIPTOR,
                                b->features->descriptor + (size_t)j * FS_DESCRIPTOR);
@@ -200,15 +212,16 @@ static double searched_length(const SearchPhoto *b, const Pair *pair, double max
 int fs_epipolar_search(const SearchPhoto *a, const SearchPhoto *b, double max_inverse_z,
                        const TriangulateOptions *options, Candidates *out, double *length_px, FsError *err)
 {
-    Pair pair;
+    Search search = {.a = a, .b = b, .max_inverse_z = max_inverse_z, .options = options};
     for (int i = 0; i < a->features->n; i++) out[i].n = 0;
     *length_px = 0;
-    if (b->features->n == 0 || !relate(a->camera, b->camera, &pair)) return 0;
+    if (b->features->n == 0 || !relate(a->camera, b->camera, &search.pair)) return 0;
     ByAngle *sorted = malloc((size_t)b->features->n * 3 * sizeof *sorted);
     if (!sorted) return fs_error_memory(err);
-    *length_px = searched_length(b, &pair, max_inverse_z);
-    int n = sort_planes(b, &pair, options->tolerance_px / b->camera->fx, sorted);
-    for (int i = 0; i < a->features->n; i++) search_one(a, i, b, &pair, sorted, n, max_inverse_z, options, &out[i]);
+    *length_px = searched_length(b, &search.pair, max_inverse_z);
+    search.n_sorted = sort_planes(b, &search.pair, options->tolerance_px / b->camera->fx, sorted);
+    search.sorted = sorted;
+    for (int i = 0; i < a->features->n; i++) search_one(&search, i, &out[i]);
     free(sorted);
     return 0;
 }

@@ -153,15 +153,15 @@ static int choose(const Features *f, int max_features, Subset *s, FsError *err)
     return 0;
 }
 
-int fs_match_all(const Features *features, int n, int max_features, float max_ratio, Threads *threads, const Log *log,
+int fs_match_all(const Features *features, int n, MatchOptions options, Threads *threads, const Log *log,
                  MatchList *list, FsError *err)
 {
     int rc = 0, step = 4 * fs_threads_count(threads);
     Subset *subset = calloc((size_t)n + 1, sizeof *subset);
-    Work work = {.subset = subset, .max_ratio = max_ratio, .list = list};
+    Work work = {.subset = subset, .max_ratio = options.max_ratio, .list = list};
     memset(list, 0, (size_t)n * (size_t)(n - 1) / 2 * sizeof *list);
     if (!subset) return fs_error_memory(err);
-    for (int i = 0; i < n; i++) TRY(choose(&features[i], max_features, &subset[i], err));
+    for (int i = 0; i < n; i++) TRY(choose(&features[i], options.max_features, &subset[i], err));
     for (; work.first < n; work.first += step) { // some columns of the triangle at a time, to be cancelled between
         fs_log_progress(log, "poses", work.first, n, "matching");
         if (fs_log_cancelled(log)) {

@@ -12,10 +12,14 @@ int fs_match_dot(const int16_t *a, const int16_t *b);
 // Distance (of the descriptors as unit vectors, 0 .. 1.41) from a scalar product.
 float fs_match_distance(int dot);
 
-// Mutual nearest neighbours whose distance is under max_ratio of the second nearest's, for every pair of pictures.
-// The max_features of largest scale of each picture take part. list: (n (n - 1) / 2), pair (i, j), i < j, at
+typedef struct MatchOptions {
+    int max_features; // those of largest scale of each picture take part
+    float max_ratio;  // of a match's distance and the second nearest's
+} MatchOptions;
+
+// Mutual nearest neighbours for every pair of pictures. list: (n (n - 1) / 2), pair (i, j), i < j, at
 // fs_match_pair; each to be freed. Same result for any number of threads.
-int fs_match_all(const Features *features, int n, int max_features, float max_ratio, Threads *threads, const Log *log,
+int fs_match_all(const Features *features, int n, MatchOptions options, Threads *threads, const Log *log,
                  MatchList *list, FsError *err);
 int fs_match_pair(int i, int j); // i < j
 

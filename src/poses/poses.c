@@ -88,7 +88,7 @@ static int match_and_verify(Colmap *colmap, const FsProject *project, const Capt
     }
     int most = capture->n > 40 ? 40 * MATCHED_FEATURES / capture->n : MATCHED_FEATURES; // pairs grow with the square
     if (most < FEWEST_MATCHED_FEATURES) most = FEWEST_MATCHED_FEATURES;
-    TRY(fs_match_all(features, capture->n, most, 0.8f, threads, &project->log, list, err));
+    TRY(fs_match_all(features, capture->n, (MatchOptions){most, 0.8f}, threads, &project->log, list, err));
     TRY(fs_colmap_verify(colmap, list, err));
 fail:
     for (size_t i = 0; i < pairs && list; i++) free(list[i].match);

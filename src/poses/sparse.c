@@ -234,7 +234,8 @@ int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Captur
             goto fail;
         }
     }
-    TRY(fs_triangulate(posed, camera, n, &fs_triangulate_defaults, threads, &project->log, &set, err));
+    TRY(fs_triangulate(&(PosedFeatures){posed, camera, n}, &fs_triangulate_defaults, threads, &project->log, &set,
+                       err));
     TRY(take_triangulated(sparse, &set, photo_of, posed, err));
     TRY(colour_points(sparse, capture, err));
 fail:

@@ -378,11 +378,11 @@ static double extent(const Camera *camera, int n)
     return most;
 }
 
-int fs_triangulate(const Features *features, const Camera *camera, int n, const TriangulateOptions *options,
-                   Threads *threads, const Log *log, PointSet *points, FsError *err)
+int fs_triangulate(const PosedFeatures *photos, const TriangulateOptions *options, Threads *threads, const Log *log,
+                   PointSet *points, FsError *err)
 {
-    int rc = 0, step = 2 * fs_threads_count(threads);
-    double radius = extent(camera, n);
+    int rc = 0, n = photos->n, step = 2 * fs_threads_count(threads);
+    double radius = extent(photos->camera, n);
     Claims claims = {0};
     SearchPhoto *photo = calloc((size_t)n + 1, sizeof *photo);
     Work work = {.photo = photo, .n = n, .options = options, .max_inverse_z = radius > 0 ? 1 / (0.7 * radius) : 1};
@@ -392,7 +392,7 @@ int fs_triangulate(const Features *features, const Camera *camera, int n, const 
         rc = fs_error_memory(err);
         goto fail;
     }
-    TRY(make_photos(features, camera, n, photo, err));
+    TRY(make_photos(photos->features, photos->camera, n, photo, err));
     TRY(make_claims(photo, n, &claims, err));
     for (; work.first < n; work.first += step) {
         fs_log_progress(log, "poses", work.first, n, "triangulating");

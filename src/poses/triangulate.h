@@ -33,10 +33,15 @@ typedef struct TriangulateOptions {
 } TriangulateOptions;
 extern const TriangulateOptions fs_triangulate_defaults;
 
-// camera (n): pinhole, in the pixels of the features. features (n): xy already without lens distortion.
+typedef struct PosedFeatures {
+    const Features *features; // (n) xy already without lens distortion
+    const Camera *camera;     // (n) pinhole, in the pixels of the features
+    int n;
+} PosedFeatures;
+
 // Same result for any number of threads.
-int fs_triangulate(const Features *features, const Camera *camera, int n, const TriangulateOptions *options,
-                   Threads *threads, const Log *log, PointSet *points, FsError *err);
+int fs_triangulate(const PosedFeatures *photos, const TriangulateOptions *options, Threads *threads, const Log *log,
+                   PointSet *points, FsError *err);
 void fs_triangulate_free(PointSet *points);
 
 #endif

@@ -221,28 +221,28 @@ static inline Vec inverse(Vec d)
                1.0f / (fabsf(d.z) > 1e-9f ? d.z : 1e-9f));
 }
 
-static inline bool hit_shape(const PrimShape *s, Vec o, Vec d, float t_min, float t_max, float *t, float *a, float *b)
+// Fills in *hit where there is one.
+static inline bool hit_shape(const PrimShape *s, Vec o, Vec d, float t_min, float t_max, Hit *hit)
 {
     Vec p = vec_cross(d, s->edge_b);
     float det = vec_dot(s->edge_a, p);
     if (fabsf(det) < 1e-12f) return false;
     float inv = 1.0f / det;
     Vec q = vec_sub(o, s->corner);
-    *a = vec_dot(q, p) * inv;
-    if (*a < 0.0f || *a > 1.0f) return false;
+    float a = vec_dot(q, p) * inv;
+    if (a < 0.0f || a > 1.0f) return false;
     Vec r = vec_cross(q, s->edge_a);
-    *b = vec_dot(d, r) * inv;
-    if (*b < 0.0f || (s->triangle ? *a + *b : *b) > 1.0f) return false;
-    *t = vec_dot(s->edge_b, r) * inv;
-    return *t > t_min && *t < t_max;
+    float b = vec_dot(d, r) * inv;
+    if (b < 0.0f || (s->triangle ? a + b : b) > 1.0f) return false;
+    float t = vec_dot(s->edge_b, r) * inv;
+    if (!(t > t_min && t < t_max)) return false;
+    *hit = (Hit){t, a, b, s->number};
+    return true;
 }
 
 bool fs_bvh_hit_shape(const PrimShape *shape, Vec o, Vec d, Hit *hit)
 {
-    float t, a, b;
-    bool met = hit_shape(shape, o, d, 0.0f, hit->t, &t, &a, &b);
-    if (met) *hit = (Hit){t, a, b, shape->number};
-    return met;
+    return hit_shape(shape, o, d, 0.0f, hit->t, hit);
 }
 
 typedef struct Todo {
@@ -278,11 +278,7 @@ bool fs_bvh_hit(const Bvh *bvh, Vec o, Vec d, Hit *hit)
             top = push_children(node, enter(node, o, inv, hit->t), stack, top);
             continue;
         }
-        for (int i = 0; i < now.count; i++) {
-            const PrimShape *s = &bvh->shape[now.first + i];
-            float t, a, b;
-            if (hit_shape(s, o, d, 0.0f, hit->t, &t, &a, &b)) *hit = (Hit){t, a, b, s->number};
-        }
+        for (int i = 0; i < now.count; i++) hit_shape(&bvh->shape[now.first + i], o, d, 0.0f, hit->t, hit);
     }
     return hit->prim >= 0;
 }
@@ -302,8 +298,8 @@ bool fs_bvh_blocked(const Bvh *bvh, Vec o, Vec d, float t_min, float t_max, int 
         }
         for (int i = 0; i < now.count; i++) {
             const PrimShape *s = &bvh->shape[now.first + i];
-            float t, a, b;
-            if (!(s->flags & ignore) && hit_shape(s, o, d, t_min, t_max, &t, &a, &b)) return true;
+            Hit hit;
+            if (!(s->flags & ignore) && hit_shape(s, o, d, t_min, t_max, &hit)) return true;
         }
     }
     return false;

@@ -27,9 +27,9 @@ static void poster(Canvas *c, float hue, Rng *rng)
     float m = 0.05f * c->w, w = c->w - 2 * m, head = 0.13f * c->h;
     fs_canvas_fill(c, p.paper);
     fs_canvas_rect(c, 0, 0, c->w, head, fs_rng_below(rng, 2) ? p.ink : p.main);
-    fs_paint_parts_heading(c, m, 0.25f * head, w, 0.5f * head, 2, p.paper, rng);
+    fs_paint_parts_heading(c, (Rect){m, 0.25f * head, w, 0.5f * head}, 2, p.paper, rng);
     float y = head + 0.5f * m;
-    y += 1.6f * fs_paint_parts_heading(c, m, y, w, 0.035f * c->h, 3, p.ink, rng);
+    y += 1.6f * fs_paint_parts_heading(c, (Rect){m, y, w, 0.035f * c->h}, 3, p.ink, rng);
     int columns = c->w > 1.2f * c->h ? 3 : 2;
     float cw = w / (float)columns - 0.3f * m;
     for (int k = 0; k < columns; k++) {
@@ -37,13 +37,13 @@ static void poster(Canvas *c, float hue, Rng *rng)
         while (yy < c->h - 3 * m) {
             float h = fminf(c->h * fs_paint_parts_range(rng, 0.12f, 0.26f), c->h - m - yy);
             switch (fs_rng_below(rng, 5)) {
-            case 0: fs_paint_parts_chart(c, x, yy, cw, h, &p, rng); break;
+            case 0: fs_paint_parts_chart(c, (Rect){x, yy, cw, h}, &p, rng); break;
             case 1:
-            case 2: fs_paint_parts_picture(c, x, yy, cw, h, &p, rng); break;
+            case 2: fs_paint_parts_picture(c, (Rect){x, yy, cw, h}, &p, rng); break;
             default:
-                fs_paint_parts_heading(c, x, yy, cw, 0.025f * c->h, 2, p.main, rng);
-                fs_paint_parts_column(c, x, yy + 0.04f * c->h, cw, h - 0.04f * c->h, fmaxf(0.011f * c->h, 0.5f), p.ink,
-                                      rng);
+                fs_paint_parts_heading(c, (Rect){x, yy, cw, 0.025f * c->h}, 2, p.main, rng);
+                fs_paint_parts_column(c, (Rect){x, yy + 0.04f * c->h, cw, h - 0.04f * c->h}, fmaxf(0.011f * c->h, 0.5f),
+                                      p.ink, rng);
             }
             yy += h + 0.4f * m;
         }
@@ -58,7 +58,7 @@ static void art(Canvas *c, float hue, Rng *rng)
     fs_canvas_fill(c, p.ink);
     float m = 0.04f * fminf(c->w, c->h), f = 2.2f * m; // frame, mat, picture
     fs_canvas_rect(c, m, m, c->w - 2 * m, c->h - 2 * m, p.paper);
-    fs_paint_parts_picture(c, f, f, c->w - 2 * f, c->h - 2 * f, &p, rng);
+    fs_paint_parts_picture(c, (Rect){f, f, c->w - 2 * f, c->h - 2 * f}, &p, rng);
     grain(c, 0.03f, rng);
 }
 
@@ -71,15 +71,15 @@ static void news(Canvas *c, float hue, Rng *rng)
     p.ink = vec(0.13f, 0.13f, 0.13f);
     float m = 0.05f * c->w, y = m;
     fs_canvas_fill(c, p.paper);
-    y += fs_paint_parts_heading(c, m, y, c->w - 2 * m, 0.09f * c->h, 2, p.ink, rng) + 0.4f * m;
+    y += fs_paint_parts_heading(c, (Rect){m, y, c->w - 2 * m, 0.09f * c->h}, 2, p.ink, rng) + 0.4f * m;
     fs_canvas_rect(c, m, y, c->w - 2 * m, 0.006f * c->h, p.ink);
     y += 0.4f * m;
-    fs_paint_parts_picture(c, m, y, 0.55f * c->w, 0.3f * c->h, &p, rng);
-    fs_paint_parts_heading(c, 0.63f * c->w, y, 0.3f * c->w, 0.035f * c->h, 2, p.ink, rng);
-    fs_paint_parts_column(c, 0.63f * c->w, y + 0.05f * c->h, 0.3f * c->w, 0.25f * c->h, 0.6f, p.ink, rng);
+    fs_paint_parts_picture(c, (Rect){m, y, 0.55f * c->w, 0.3f * c->h}, &p, rng);
+    fs_paint_parts_heading(c, (Rect){0.63f * c->w, y, 0.3f * c->w, 0.035f * c->h}, 2, p.ink, rng);
+    fs_paint_parts_column(c, (Rect){0.63f * c->w, y + 0.05f * c->h, 0.3f * c->w, 0.25f * c->h}, 0.6f, p.ink, rng);
     y += 0.32f * c->h;
     for (int k = 0; k < 3; k++)
-        fs_paint_parts_column(c, m + (float)k * 0.31f * c->w, y, 0.27f * c->w, c->h - y - m, 0.6f, p.ink, rng);
+        fs_paint_parts_column(c, (Rect){m + (float)k * 0.31f * c->w, y, 0.27f * c->w, c->h - y - m}, 0.6f, p.ink, rng);
     grain(c, 0.02f, rng);
 }
 
@@ -87,10 +87,10 @@ static void cover(Canvas *c, float hue, Rng *rng)
 {
     Palette p = fs_paint_parts_palette(hue, rng);
     fs_canvas_gradient(c, 0, 0, c->w, c->h, p.main, fs_canvas_mix(p.main, p.ink, 0.5f));
-    float m = 0.06f * c->w, h = fs_paint_parts_heading(c, m, m, c->w - 2 * m, 0.16f * c->h, 1, p.paper, rng);
-    fs_paint_parts_picture(c, m, 2 * m + h, c->w - 2 * m, c->h * 0.5f, &p, rng);
-    fs_paint_parts_heading(c, m, 3 * m + h + 0.5f * c->h, 0.8f * c->w, 0.06f * c->h, 2, p.accent, rng);
-    fs_paint_parts_column(c, m, 3 * m + h + 0.6f * c->h, 0.7f * c->w, 0.14f * c->h, 0.03f * c->h, p.paper, rng);
+    float m = 0.06f * c->w, h = fs_paint_parts_heading(c, (Rect){m, m, c->w - 2 * m, 0.16f * c->h}, 1, p.paper, rng);
+    fs_paint_parts_picture(c, (Rect){m, 2 * m + h, c->w - 2 * m, c->h * 0.5f}, &p, rng);
+    fs_paint_parts_heading(c, (Rect){m, 3 * m + h + 0.5f * c->h, 0.8f * c->w, 0.06f * c->h}, 2, p.accent, rng);
+    fs_paint_parts_column(c, (Rect){m, 3 * m + h + 0.6f * c->h, 0.7f * c->w, 0.14f * c->h}, 0.03f * c->h, p.paper, rng);
     grain(c, 0.02f, rng);
 }
 
@@ -110,13 +110,13 @@ static void label(Canvas *c, float hue, Rng *rng)
     fs_canvas_rect(c, 0, y, w, band, p.paper);
     fs_canvas_rect(c, 0, y, w, 0.06f * band, p.second);
     fs_canvas_rect(c, 0, y + 0.94f * band, w, 0.06f * band, p.second);
-    float used = fs_paint_parts_heading(c, 0.08f * w, y + 0.16f * band, 0.84f * w, 0.4f * band, 1, p.ink, rng);
-    fs_paint_parts_column(c, 0.08f * w, y + 0.26f * band + used, 0.5f * w, 0.62f * band - used, 0.07f * band, p.ink,
-                          rng);
+    float used = fs_paint_parts_heading(c, (Rect){0.08f * w, y + 0.16f * band, 0.84f * w, 0.4f * band}, 1, p.ink, rng);
+    fs_paint_parts_column(c, (Rect){0.08f * w, y + 0.26f * band + used, 0.5f * w, 0.62f * band - used}, 0.07f * band,
+                          p.ink, rng);
     fs_canvas_disc(c, 0.78f * w, y + 0.7f * band, 0.13f * fminf(w, band), p.accent);
-    fs_paint_parts_barcode(c, 0.62f * w, 0.8f * h, 0.3f * w, 0.13f * h, rng);
-    fs_paint_parts_picture(c, 0.06f * w, y + band + 0.05f * h, 0.45f * w, fmaxf(0.85f * h - y - band, 0.06f * h), &p,
-                           rng);
+    fs_paint_parts_barcode(c, (Rect){0.62f * w, 0.8f * h, 0.3f * w, 0.13f * h}, rng);
+    fs_paint_parts_picture(
+        c, (Rect){0.06f * w, y + band + 0.05f * h, 0.45f * w, fmaxf(0.85f * h - y - band, 0.06f * h)}, &p, rng);
     grain(c, 0.025f, rng);
 }
 
@@ -127,9 +127,9 @@ static void carton(Canvas *c, float hue, Rng *rng)
     fs_canvas_fill(c, board);
     fs_canvas_noise(c, 30.0f, 0.35f, 2, 0.035f, WHITE, rng);
     fs_canvas_rect(c, 0, 0.44f * c->h, c->w, 0.1f * c->h, fs_canvas_mix(board, vec(0.8f, 0.72f, 0.5f), 0.6f));
-    fs_paint_parts_heading(c, 0.08f * c->w, 0.12f * c->h, 0.6f * c->w, 0.2f * c->h, 1, ink, rng);
-    fs_paint_parts_column(c, 0.08f * c->w, 0.62f * c->h, 0.45f * c->w, 0.28f * c->h, 0.045f * c->h, ink, rng);
-    fs_paint_parts_barcode(c, 0.62f * c->w, 0.62f * c->h, 0.3f * c->w, 0.26f * c->h, rng);
+    fs_paint_parts_heading(c, (Rect){0.08f * c->w, 0.12f * c->h, 0.6f * c->w, 0.2f * c->h}, 1, ink, rng);
+    fs_paint_parts_column(c, (Rect){0.08f * c->w, 0.62f * c->h, 0.45f * c->w, 0.28f * c->h}, 0.045f * c->h, ink, rng);
+    fs_paint_parts_barcode(c, (Rect){0.62f * c->w, 0.62f * c->h, 0.3f * c->w, 0.26f * c->h}, rng);
     fs_canvas_border(c, 0.74f * c->w, 0.08f * c->h, 0.18f * c->w, 0.24f * c->h, 0.02f * c->w, ink);
     grain(c, 0.03f, rng);
 }
@@ -334,7 +334,7 @@ static void door(Canvas *c, float hue, Rng *rng)
         }
     fs_canvas_rect(c, 0.86f * c->w, 0.47f * c->h, 0.08f * c->w, 0.06f * c->h, vec(0.75f, 0.7f, 0.5f));
     fs_canvas_disc(c, 0.9f * c->w, 0.49f * c->h, 0.03f * c->w, vec(0.35f, 0.32f, 0.25f));
-    fs_paint_parts_heading(c, 0.2f * c->w, 0.015f * c->h, 0.6f * c->w, 0.03f * c->h, 1, p.ink, rng);
+    fs_paint_parts_heading(c, (Rect){0.2f * c->w, 0.015f * c->h, 0.6f * c->w, 0.03f * c->h}, 1, p.ink, rng);
     fs_canvas_noise(c, 2.0f, 25.0f, 3, 0.04f, WHITE, rng);
 }
 
@@ -349,10 +349,10 @@ static void notes(Canvas *c, float hue, Rng *rng)
         float x = fs_paint_parts_range(rng, 0, c->w - w), y = fs_paint_parts_range(rng, 0, fmaxf(c->h - h, 0.01f));
         fs_canvas_rect(c, x, y, w, h, fs_rng_below(rng, 3) ? p.paper : p.second);
         if (fs_rng_below(rng, 3))
-            fs_paint_parts_column(c, x + 0.08f * w, y + 0.12f * h, 0.84f * w, 0.8f * h, fmaxf(0.06f * h, 0.5f), p.ink,
-                                  rng);
+            fs_paint_parts_column(c, (Rect){x + 0.08f * w, y + 0.12f * h, 0.84f * w, 0.8f * h}, fmaxf(0.06f * h, 0.5f),
+                                  p.ink, rng);
         else
-            fs_paint_parts_picture(c, x + 0.08f * w, y + 0.08f * h, 0.84f * w, 0.84f * h, &p, rng);
+            fs_paint_parts_picture(c, (Rect){x + 0.08f * w, y + 0.08f * h, 0.84f * w, 0.84f * h}, &p, rng);
         fs_canvas_disc(c, x + 0.5f * w, y + 0.04f * h, 0.5f, p.accent);
     }
     fs_canvas_border(c, 0, 0, c->w, c->h, 1.6f, vec(0.35f, 0.24f, 0.16f));

@@ -30,12 +30,12 @@ Palette fs_paint_parts_palette(float hue, Rng *rng)
     return p;
 }
 
-float fs_paint_parts_heading(Canvas *c, float x, float y, float w, float h, int words, Color color, Rng *rng)
+float fs_paint_parts_heading(Canvas *c, Rect at, int words, Color color, Rng *rng)
 {
     char text[80];
     fs_letters_words(rng, words, text, (int)sizeof text);
-    float height = fminf(h, h * w / fmaxf(fs_canvas_text_width(text, h), 1e-3f));
-    fs_canvas_text(c, x, y, height, height * fs_paint_parts_range(rng, 0.13f, 0.24f), text, color);
+    float height = fminf(at.h, at.h * at.w / fmaxf(fs_canvas_text_width(text, at.h), 1e-3f));
+    fs_canvas_text(c, at.x, at.y, height, height * fs_paint_parts_range(rng, 0.13f, 0.24f), text, color);
     return height;
 }
 
@@ -46,8 +46,9 @@ static void mark(Canvas *c, float x, float y, float line, Color color, Rng *rng)
     fs_canvas_rect(c, x, y + line * drop, line * w, line * h, color);
 }
 
-void fs_paint_parts_column(Canvas *c, float x, float y, float w, float h, float line, Color color, Rng *rng)
+void fs_paint_parts_column(Canvas *c, Rect at, float line, Color color, Rng *rng)
 {
+    float x = at.x, y = at.y, w = at.w, h = at.h;
     bool legible = line * c->scale > 7.0f;
     for (float yy = y; yy + line < y + h; yy += 1.7f * line) {
         float end = fs_rng_below(rng, 6) == 0 ? x + w * fs_paint_parts_range(rng, 0.3f, 0.8f) : x + w;
@@ -65,8 +66,9 @@ void fs_paint_parts_column(Canvas *c, float x, float y, float w, float h, float 
     }
 }
 
-void fs_paint_parts_chart(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng)
+void fs_paint_parts_chart(Canvas *c, Rect at, const Palette *p, Rng *rng)
 {
+    float x = at.x, y = at.y, w = at.w, h = at.h;
     fs_canvas_rect(c, x, y, w, h, fs_canvas_mix(p->paper, vec(1, 1, 1), 0.4f));
     fs_canvas_border(c, x, y, w, h, 0.012f * w, p->ink);
     int bars = 4 + fs_rng_below(rng, 5);
@@ -85,8 +87,9 @@ void fs_paint_parts_chart(Canvas *c, float x, float y, float w, float h, const P
     }
 }
 
-static void landscape(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng)
+static void landscape(Canvas *c, Rect at, const Palette *p, Rng *rng)
 {
+    float x = at.x, y = at.y, w = at.w, h = at.h;
     fs_canvas_gradient(c, x, y, w, h, fs_canvas_mix(p->second, vec(0.8f, 0.9f, 1), 0.5f), p->paper);
     fs_canvas_disc(c, x + w * fs_paint_parts_range(rng, 0.2f, 0.8f), y + 0.25f * h, 0.08f * h, vec(0.95f, 0.85f, 0.5f));
     for (int layer = 0; layer < 4; layer++) {
@@ -102,8 +105,9 @@ static void landscape(Canvas *c, float x, float y, float w, float h, const Palet
     }
 }
 
-static void shapes(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng)
+static void shapes(Canvas *c, Rect at, const Palette *p, Rng *rng)
 {
+    float x = at.x, y = at.y, w = at.w, h = at.h;
     fs_canvas_gradient(c, x, y, w, h, p->main, p->second);
     float least = fminf(w, h);
     for (int i = 0; i < 14; i++) {
@@ -123,8 +127,9 @@ static void shapes(Canvas *c, float x, float y, float w, float h, const Palette 
 }
 
 // A "photo": warped noise in a few tones, with dark edges.
-static void photo(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng)
+static void photo(Canvas *c, Rect at, const Palette *p, Rng *rng)
 {
+    float x = at.x, y = at.y, w = at.w, h = at.h;
     uint32_t seed = fs_rng_u32(rng);
     float step = fmaxf(1.0f / c->scale, w / 90.0f), k = fs_paint_parts_range(rng, 3.0f, 6.0f) / w;
     for (float yy = y; yy < y + h; yy += step)
@@ -139,8 +144,9 @@ static void photo(Canvas *c, float x, float y, float w, float h, const Palette *
         }
 }
 
-static void blobs(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng)
+static void blobs(Canvas *c, Rect at, const Palette *p, Rng *rng)
 {
+    float x = at.x, y = at.y, w = at.w, h = at.h;
     enum { N = 18 };
     float cx[N], cy[N];
     Color color[N];
@@ -164,23 +170,24 @@ static void blobs(Canvas *c, float x, float y, float w, float h, const Palette *
                     second = d;
                 }
             }
-            Color at = second - best < edge ? p->ink : color[which];
-            fs_canvas_rect(c, xx, yy, fminf(step, x + w - xx), fminf(step, y + h - yy), at);
+            Color here = second - best < edge ? p->ink : color[which];
+            fs_canvas_rect(c, xx, yy, fminf(step, x + w - xx), fminf(step, y + h - yy), here);
         }
 }
 
-void fs_paint_parts_picture(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng)
+void fs_paint_parts_picture(Canvas *c, Rect at, const Palette *p, Rng *rng)
 {
     switch (fs_rng_below(rng, 5)) {
-    case 0: landscape(c, x, y, w, h, p, rng); break;
-    case 1: shapes(c, x, y, w, h, p, rng); break;
-    case 2: blobs(c, x, y, w, h, p, rng); break;
-    default: photo(c, x, y, w, h, p, rng); break;
+    case 0: landscape(c, at, p, rng); break;
+    case 1: shapes(c, at, p, rng); break;
+    case 2: blobs(c, at, p, rng); break;
+    default: photo(c, at, p, rng); break;
     }
 }
 
-void fs_paint_parts_barcode(Canvas *c, float x, float y, float w, float h, Rng *rng)
+void fs_paint_parts_barcode(Canvas *c, Rect at, Rng *rng)
 {
+    float x = at.x, y = at.y, w = at.w, h = at.h;
     fs_canvas_rect(c, x, y, w, h, vec(0.88f, 0.88f, 0.86f));
     for (float xx = x + 0.05f * w; xx < x + 0.93f * w;) {
         float bar = w * fs_paint_parts_range(rng, 0.01f, 0.05f);

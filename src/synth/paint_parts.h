@@ -4,6 +4,10 @@
 
 #include "synth/canvas.h"
 
+typedef struct Rect {
+    float x, y, w, h; // of its upper left corner, and its size
+} Rect;
+
 typedef struct Palette {
     Color paper, ink, main, second, accent;
 } Palette;
@@ -13,13 +17,11 @@ float fs_paint_parts_range(Rng *rng, float low, float high);
 // A random colour between two HSV colours. (Draws in a fixed order: an argument list has none, and the same seed should
 // make the same scene with every compiler.)
 Color fs_paint_parts_color(Rng *rng, Vec low_hsv, Vec high_hsv);
-// A heading that fills at most width w with capitals at most h high; returns the height used.
-float fs_paint_parts_heading(Canvas *c, float x, float y, float w, float h, int words, Color color, Rng *rng);
-void fs_paint_parts_column(Canvas *c, float x, float y, float w, float h, float line, Color color,
-                           Rng *rng); // small print
-void fs_paint_parts_chart(Canvas *c, float x, float y, float w, float h, const Palette *p, Rng *rng);
-void fs_paint_parts_picture(Canvas *c, float x, float y, float w, float h, const Palette *p,
-                            Rng *rng); // one of several
-void fs_paint_parts_barcode(Canvas *c, float x, float y, float w, float h, Rng *rng);
+// A heading that fills at most the width with capitals at most the height; returns the height used.
+float fs_paint_parts_heading(Canvas *c, Rect at, int words, Color color, Rng *rng);
+void fs_paint_parts_column(Canvas *c, Rect at, float line, Color color, Rng *rng); // small print
+void fs_paint_parts_chart(Canvas *c, Rect at, const Palette *p, Rng *rng);
+void fs_paint_parts_picture(Canvas *c, Rect at, const Palette *p, Rng *rng); // one of several
+void fs_paint_parts_barcode(Canvas *c, Rect at, Rng *rng);
 
 #endif

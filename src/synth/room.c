@@ -131,7 +131,7 @@ static void classroom(Build *b)
         fs_things_chair(w, &c, seat[i % 3], b->stock.dark);
     }
     Frame rack = stand(b, 3.35f, 2.65f, -1.2f);
-    fs_things_rack(w, &rack, 0.9f, 0.3f, 1.9f, 5, b->stock.wood[0], &b->stock);
+    fs_things_rack(w, &rack, vec(0.9f, 0.3f, 1.9f), 5, b->stock.wood[0], &b->stock);
 }
 
 static void office(Build *b)
@@ -139,7 +139,7 @@ static void office(Build *b)
     World *w = b->w;
     shell(b, PAINT_PLASTER, PAINT_CARPET, -1);
     Frame rack = frame_at(&b->f, vec(b->side * 0.8f * b->size, b->depth - 0.18f, 0), 0);
-    fs_things_rack(w, &rack, 1.0f, 0.32f, 2.0f, 5, b->stock.white, &b->stock);
+    fs_things_rack(w, &rack, vec(1.0f, 0.32f, 2.0f), 5, b->stock.white, &b->stock);
     gallery_wall(b, 1.45f, 2.1f, 1.6f);
     Frame d = frame_at(&b->f, vec(b->side * 2.75f * b->size, b->depth - 0.004f, 0), 0);
     fs_things_door(w, &d, -1);
@@ -192,7 +192,7 @@ static void living_room(Build *b)
     fs_things_table(w, &table, 0.9f, 0.5f, 0.42f, b->stock.wood[0]);
     Frame row = frame_at(&table, vec(0, 0, 0.42f), 0);
     fs_things_row(w, &row, -0.4f, 0.3f, 0.3f, 0.25f, &b->stock);
-    fs_things_rack(w, &rack, 0.8f, 0.3f, 1.9f, 5, b->stock.wood[1], &b->stock);
+    fs_things_rack(w, &rack, vec(0.8f, 0.3f, 1.9f), 5, b->stock.wood[1], &b->stock);
     fs_things_plant(w, &plant, 1.1f, &b->stock);
 }
 

@@ -115,7 +115,8 @@ static int make_view(const Synth *s, int number, FsError *err)
     TraceLayer t = shot->flash ? TRACE_T_F : TRACE_T_N, r = shot->flash ? TRACE_R_F : TRACE_R_N;
     unsigned want = shot->truth ? (1u << TRACE_LAYERS) - 1 : 1u << t | 1u << r;
     Traced traced;
-    int rc = fs_trace_view(&s->layout, &s->spec, &s->lighting, &shot->camera, number, want, s->threads, &traced, err);
+    int rc = fs_trace_view(&s->layout, &s->spec, &s->lighting, (TraceRequest){&shot->camera, want, number}, s->threads,
+                           &traced, err);
     if (rc < 0) return rc;
     if (shot->truth) TRY(fs_truth_files_layers(s->truth, shot, &traced, err));
     if (shot->held_out) {

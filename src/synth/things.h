@@ -43,8 +43,7 @@ void fs_things_row(World *w, const Frame *f, float x0, float x1, float depth, fl
 // Furniture.
 void fs_things_table(World *w, const Frame *f, float width, float depth, float height, int surface);
 void fs_things_chair(World *w, const Frame *f, int seat, int legs);
-void fs_things_rack(World *w, const Frame *f, float width, float depth, float height, int boards, int surface,
-                    const Stock *s);
+void fs_things_rack(World *w, const Frame *f, Vec size, int boards, int surface, const Stock *s);
 void fs_things_drawers(World *w, const Frame *f, float width, float depth, float height, int surface, const Stock *s);
 void fs_things_door(World *w, const Frame *f, float hue); // in a wall: the frame's y = 0 is the wall
 void fs_things_window(World *w, const Frame *f, float width, float height, Vec sky); // in a wall, centre at origin

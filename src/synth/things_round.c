@@ -23,7 +23,7 @@ void fs_things_turned(World *w, const Frame *f, const Knot *knot, int n, int seg
     Turned t = {knot, n};
     float widest = 0;
     for (int i = 0; i < n; i++) widest = fmaxf(widest, knot[i].radius);
-    fs_world_sheet(w, f, segments, n - 1, fmaxf(1, roundf(TAU * widest / 0.28f)), 1, turned_at, &t, surface);
+    fs_world_sheet(w, f, (Sheet){segments, n - 1, fmaxf(1, roundf(TAU * widest / 0.28f)), 1, turned_at, &t}, surface);
 }
 
 void fs_things_ball(World *w, const Frame *f, float radius, int surface)
@@ -62,7 +62,7 @@ static Vec ring_at(const void *context, float u, float v)
 void fs_things_ring(World *w, const Frame *f, float radius, float thick, int surface)
 {
     const float r[2] = {radius, 0.5f * thick};
-    fs_world_sheet(w, f, 36, 10, 3, 1, ring_at, r, surface);
+    fs_world_sheet(w, f, (Sheet){36, 10, 3, 1, ring_at, r}, surface);
 }
 
 void fs_things_vase(World *w, const Frame *f, float height, int surface)
@@ -109,7 +109,8 @@ static Vec cushion_at(const void *context, float u, float v) // a superellipsoid
 void fs_things_cushion(World *w, const Frame *f, float width, float height, float thick, int surface)
 {
     const float size[3] = {width, height, thick};
-    fs_world_sheet(w, f, 32, 16, roundf(2 * width / 0.3f), roundf(height / 0.3f) + 0.5f, cushion_at, size, surface);
+    fs_world_sheet(w, f, (Sheet){32, 16, roundf(2 * width / 0.3f), roundf(height / 0.3f) + 0.5f, cushion_at, size},
+                   surface);
 }
 
 static Vec bag_at(const void *context, float u, float v)
@@ -125,7 +126,7 @@ static Vec bag_at(const void *context, float u, float v)
 void fs_things_bag(World *w, const Frame *f, float width, float height, int surface)
 {
     const float size[3] = {width, height, fs_things_range(w, 0, 6)};
-    fs_world_sheet(w, f, 32, 16, roundf(3 * width / 0.3f) + 1, height / 0.3f, bag_at, size, surface);
+    fs_world_sheet(w, f, (Sheet){32, 16, roundf(3 * width / 0.3f) + 1, height / 0.3f, bag_at, size}, surface);
 }
 
 static Vec cloth_at(const void *context, float u, float v)
@@ -141,7 +142,8 @@ void fs_things_cloth(World *w, const Frame *f, float width, float height, float 
     const float size[4] = {width, height, fold, fs_things_range(w, 0, 6)};
     int nu = (int)fminf(96.0f, 16 + 50 * width);
     float repeat = w->failed ? 0 : fs_world_edit(w, surface)->repeat; // a banner's picture covers it once
-    fs_world_sheet(w, f, nu, 8, repeat > 0 ? width / repeat : 1, repeat > 0 ? height / repeat : 1, cloth_at, size,
+    fs_world_sheet(w, f,
+                   (Sheet){nu, 8, repeat > 0 ? width / repeat : 1, repeat > 0 ? height / repeat : 1, cloth_at, size},
                    surface);
 }
 
@@ -174,6 +176,6 @@ void fs_things_plant(World *w, const Frame *f, float height, const Stock *s)
         leaf.droop = fs_things_range(w, 0.1f, 0.8f);
         leaf.lift = fs_things_range(w, 0.5f, 1.45f);
         Frame at = frame_at(f, vec(0, 0, 1.7f * pot), 2.4f * (float)i + fs_things_range(w, -0.3f, 0.3f));
-        fs_world_sheet(w, &at, 2, 6, 1, 1, leaf_at, &leaf, s->leaf);
+        fs_world_sheet(w, &at, (Sheet){2, 6, 1, 1, leaf_at, &leaf}, s->leaf);
     }
 }

@@ -97,8 +97,8 @@ static bool search(const World *world, Vec o, Vec d, int guess, Hit *hit)
     return fs_bvh_hit(&world->bvh, o, d, hit);
 }
 
-static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool flash, float through, int shadow,
-                         Sample *s)
+// jitter: of the flash, NULL without flash.
+static void shade_behind(const View *v, Vec d, const Hit *hit, const Vec *jitter, float through, int shadow, Sample *s)
 {
     const World *w = &v->layout->behind;
     const Surface *surface = fs_world_surface_of(w, hit);
@@ -108,9 +108,9 @@ static void shade_behind(const View *v, Vec d, const Hit *hit, Vec jitter, bool 
     Vec plain = vec_scale(vec_mul(albedo, fs_world_ambient(w, hit)), v->light->behind * through);
     s->layer[TRACE_T_N] = plain;
     s->layer[TRACE_T_F] = plain;
-    if (!flash) return;
+    if (!jitter) return;
     s->layer[TRACE_T_F] = plain = vec_scale(plain, 1 + v->light->even);
-    Vec to = vec_sub(vec_add(v->flash, jitter), at);
+    Vec to = vec_sub(vec_add(v->flash, *jitter), at);
     float factor = flash_factor(v->ahead, normal, to) * v->light->flash;
     if (factor <= 0) return;
     s->met.shadow = in_shadow(w, at, normal, to, shadow);
@@ -159,7 +159,7 @@ static Sample take_sample(const View *v, float x, float y, unsigned want, Met gu
     bool bare = pane > 1e8f || (found && fs_world_surface_of(&v->layout->behind, &hit)->in_front);
     float beta = bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
     if (found && want & (1 << TRACE_T_N | 1 << TRACE_T_F))
-        shade_behind(v, d, &hit, jitter, want & 1 << TRACE_T_F, 1 - beta, guess.shadow, &s);
+        shade_behind(v, d, &hit, want & 1 << TRACE_T_F ? &jitter : NULL, 1 - beta, guess.shadow, &s);
     if (!bare && want & (1 << TRACE_R_N | 1 << TRACE_R_F))
         shade_room(v, d, pane, want & 1 << TRACE_R_F, beta, guess.room, &s);
     return s;
@@ -233,16 +233,18 @@ static void row_job(void *context, int y, int worker)
     }
 }
 
-int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, const Camera *camera, int number,
-                  unsigned want, Threads *threads, Traced *traced, FsError *err)
+int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, TraceRequest request,
+                  Threads *threads, Traced *traced, FsError *err)
 {
+    const Camera *camera = request.camera;
+    unsigned want = request.want;
     int rc = 0;
     *traced = (Traced){0};
     for (int l = 0; l < TRACE_LAYERS; l++)
         if (want & 1u << l) TRY(fs_image_new(&traced->layer[l], camera->width, camera->height, 3, err));
     View view = view_of(layout, lighting, camera);
     Job job = {.view = &view, .want = want, .traced = traced, .width = camera->width};
-    job.seed = ((uint64_t)spec->seed << 48) ^ ((uint64_t)(unsigned)number << 32);
+    job.seed = ((uint64_t)spec->seed << 48) ^ ((uint64_t)(unsigned)request.number << 32);
     fs_threads_for(threads, camera->height, row_job, &job);
     return 0;
 fail:
@@ -307,34 +309,24 @@ static Means mean_of(const Traced *t)
     return m;
 }
 
-// Means of all four layers over a few of the cameras, at a small size; bright: the 99.5th percentile of photos with
-// flash.
-static int probe(const Layout *layout, const Spec *spec, const Lighting *light, const Camera *camera, int n,
-                 Threads *threads, Means *means, FsError *err)
-{
-    *means = (Means){0};
-    int views = n < MEAN_VIEWS ? n : MEAN_VIEWS;
-    for (int i = 0; i < views; i++) {
-        Camera small = fs_camera_limited(&camera[i * n / views], PROBE_WIDTH);
-        Traced t;
-        int rc = fs_trace_view(layout, spec, light, &small, 100000 + i, (1 << TRACE_LAYERS) - 1, threads, &t, err);
-        if (rc < 0) return rc;
-        Means m = mean_of(&t);
-        fs_trace_free(&t);
-        for (int l = 0; l < TRACE_LAYERS; l++) means->layer[l] += m.layer[l] / views;
-    }
-    return 0;
-}
-
 int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camera, int n, Threads *threads,
                      Lighting *lighting, FsError *err)
 {
     const float target = 0.11f; // mean linear value of a no-flash photo
     const float even = 0.06f;   // of the flash's light, comes after many bounces from everywhere
     Lighting unit = {.behind = 1, .room = 1, .flash = 1, .flash_back = 1, .refraction = index_for(spec->f0)};
-    Means m;
-    int rc = probe(layout, spec, &unit, camera, n, threads, &m, err);
-    if (rc < 0) return rc;
+    Means m = {0};
+    int views = n < MEAN_VIEWS ? n : MEAN_VIEWS;
+    for (int i = 0; i < views; i++) { // means of all layers over a few of the cameras, at a small size
+        Camera small = fs_camera_limited(&camera[i * n / views], PROBE_WIDTH);
+        Traced traced;
+        int rc = fs_trace_view(layout, spec, &unit, (TraceRequest){&small, (1 << TRACE_LAYERS) - 1, 100000 + i},
+                               threads, &traced, err);
+        if (rc < 0) return rc;
+        Means one = mean_of(&traced);
+        fs_trace_free(&traced);
+        for (int l = 0; l < TRACE_LAYERS; l++) m.layer[l] += one.layer[l] / views;
+    }
     double t = fmax(m.layer[TRACE_T_N], 1e-9), r = fmax(m.layer[TRACE_R_N], 1e-9);
     double flash = fmax(m.layer[TRACE_T_F] - m.layer[TRACE_T_N], 1e-9),
            back = fmax(m.layer[TRACE_R_F] - m.layer[TRACE_R_N], 1e-9);

@@ -28,9 +28,13 @@ void fs_trace_free(Traced *traced);
 // and the no-flash photos come out well exposed.
 int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camera, int n, Threads *threads,
                      Lighting *lighting, FsError *err);
-// want: bit mask of 1 << TraceLayer. number tells views apart (random numbers depend on it).
-int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, const Camera *camera, int number,
-                  unsigned want, Threads *threads, Traced *traced, FsError *err);
+typedef struct TraceRequest {
+    const Camera *camera;
+    unsigned want; // bit mask of 1 << TraceLayer
+    int number;    // tells views apart: random numbers depend on it
+} TraceRequest;
+int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, TraceRequest request,
+                  Threads *threads, Traced *traced, FsError *err);
 // z-depth of the transmitted scene and reflectance of the pane, at pixel centres (either may be NULL).
 int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
                       Image *depth, Image *beta, FsError *err);

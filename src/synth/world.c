@@ -197,18 +197,17 @@ static void add_triangle(World *world, const Vec p[3], const int point[3], const
                         .light_b = point[2]});
 }
 
-void fs_world_sheet(World *world, const Frame *f, int nu, int nv, float repeat_u, float repeat_v, SheetAt *at,
-                    const void *context, int surface)
+void fs_world_sheet(World *world, const Frame *f, Sheet s, int surface)
 {
-    int first = world->n_points;
+    int first = world->n_points, nu = s.nu, nv = s.nv;
     const float h = 1e-3f;
     for (int j = 0; j <= nv; j++)
         for (int i = 0; i <= nu; i++) {
             float u = (float)i / (float)nu, v = (float)j / (float)nv;
             float vs = v < 0.01f ? 0.01f : v > 0.99f ? 0.99f : v; // poles have no tangent
-            Vec du = vec_sub(at(context, u + h, vs), at(context, u - h, vs));
-            Vec dv = vec_sub(at(context, u, vs + h), at(context, u, vs - h));
-            add_point(world, frame_point(f, at(context, u, v)), vec_unit(frame_vector(f, vec_cross(du, dv))));
+            Vec du = vec_sub(s.at(s.context, u + h, vs), s.at(s.context, u - h, vs));
+            Vec dv = vec_sub(s.at(s.context, u, vs + h), s.at(s.context, u, vs - h));
+            add_point(world, frame_point(f, s.at(s.context, u, v)), vec_unit(frame_vector(f, vec_cross(du, dv))));
         }
     for (int j = 0; j < nv && !world->failed; j++)
         for (int i = 0; i < nu; i++) {
@@ -216,8 +215,8 @@ void fs_world_sheet(World *world, const Frame *f, int nu, int nv, float repeat_u
             k[1] = k[0] + 1;
             k[2] = k[0] + nu + 1;
             k[3] = k[2] + 1;
-            float u0 = repeat_u * (float)i / (float)nu, u1 = repeat_u * (float)(i + 1) / (float)nu;
-            float v0 = repeat_v * (float)j / (float)nv, v1 = repeat_v * (float)(j + 1) / (float)nv;
+            float u0 = s.repeat_u * (float)i / (float)nu, u1 = s.repeat_u * (float)(i + 1) / (float)nu;
+            float v0 = s.repeat_v * (float)j / (float)nv, v1 = s.repeat_v * (float)(j + 1) / (float)nv;
             Vec p[4];
             for (int c = 0; c < 4; c++) p[c] = world->point[k[c]].at;
             add_triangle(world, (Vec[]){p[0], p[1], p[2]}, (int[]){k[0], k[1], k[2]}, (float[]){u0, v0, u1, v0, u0, v1},

@@ -80,9 +80,13 @@ void fs_world_box(World *world, const Frame *f, Vec low, Vec high, int surface);
 void fs_world_room(World *world, const Frame *f, Vec low, Vec high, const int side[6]);
 // A curved sheet of nu x nv cells; at(context, u, v) for u, v in 0..1 gives points, outside is du x dv. The texture is
 // repeated repeat_u and repeat_v times along u and v.
-typedef Vec SheetAt(const void *context, float u, float v);
-void fs_world_sheet(World *world, const Frame *f, int nu, int nv, float repeat_u, float repeat_v, SheetAt *at,
-                    const void *context, int surface);
+typedef struct Sheet {
+    int nu, nv;
+    float repeat_u, repeat_v;
+    Vec (*at)(const void *context, float u, float v);
+    const void *context;
+} Sheet;
+void fs_world_sheet(World *world, const Frame *f, Sheet sheet, int surface);
 void fs_world_light(World *world, const Frame *f, Vec corner, Vec edge_a, Vec edge_b, Vec radiance);
 
 int fs_world_finish(World *world, FsError *err); // builds the hierarchy

@@ -104,9 +104,9 @@ static void test_triangulate(void **state)
     Log log = {0};
     for (int run = 0; run < 2; run++) { // one thread, two threads: the same
         Threads *threads = fs_threads_new(run + 1);
-        assert_int_equal(
-            fs_triangulate(s->features, s->camera, PHOTOS, &fs_triangulate_defaults, threads, &log, &set[run], NULL),
-            0);
+        assert_int_equal(fs_triangulate(&(PosedFeatures){s->features, s->camera, PHOTOS}, &fs_triangulate_defaults,
+                                        threads, &log, &set[run], NULL),
+                         0);
         fs_threads_free(threads);
     }
     assert_int_equal(set[0].n, set[1].n);
@@ -155,12 +155,14 @@ static void test_nothing_to_triangulate(void **state)
     Log log = {0};
     Threads *threads = fs_threads_new(1);
     for (int a = 1; a < PHOTOS; a++) s->camera[a] = s->camera[0]; // all from one place: no depth
-    assert_int_equal(
-        fs_triangulate(s->features, s->camera, PHOTOS, &fs_triangulate_defaults, threads, &log, &set, NULL), 0);
+    assert_int_equal(fs_triangulate(&(PosedFeatures){s->features, s->camera, PHOTOS}, &fs_triangulate_defaults, threads,
+                                    &log, &set, NULL),
+                     0);
     assert_int_equal(set.n, 0);
     fs_triangulate_free(&set);
     Features none[2] = {{0}};
-    assert_int_equal(fs_triangulate(none, s->camera, 2, &fs_triangulate_defaults, threads, &log, &set, NULL), 0);
+    assert_int_equal(
+        fs_triangulate(&(PosedFeatures){none, s->camera, 2}, &fs_triangulate_defaults, threads, &log, &set, NULL), 0);
     assert_int_equal(set.n, 0);
     fs_triangulate_free(&set);
     fs_threads_free(threads);
@@ -176,7 +178,8 @@ static void test_match(void **state)
     for (int run = 0; run < 2; run++) {
         Threads *threads = fs_threads_new(run + 1);
         for (int a = 0; a < PHOTOS; a++) s->features[a].n -= CLUTTER * !run;
-        assert_int_equal(fs_match_all(s->features, PHOTOS, 100000, 0.8f, threads, &log, list[run], NULL), 0);
+        assert_int_equal(
+            fs_match_all(s->features, PHOTOS, (MatchOptions){100000, 0.8f}, threads, &log, list[run], NULL), 0);
         for (int a = 0; a < PHOTOS; a++) s->features[a].n += CLUTTER * !run;
         fs_threads_free(threads);
     }
