@@ -24,6 +24,16 @@ test-sanitizers: packages-build-run-test build-asan/build.ninja
 build-asan/build.ninja:
 	meson setup build-asan -Db_sanitize=address,undefined --buildtype debugoptimized -Db_lundef=false $(MESON_FLAGS)
 
+# Which lines of src/ the tests reach, per folder; tools/coverage.py build-coverage --missing names the others.
+coverage: packages-build-run-test build-coverage/build.ninja
+	ninja -C build-coverage
+	find build-coverage -name '*.gcda' -delete
+	meson test -C build-coverage --no-rebuild --print-errorlogs
+	tools/coverage.py build-coverage
+
+build-coverage/build.ninja:
+	meson setup build-coverage -Db_coverage=true --buildtype debugoptimized $(MESON_FLAGS)
+
 # Coverage-guided fuzzing of every reader; see tests/fuzz/README.md.
 FUZZ_SECONDS = 600
 fuzz: packages-build-run-test build-fuzz/build.ninja
@@ -48,6 +58,6 @@ install: all
 	meson install -C $(BUILD) --no-rebuild
 
 clean:
-	rm -rf build build-asan build-clang build-fuzz demo
+	rm -rf build build-asan build-clang build-coverage build-fuzz demo
 
-.PHONY: all test test-sanitizers fuzz demo bench quality install clean
+.PHONY: all test test-sanitizers coverage fuzz demo bench quality install clean
