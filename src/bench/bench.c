@@ -5,6 +5,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "base/order.h"
 #include "bench/case.h"
 #include "bench/peak.h"
 #include "bench/result.h"
@@ -60,12 +61,6 @@ static double seconds(clockid_t clock)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 enum { ROUNDS_MIN = 5, ROUNDS_MAX = 200 };
 
 // Medians over the calls that fit into about half a second, at least ROUNDS_MIN.
@@ -80,10 +75,8 @@ static void time_case(const BenchCase *what, void *state, BenchResult *r)
         wall[n] = seconds(CLOCK_MONOTONIC) - w;
         cpu[n++] = seconds(CLOCK_PROCESS_CPUTIME_ID) - c;
     }
-    qsort(wall, (size_t)n, sizeof *wall, by_value);
-    qsort(cpu, (size_t)n, sizeof *cpu, by_value);
-    r->ms = 1e3 * wall[n / 2];
-    r->cpu_ms = 1e3 * cpu[n / 2];
+    r->ms = 1e3 * fs_order_median(wall, (size_t)n);
+    r->cpu_ms = 1e3 * fs_order_median(cpu, (size_t)n);
 }
 
 static int run_case(const BenchCase *what, const BenchMachine *machine, const Peak *peak, BenchResult *r, FsError *err)

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/order.h"
 #include "image/tone.h"
 
 // Inverse of CIELAB's f.
@@ -32,12 +33,6 @@ void fs_colormap_color(float value, float rgb[3])
     lab_to_srgb(lightness, chroma * cos(hue), chroma * sin(hue), rgb);
 }
 
-static int compare(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 bool fs_colormap_range(const Image *image, double low, double high, float *low_value, float *high_value)
 {
     size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels, kept = 0;
@@ -46,7 +41,7 @@ bool fs_colormap_range(const Image *image, double low, double high, float *low_v
     for (size_t i = 0; i < n; i++)
         if (image->px[i] > 0 && isfinite(image->px[i])) values[kept++] = image->px[i];
     if (kept) {
-        qsort(values, kept, sizeof *values, compare);
+        fs_order_floats(values, kept);
         *low_value = values[(size_t)(low * (double)(kept - 1) + 0.5)];
         *high_value = values[(size_t)(high * (double)(kept - 1) + 0.5)];
     }

@@ -2,13 +2,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/order.h"
 #include "ingest/shots.h"
-
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 // Of the n values that are above 0; the lower one of two in the middle, so that it is some photo's own. 0: none.
 static double median(const double *value, int n)
@@ -19,7 +14,7 @@ static double median(const double *value, int n)
     for (int i = 0; i < n; i++)
         if (value[i] > 0) sorted[k++] = value[i];
     if (k) {
-        qsort(sorted, (size_t)k, sizeof *sorted, compare_doubles);
+        fs_order_doubles(sorted, (size_t)k);
         m = sorted[(k - 1) / 2];
     }
     free(sorted);

@@ -5,6 +5,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/linalg.h"
+#include "base/order.h"
+
 #define SLOPE_MIN 1.15     // median contrast growth of the transmitted points
 #define SEPARATION_MIN 1.5 // distance between the two kinds' median growth, in errors of a point's growth
 #define ERROR_MIN 0.02     // of the growth's logarithm
@@ -16,12 +19,6 @@ typedef struct Growth {
     int n;
     double median, error; // of the growth's logarithm: the points' median, the median of their own errors
 } Growth;
-
-static int compare_floats(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
 
 // Of one kind; n = 0 where there are none (or no memory: advice is a courtesy).
 static Growth growth_of(const SparsePoints *points, PointKind wanted)
@@ -35,8 +32,8 @@ static Growth growth_of(const SparsePoints *points, PointKind wanted)
             sigma[growth.n++] = points->cue[i].sigma;
         }
     if (growth.n) {
-        qsort(slope, (size_t)growth.n, sizeof *slope, compare_floats);
-        qsort(sigma, (size_t)growth.n, sizeof *sigma, compare_floats);
+        fs_order_floats(slope, (size_t)growth.n);
+        fs_order_floats(sigma, (size_t)growth.n);
         growth.median = (double)slope[growth.n / 2];
         growth.error = (double)sigma[growth.n / 2];
     }
@@ -57,13 +54,11 @@ static double nearest_opposite(const SmallViews *views)
         double best = INFINITY;
         for (int j = 0; j < views->n; j++) {
             if (views->view[i].flash == views->view[j].flash) continue;
-            double d2 = 0;
-            for (int k = 0; k < 3; k++) d2 += pow(views->view[i].centre[k] - views->view[j].centre[k], 2);
-            best = fmin(best, d2);
+            best = fmin(best, v3_distance2(views->view[i].centre, views->view[j].centre));
         }
         value[i] = (float)sqrt(best);
     }
-    qsort(value, (size_t)views->n, sizeof *value, compare_floats);
+    fs_order_floats(value, (size_t)views->n);
     double median = (double)value[views->n / 2];
     free(value);
     return median;

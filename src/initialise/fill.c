@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "image/bilinear.h"
+
 enum { LEVELS_MAX = 20 };
 
 typedef struct Level {
@@ -37,17 +39,10 @@ static void pull(const Level *coarse, Level *fine, int channels)
             float w = fine->weight[at];
             if (w >= 1) continue;
             float u = fmaxf(((float)x - 0.5f) / 2, 0), v = fmaxf(((float)y - 0.5f) / 2, 0);
-            int x0 = (int)u, y0 = (int)v;
-            int x1 = x0 + 1 < coarse->width ? x0 + 1 : x0, y1 = y0 + 1 < coarse->height ? y0 + 1 : y0;
-            float fx = u - (float)x0, fy = v - (float)y0;
+            Bilinear place = fs_bilinear_at((double)u, (double)v, coarse->width, coarse->height);
             for (int c = 0; c < channels; c++) {
-                const float *p = coarse->value + c;
-                size_t n = (size_t)channels, row0 = (size_t)y0 * (size_t)coarse->width,
-                       row1 = (size_t)y1 * (size_t)coarse->width;
-                float top = p[(row0 + (size_t)x0) * n] * (1 - fx) + p[(row0 + (size_t)x1) * n] * fx;
-                float bottom = p[(row1 + (size_t)x0) * n] * (1 - fx) + p[(row1 + (size_t)x1) * n] * fx;
-                float *out = &fine->value[at * n + (size_t)c];
-                *out = w * *out + (1 - w) * (top * (1 - fy) + bottom * fy);
+                float *out = &fine->value[at * (size_t)channels + (size_t)c];
+                *out = w * *out + (1 - w) * fs_bilinear_value(&place, coarse->value, channels, c);
             }
         }
 }

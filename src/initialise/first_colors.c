@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "image/bilinear.h"
 #include "initialise/fill.h"
 
 enum { TURNS = 3, CHUNK = 256 };
@@ -85,14 +86,8 @@ static void sample_drawn(const Drawn *drawn, const double pixel[2], float out[4]
 {
     double x = fmin(fmax(pixel[0] / drawn->pixel - 0.5, 0), drawn->width - 1);
     double y = fmin(fmax(pixel[1] / drawn->pixel - 0.5, 0), drawn->height - 1);
-    int x0 = (int)x, y0 = (int)y, x1 = x0 + 1 < drawn->width ? x0 + 1 : x0, y1 = y0 + 1 < drawn->height ? y0 + 1 : y0;
-    float fx = (float)(x - x0), fy = (float)(y - y0);
-    for (int c = 0; c < 4; c++) {
-        const float *p = drawn->px + c;
-        float top = p[4 * (y0 * drawn->width + x0)] * (1 - fx) + p[4 * (y0 * drawn->width + x1)] * fx;
-        float bottom = p[4 * (y1 * drawn->width + x0)] * (1 - fx) + p[4 * (y1 * drawn->width + x1)] * fx;
-        out[c] = top * (1 - fy) + bottom * fy;
-    }
+    Bilinear place = fs_bilinear_at(x, y, drawn->width, drawn->height);
+    for (int c = 0; c < 4; c++) out[c] = fs_bilinear_value(&place, drawn->px, 4, c);
 }
 
 static void average_seed(const ColorWork *p, int i)

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/linalg.h"
+#include "base/order.h"
 #include "image/tone.h"
 #include "initialise/colored_seeds.h"
 
@@ -39,19 +41,13 @@ static int cloud_from_seeds(const Seeds *seeds, const float *linear, const float
     return 0;
 }
 
-static int compare_floats(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 // The reflectance at which the mirrored room would be about as bright as a well exposed photo.
 static int guess_f0(const float *R, int n, double *f0, FsError *err)
 {
     float *green = malloc(sizeof *green * ((size_t)n + 1));
     if (!green) return fs_error_memory(err);
     for (int i = 0; i < n; i++) green[i] = R[3 * (size_t)i + 1];
-    qsort(green, (size_t)n, sizeof *green, compare_floats);
+    fs_order_floats(green, (size_t)n);
     *f0 = n ? fmin(fmax((double)green[(int)(BRIGHT_SHARE * (n - 1))] / BRIGHT_SCENE, F0_MIN), F0_MAX) : F0_MIN;
     free(green);
     return 0;
@@ -60,13 +56,9 @@ static int guess_f0(const float *R, int n, double *f0, FsError *err)
 // Reflectance of the pane towards a point, seen from the middle of the cameras.
 static double reflectance(const SmallViews *views, const Pane *pane, const float xyz[3])
 {
-    double d[3], n2 = 0, dot = 0;
-    for (int k = 0; k < 3; k++) {
-        d[k] = xyz[k] - views->centre[k];
-        n2 += d[k] * d[k];
-        dot += d[k] * pane->normal[k];
-    }
-    double c = n2 > 0 ? fmin(fabs(dot) / sqrt(n2), 1) : 1;
+    double d[3];
+    for (int k = 0; k < 3; k++) d[k] = xyz[k] - views->centre[k];
+    double n2 = v3_dot(d, d), c = n2 > 0 ? fmin(fabs(v3_dot(d, pane->normal)) / sqrt(n2), 1) : 1;
     return fs_pane_beta(pane, c);
 }
 

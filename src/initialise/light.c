@@ -5,32 +5,22 @@
 #include <string.h>
 
 #include "base/knn.h"
+#include "base/linalg.h"
+#include "base/order.h"
 
 enum { K = 12, ENOUGH = 10, CHUNK = 256 };
 #define SIGMA_MOST 0.3f
 #define ALPHA_MIN 0.05
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *value, int n)
-{
-    qsort(value, (size_t)n, sizeof *value, compare_doubles);
-    return n ? value[n / 2] : 0;
-}
-
-static double mean_distance(const SmallViews *views, const float xyz[3])
+// Mean over the flash photos of the distance from a point; of (light->distance / distance)^2 where there is a light.
+static double mean_over_flash(const SmallViews *views, const float xyz[3], const FlashLight *light)
 {
     double sum = 0;
     int n = 0;
     for (int i = 0; i < views->n; i++) {
         if (!views->view[i].flash && views->n_flash) continue;
-        double d2 = 0;
-        for (int k = 0; k < 3; k++) d2 += pow(xyz[k] - views->view[i].centre[k], 2);
-        sum += sqrt(d2);
+        double d2 = v3_distance2((double[3]){xyz[0], xyz[1], xyz[2]}, views->view[i].centre);
+        sum += light ? light->distance * light->distance / fmax(d2, 1e-12) : sqrt(d2);
         n++;
     }
     return n ? sum / n : 1;
@@ -38,16 +28,7 @@ static double mean_distance(const SmallViews *views, const float xyz[3])
 
 double fs_light_falloff(const SmallViews *views, const FlashLight *light, const float xyz[3])
 {
-    double sum = 0;
-    int n = 0;
-    for (int i = 0; i < views->n; i++) {
-        if (!views->view[i].flash && views->n_flash) continue;
-        double d2 = 0;
-        for (int k = 0; k < 3; k++) d2 += pow(xyz[k] - views->view[i].centre[k], 2);
-        sum += light->distance * light->distance / fmax(d2, 1e-12);
-        n++;
-    }
-    return n ? sum / n : 1;
+    return mean_over_flash(views, xyz, light);
 }
 
 static bool clear_cue(const Cue *cue, unsigned char kind)
@@ -66,18 +47,18 @@ int fs_light_fit(const SmallViews *views, const SparsePoints *points, FlashLight
     if (!value) return fs_error_memory(err);
     *light = (FlashLight){{1, 1, 1}, 1, 0};
     for (int i = 0; i < n; i++)
-        if (kind[i] == POINT_TRANSMITTED) value[m++] = mean_distance(views, xyz + 3 * (size_t)i);
-    if (m) light->distance = fmax(median(value, m), 1e-9);
+        if (kind[i] == POINT_TRANSMITTED) value[m++] = mean_over_flash(views, xyz + 3 * (size_t)i, NULL);
+    if (m) light->distance = fmax(fs_order_median(value, (size_t)m), 1e-9);
     m = 0;
     for (int i = 0; i < n; i++)
         if (clear_cue(&cue[i], kind[i])) value[m++] = exp((double)cue[i].log_slope);
-    light->mean_slope = median(value, m);
+    light->mean_slope = fs_order_median(value, (size_t)m);
     for (int c = 0; c < 3; c++) {
         m = 0;
         for (int i = 0; i < n; i++)
             if (clear_cue(&cue[i], kind[i]) && cue[i].slope[c] > 0)
                 value[m++] = ((double)cue[i].slope[c] - 1) / fs_light_falloff(views, light, xyz + 3 * (size_t)i);
-        if (m >= ENOUGH) light->color[c] = fmin(fmax(median(value, m), ALPHA_MIN), 50);
+        if (m >= ENOUGH) light->color[c] = fmin(fmax(fs_order_median(value, (size_t)m), ALPHA_MIN), 50);
     }
     free(value);
     return 0;

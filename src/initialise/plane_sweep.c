@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/linalg.h"
+
 enum {
     GROUP_MAX = 16, // photos of one lighting looked at, the nearest
     SLOW_SIGMA = 3, // pixels; slower parts of the photos are left out
@@ -145,16 +147,8 @@ typedef struct Work {
 // Fills warp->m, t for rays of `from` seen in `to`; focal lengths and centres of each in its own pixels.
 static void set_warp(const Camera *from, const Camera *to, Warp *warp)
 {
-    double rotation[9], t[3]; // x_to = rotation x_from + t
-    for (int i = 0; i < 3; i++) {
-        t[i] = to->w2c[4 * i + 3];
-        for (int j = 0; j < 3; j++) {
-            double sum = 0;
-            for (int k = 0; k < 3; k++) sum += to->w2c[4 * i + k] * from->w2c[4 * j + k];
-            rotation[3 * i + j] = sum;
-        }
-        for (int j = 0; j < 3; j++) t[i] -= rotation[3 * i + j] * from->w2c[4 * j + 3];
-    }
+    double rotation[9], t[3];
+    fs_camera_relative(from, to, rotation, t);
     for (int i = 0; i < 3; i++) {
         double *m = warp->m + 3 * i, *r = rotation + 3 * i;
         m[0] = r[0] / from->fx;
@@ -184,11 +178,8 @@ static void choose_photos(Work *w, int view)
             int best_i = -1;
             for (int i = 0; i < views->n; i++) {
                 const SmallView *f = &views->view[i];
-                double d2 = 0, axis = 0;
-                for (int c = 0; c < 3; c++) {
-                    d2 += pow(f->centre[c] - from->centre[c], 2);
-                    axis += f->camera.w2c[8 + c] * from->camera.w2c[8 + c];
-                }
+                double d2 = v3_distance2(f->centre, from->centre);
+                double axis = v3_dot(f->camera.w2c + 8, from->camera.w2c + 8);
                 if (f->flash != g || axis < AXIS_MIN || d2 < after || (d2 == after && i <= after_i)) continue;
                 if (d2 < best) {
                     best = d2;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/knn.h"
+#include "base/linalg.h"
 #include "base/rng.h"
 #include "initialise/fill.h"
 
@@ -83,9 +84,7 @@ void fs_seeds_order(const SmallViews *views, int *order)
             double nearest = INFINITY;
             for (int j = 0; j < (k ? k : 1); j++) {
                 const double *to = k ? views->view[order[j]].centre : views->centre;
-                double d = 0;
-                for (int c = 0; c < 3; c++) d += pow(views->view[i].centre[c] - to[c], 2);
-                nearest = fmin(nearest, d);
+                nearest = fmin(nearest, v3_distance2(views->view[i].centre, to));
             }
             bool taken = false;
             for (int j = 0; j < k; j++) taken |= order[j] == i;
@@ -202,8 +201,8 @@ static int measure_scales(const SmallViews *views, Threads *threads, Seeds *seed
     // No seed shows larger than a twentieth of a photo, or smaller than a third of a pixel.
     double side = views->n ? fmax(views->view[0].camera.width, views->view[0].camera.height) : 300;
     for (int i = 0; i < seeds->n; i++) {
-        double d2 = 0, mean = 0;
-        for (int k = 0; k < 3; k++) d2 += pow((double)seeds->xyz[3 * (size_t)i + (size_t)k] - views->centre[k], 2);
+        const float *p = seeds->xyz + 3 * (size_t)i;
+        double d2 = v3_distance2((double[3]){p[0], p[1], p[2]}, views->centre), mean = 0;
         for (int k = 0; k < K; k++) mean += isfinite(dist2[K * i + k]) ? sqrt((double)dist2[K * i + k]) / K : 0;
         double pixel = fmax(sqrt(d2), 1e-6) / views->focal_px;
         seeds->scale[i] = (float)fmin(fmax(mean, pixel / 3), pixel * side / 20);

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/linalg.h"
+
 static int load_view(SmallView *view, const char *out, const View *from, int long_edge, FsError *err)
 {
     int rc = 0;
@@ -41,17 +43,6 @@ fail:
     return rc;
 }
 
-static void normalise(double v[3])
-{
-    double n = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    for (int i = 0; i < 3; i++) v[i] = n > 0 ? v[i] / n : 0;
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
 void fs_small_views_finish(SmallViews *views)
 {
     double down[3] = {0};
@@ -69,16 +60,13 @@ void fs_small_views_finish(SmallViews *views)
             down[k] += f->camera.w2c[4 + k];
         }
     }
-    normalise(views->forward);
-    cross(down, views->forward, views->right);
-    normalise(views->right);
-    cross(views->forward, views->right, views->down);
+    v3_normalise(views->forward);
+    v3_cross(down, views->forward, views->right);
+    v3_normalise(views->right);
+    v3_cross(views->forward, views->right, views->down);
     views->extent = 0;
-    for (int i = 0; i < views->n; i++) {
-        double d2 = 0;
-        for (int k = 0; k < 3; k++) d2 += pow(views->view[i].centre[k] - views->centre[k], 2);
-        views->extent = fmax(views->extent, sqrt(d2));
-    }
+    for (int i = 0; i < views->n; i++)
+        views->extent = fmax(views->extent, sqrt(v3_distance2(views->view[i].centre, views->centre)));
 }
 
 void fs_small_views_free(SmallViews *views)

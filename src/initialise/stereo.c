@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/order.h"
 #include "initialise/seeds.h"
 #include "initialise/semiglobal.h"
 #include "initialise/plane_sweep.h"
@@ -38,12 +39,6 @@ void fs_stereo_free(DepthMaps *maps)
     *maps = (DepthMaps){0};
 }
 
-static int compare_floats(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 // Inverse depths between which the classified points lie in a view, and the number of steps.
 static int find_range(const Start *start, int view, DepthRange *range, FsError *err)
 {
@@ -57,7 +52,7 @@ static int find_range(const Start *start, int view, DepthRange *range, FsError *
         double p[3] = {xyz[0], xyz[1], xyz[2]}, pixel[2], z = fs_camera_project(camera, p, pixel);
         if (points->kind[i] != POINT_UNSURE && z > 0) inverse[m++] = (float)(1 / z);
     }
-    qsort(inverse, (size_t)m, sizeof *inverse, compare_floats);
+    fs_order_floats(inverse, (size_t)m);
     *range = (DepthRange){0};
     if (m > 0) {
         range->min = inverse[(int)(RANGE_SHARE * (float)(m - 1))] * (1 - RANGE_MARGIN);

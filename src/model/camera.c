@@ -1,6 +1,7 @@
 #include "model/camera.h"
 
 #include <math.h>
+#include <string.h>
 
 Camera fs_camera_resized(const Camera *camera, int width, int height)
 {
@@ -78,4 +79,37 @@ void fs_camera_rotation_to_quat(const double r[9], double q[4])
     q[1 + i] = s / 4;
     q[1 + j] = (r[3 * j + i] + r[3 * i + j]) / s;
     q[1 + k] = (r[3 * k + i] + r[3 * i + k]) / s;
+}
+
+void fs_camera_pose_from_quat(const double quat[4], const double t[3], double w2c[12])
+{
+    double r[9];
+    fs_camera_quat_to_rotation(quat, r);
+    for (int i = 0; i < 3; i++) {
+        memcpy(w2c + 4 * i, r + 3 * i, 3 * sizeof *r);
+        w2c[4 * i + 3] = t[i];
+    }
+}
+
+void fs_camera_pose_to_quat(const double w2c[12], double quat[4], double t[3])
+{
+    double r[9];
+    for (int i = 0; i < 3; i++) {
+        memcpy(r + 3 * i, w2c + 4 * i, 3 * sizeof *r);
+        t[i] = w2c[4 * i + 3];
+    }
+    fs_camera_rotation_to_quat(r, quat);
+}
+
+void fs_camera_relative(const Camera *from, const Camera *to, double rotation[9], double t[3])
+{
+    for (int i = 0; i < 3; i++) {
+        t[i] = to->w2c[4 * i + 3];
+        for (int j = 0; j < 3; j++) {
+            double sum = 0;
+            for (int k = 0; k < 3; k++) sum += to->w2c[4 * i + k] * from->w2c[4 * j + k];
+            rotation[3 * i + j] = sum;
+            t[i] -= sum * from->w2c[4 * j + 3];
+        }
+    }
 }

@@ -17,5 +17,10 @@ void fs_camera_centre(const Camera *camera, double centre[3]); // -R^T t
 double fs_camera_project(const Camera *camera, const double world[3], double pixel[2]);
 void fs_camera_quat_to_rotation(const double quat_wxyz[4], double rotation[9]); // normalises
 void fs_camera_rotation_to_quat(const double rotation[9], double quat_wxyz[4]);
+// A world-to-camera transform from and to a quaternion and a translation.
+void fs_camera_pose_from_quat(const double quat_wxyz[4], const double t[3], double w2c[12]);
+void fs_camera_pose_to_quat(const double w2c[12], double quat_wxyz[4], double t[3]);
+// From one camera's coordinates to another's: x_to = rotation x_from + t.
+void fs_camera_relative(const Camera *from, const Camera *to, double rotation[9], double t[3]);
 
 #endif

@@ -70,14 +70,9 @@ static int read_colmap(const char *path, CamerasFile *file, FsError *err)
     if (!posed) return fs_error_memory(err);
     for (int i = 0; i < file->model.n_images; i++) {
         const ColmapImage *image = &file->model.image[i];
-        double r[9];
-        fs_camera_quat_to_rotation(image->quat, r);
+        fs_camera_pose_from_quat(image->quat, image->t, posed[i].w2c);
         posed[i].lens = fs_colmap_model_camera(&file->model, image->camera_id)->lens;
         posed[i].image = i;
-        for (int k = 0; k < 3; k++) {
-            memcpy(posed[i].w2c + 4 * k, r + 3 * k, 3 * sizeof *r);
-            posed[i].w2c[4 * k + 3] = image->t[k];
-        }
         if (!(posed[i].name = fs_file_stem(image->name))) {
             rc = fs_error_memory(err);
             goto fail;

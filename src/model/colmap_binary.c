@@ -233,21 +233,7 @@ static void write_points(FILE *f, const ColmapModel *model)
 
 int fs_colmap_binary_write(const char *dir, const ColmapModel *model, FsError *err)
 {
-    static const struct {
-        const char *name;
-        void (*write)(FILE *, const ColmapModel *);
-    } files[] = {{"cameras.bin", write_cameras}, {"images.bin", write_images}, {"points3D.bin", write_points}};
-    int rc = 0;
-    for (int i = 0; i < 3; i++) {
-        AtomicFile file = {0};
-        char *path = fs_file_path("%s/%s", dir, files[i].name);
-        if (!path) return fs_error_memory(err);
-        rc = fs_file_begin(&file, path, err);
-        free(path);
-        TRY(rc);
-        files[i].write(file.f, model);
-        TRY(fs_file_commit(&file, err));
-    }
-fail:
-    return rc;
+    static const ColmapWriter writers[3] = {
+        {"cameras.bin", write_cameras}, {"images.bin", write_images}, {"points3D.bin", write_points}};
+    return fs_colmap_model_write_files(dir, model, writers, err);
 }

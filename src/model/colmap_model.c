@@ -196,3 +196,19 @@ int fs_colmap_model_write(const char *dir, const ColmapModel *model, bool binary
 fail:
     return rc;
 }
+
+int fs_colmap_model_write_files(const char *dir, const ColmapModel *model, const ColmapWriter writers[3], FsError *err)
+{
+    int rc = 0;
+    for (int i = 0; i < 3 && rc == 0; i++) {
+        AtomicFile file = {0};
+        char *path = fs_file_path("%s/%s", dir, writers[i].name);
+        if (!path) return fs_error_memory(err);
+        rc = fs_file_begin(&file, path, err);
+        free(path);
+        if (rc < 0) return rc;
+        writers[i].write(file.f, model);
+        rc = fs_file_commit(&file, err);
+    }
+    return rc;
+}

@@ -3,6 +3,7 @@
 #ifndef FS_MODEL_COLMAP_MODEL_H
 #define FS_MODEL_COLMAP_MODEL_H
 
+#include <stdio.h>
 #include <stdint.h>
 
 #include "base/error.h"
@@ -69,6 +70,11 @@ int fs_colmap_model_add_observation(ColmapModel *model, ColmapObservation observ
 int fs_colmap_model_add_track(ColmapModel *model, ColmapTrack track, FsError *err);
 
 // Private to colmap_*.c.
+typedef struct ColmapWriter {
+    const char *name; // of the file
+    void (*write)(FILE *f, const ColmapModel *model);
+} ColmapWriter;
+int fs_colmap_model_write_files(const char *dir, const ColmapModel *model, const ColmapWriter writers[3], FsError *err);
 int fs_colmap_binary_read(const char *dir, ColmapModel *model, FsError *err);
 int fs_colmap_binary_write(const char *dir, const ColmapModel *model, FsError *err);
 int fs_colmap_text_read(const char *dir, ColmapModel *model, FsError *err);

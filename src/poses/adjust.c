@@ -39,12 +39,7 @@ static int add_photo(ColmapModel *model, const Sparse *sparse, const Capture *ca
     ColmapImage *image = fs_colmap_model_add_image(model, capture->photo[i].picture, err);
     if (!image || !(image->camera_id = camera_id(model, &pose->lens, err))) return FS_ERR_MEMORY;
     image->id = (uint32_t)i + 1;
-    double r[9];
-    for (int k = 0; k < 3; k++) {
-        memcpy(r + 3 * k, pose->w2c + 4 * k, 3 * sizeof *r);
-        image->t[k] = pose->w2c[4 * k + 3];
-    }
-    fs_camera_rotation_to_quat(r, image->quat);
+    fs_camera_pose_to_quat(pose->w2c, image->quat, image->t);
     uint32_t n = 0;
     for (int k = 0; k < sparse->n_points; k++) {
         const SparsePoint *p = &sparse->point[k];

@@ -73,18 +73,9 @@ static void move(ColmapModel *model, const Similarity *s)
     for (int k = 0; k < model->n_images; k++) {
         ColmapImage *image = &model->image[k];
         Camera camera = {.width = 1, .height = 1, .fx = 1, .fy = 1};
-        double r[9];
-        fs_camera_quat_to_rotation(image->quat, r);
-        for (int i = 0; i < 3; i++) {
-            memcpy(camera.w2c + 4 * i, r + 3 * i, 3 * sizeof *r);
-            camera.w2c[4 * i + 3] = image->t[i];
-        }
+        fs_camera_pose_from_quat(image->quat, image->t, camera.w2c);
         camera = fs_similarity_camera(s, &camera);
-        for (int i = 0; i < 3; i++) {
-            memcpy(r + 3 * i, camera.w2c + 4 * i, 3 * sizeof *r);
-            image->t[i] = camera.w2c[4 * i + 3];
-        }
-        fs_camera_rotation_to_quat(r, image->quat);
+        fs_camera_pose_to_quat(camera.w2c, image->quat, image->t);
     }
 }
 

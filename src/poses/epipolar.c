@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/linalg.h"
 #include "poses/match.h"
 
 typedef struct ByAngle {
@@ -28,31 +29,11 @@ static int compare_angles(const void *a, const void *b)
     return (x->feature > y->feature) - (x->feature < y->feature);
 }
 
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static double dot3(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 // False when the centres coincide.
 static bool relate(const Camera *a, const Camera *b, Pair *pair)
 {
-    for (int i = 0; i < 3; i++) {
-        pair->t[i] = b->w2c[4 * i + 3];
-        for (int j = 0; j < 3; j++) {
-            double v = 0;
-            for (int k = 0; k < 3; k++) v += b->w2c[4 * i + k] * a->w2c[4 * j + k];
-            pair->r[3 * i + j] = v;
-            pair->t[i] -= v * a->w2c[4 * j + 3];
-        }
-    }
-    double length = sqrt(dot3(pair->t, pair->t)), unit[3], other[3] = {0, 0, 0};
+    fs_camera_relative(a, b, pair->r, pair->t);
+    double length = sqrt(v3_dot(pair->t, pair->t)), unit[3], other[3] = {0, 0, 0};
     if (!(length > 1e-12)) return false;
     int smallest = 0;
     for (int i = 0; i < 3; i++) {
@@ -60,29 +41,29 @@ static bool relate(const Camera *a, const Camera *b, Pair *pair)
         if (fabs(unit[i]) < fabs(unit[smallest])) smallest = i;
     }
     other[smallest] = 1;
-    cross(unit, other, pair->axis[0]);
-    double n = sqrt(dot3(pair->axis[0], pair->axis[0]));
+    v3_cross(unit, other, pair->axis[0]);
+    double n = sqrt(v3_dot(pair->axis[0], pair->axis[0]));
     for (int i = 0; i < 3; i++) pair->axis[0][i] /= n;
-    cross(unit, pair->axis[0], pair->axis[1]);
+    v3_cross(unit, pair->axis[0], pair->axis[1]);
     pair->roll = atan2(pair->r[3] - pair->r[1], pair->r[0] + pair->r[4]);
     return true;
 }
 
 static float plane_angle(const Pair *pair, const double ray[3])
 {
-    return (float)atan2(dot3(ray, pair->axis[1]), dot3(ray, pair->axis[0]));
+    return (float)atan2(v3_dot(ray, pair->axis[1]), v3_dot(ray, pair->axis[0]));
 }
 
 // Features of b by plane, once more at both ends so that no range wraps round. Returns their number.
 static int sort_planes(const SearchPhoto *b, Pair *pair, double tolerance, ByAngle *sorted)
 {
     const double least_sine = 0.05; // nearer to the epipole depth cannot be told
-    double sine_min = 1, length = sqrt(dot3(pair->t, pair->t));
+    double sine_min = 1, length = sqrt(v3_dot(pair->t, pair->t));
     int n = 0, nb = b->features->n;
     for (int j = 0; j < nb; j++) {
         double ray[3] = {b->ray[2 * j], b->ray[2 * j + 1], 1}, normal[3];
-        cross(ray, pair->t, normal);
-        double sine = sqrt(dot3(normal, normal) / dot3(ray, ray)) / length;
+        v3_cross(ray, pair->t, normal);
+        double sine = sqrt(v3_dot(normal, normal) / v3_dot(ray, ray)) / length;
         if (!(sine > least_sine)) continue;
         if (sine < sine_min) sine_min = sine;
         sorted[n++] = (ByAngle){plane_angle(pair, ray), j};
@@ -162,8 +143,8 @@ static void search_one(const Search *search, int i, Candidates *out)
     const TriangulateOptions *o = search->options;
     const double ray[3] = {a->ray[2 * i], a->ray[2 * i + 1], 1}, *t = pair->t, fx = b->camera->fx, fy = b->camera->fy;
     double far_ray[3], line[3];
-    for (int k = 0; k < 3; k++) far_ray[k] = dot3(pair->r + 3 * k, ray);
-    cross(t, far_ray, line);
+    for (int k = 0; k < 3; k++) far_ray[k] = v3_dot(pair->r + 3 * k, ray);
+    v3_cross(t, far_ray, line);
     double norm = sqrt(line[0] * line[0] / (fx * fx) + line[1] * line[1] / (fy * fy));
     out->n = 0;
     if (!(norm > 0)) return;

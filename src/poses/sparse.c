@@ -48,16 +48,6 @@ static int set_pose(Sparse *sparse, const Photo *photo, int at, const Lens *lens
     return fs_lens_camera(&sparse->pose[at].lens, file, &camera, err);
 }
 
-static void w2c_of(const ColmapImage *image, double w2c[12])
-{
-    double r[9];
-    fs_camera_quat_to_rotation(image->quat, r);
-    for (int k = 0; k < 3; k++) {
-        memcpy(w2c + 4 * k, r + 3 * k, 3 * sizeof *r);
-        w2c[4 * k + 3] = image->t[k];
-    }
-}
-
 // The observation of one track element, undistorted, at the size of the picture; false when it is of no use.
 static bool sighting_of(const Sparse *sparse, const Capture *capture, const ColmapModel *model, const int *photo_of,
                         const ColmapTrack *track, Sighting *s)
@@ -113,7 +103,7 @@ int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapMo
         photo_of[i] = stem ? fs_capture_find(capture, stem) : -1;
         free(stem);
         if (photo_of[i] < 0) continue;
-        w2c_of(&model->image[i], w2c);
+        fs_camera_pose_from_quat((&model->image[i])->quat, (&model->image[i])->t, w2c);
         TRY(set_pose(sparse, &capture->photo[photo_of[i]], photo_of[i],
                      &fs_colmap_model_camera(model, model->image[i].camera_id)->lens, w2c, "COLMAP's model", err));
     }

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/linalg.h"
 #include "poses/epipolar.h"
 #include "poses/match.h"
 #include "poses/refine.h"
@@ -78,7 +79,7 @@ static int choose_others(const Work *w, int a, int *others)
     for (int b = 0; b < w->n; b++) {
         if (b == a) continue;
         const double *zb = w->photo[b].camera->w2c + 8;
-        if (za[0] * zb[0] + za[1] * zb[1] + za[2] * zb[2] < cos(70 * M_PI / 180)) continue;
+        if (v3_dot(za, zb) < cos(70 * M_PI / 180)) continue;
         fs_camera_centre(w->photo[b].camera, cb);
         double d = 0;
         for (int k = 0; k < 3; k++) d += (ca[k] - cb[k]) * (ca[k] - cb[k]);
@@ -372,8 +373,7 @@ static double extent(const Camera *camera, int n)
     }
     for (int a = 0; a < n; a++) {
         fs_camera_centre(&camera[a], c);
-        most = fmax(most, sqrt((c[0] - mean[0]) * (c[0] - mean[0]) + (c[1] - mean[1]) * (c[1] - mean[1]) +
-                               (c[2] - mean[2]) * (c[2] - mean[2])));
+        most = fmax(most, sqrt(v3_distance2(c, mean)));
     }
     return most;
 }

@@ -180,12 +180,7 @@ static int add_images(ColmapModel *model, const Sparse *sparse, const Capture *c
         free(name);
         if (!image || !(image->camera_id = camera_id(model, &camera, err))) return fs_error_memory(err);
         image->id = (uint32_t)i + 1;
-        double r[9];
-        for (int k = 0; k < 3; k++) {
-            memcpy(r + 3 * k, camera.w2c + 4 * k, 3 * sizeof *r);
-            image->t[k] = camera.w2c[4 * k + 3];
-        }
-        fs_camera_rotation_to_quat(r, image->quat);
+        fs_camera_pose_to_quat(camera.w2c, image->quat, image->t);
         double sx = (double)photo->width / photo->picture_width, sy = (double)photo->height / photo->picture_height;
         for (int k = 0, n = 0; k < sparse->n_points; k++)
             for (int l = 0; l < sparse->point[k].n; l++) {

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/linalg.h"
+#include "base/order.h"
 #include "model/similarity.h"
 
 #define MIN_COMMON 3
@@ -31,11 +33,6 @@ static int find_common(const Dataset *views, const Dataset *photos, Common *comm
     return 0;
 }
 
-static double distance(const double a[3], const double b[3])
-{
-    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
-}
-
 // Largest distance of a photo's camera from their mean.
 static double capture_extent(const Dataset *photos)
 {
@@ -46,7 +43,7 @@ static double capture_extent(const Dataset *photos)
     }
     for (int i = 0; i < photos->n; i++) {
         fs_camera_centre(&photos->view[i].camera, c);
-        extent = fmax(extent, distance(c, mean));
+        extent = fmax(extent, sqrt(v3_distance2(c, mean)));
     }
     return extent;
 }
@@ -58,12 +55,6 @@ static double turn(const Camera *a, const Camera *b)
     for (int r = 0; r < 3; r++)
         for (int k = 0; k < 3; k++) trace += a->w2c[4 * r + k] * b->w2c[4 * r + k];
     return acos(fmax(-1, fmin(1, (trace - 1) / 2)));
-}
-
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 // Medians over the common views, the model's moved first where there is a similarity.
@@ -80,13 +71,11 @@ static int disagreement(const Common *common, const Similarity *move, double *sh
         double a[3], b[3];
         fs_camera_centre(&camera, a);
         fs_camera_centre(&common->photo[i], b);
-        shifts[i] = distance(a, b);
+        shifts[i] = sqrt(v3_distance2(a, b));
         angles[i] = turn(&camera, &common->photo[i]);
     }
-    qsort(shifts, (size_t)common->n, sizeof *shifts, compare);
-    qsort(angles, (size_t)common->n, sizeof *angles, compare);
-    *shift = shifts[common->n / 2];
-    *angle = angles[common->n / 2];
+    *shift = fs_order_median(shifts, (size_t)common->n);
+    *angle = fs_order_median(angles, (size_t)common->n);
     free(shifts);
     free(angles);
     return 0;

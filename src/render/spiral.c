@@ -3,49 +3,27 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/linalg.h"
+#include "base/order.h"
+
 #define TURNS 2
 #define RISE 0.5        // turns of the forward-backward motion per turn of the circle
 #define FAR_WEIGHT 0.75 // share of the far depth in the focus disparity
 #define OFFSET_PERCENTILE 0.9
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static double normalise(double v[3])
-{
-    double length = sqrt(dot(v, v));
-    for (int i = 0; i < 3 && length > 0; i++) v[i] /= length;
-    return length;
-}
-
 // Axes that look along forward with down as given but for the part along forward; false where they are parallel.
 static bool make_axes(const double forward[3], const double down_hint[3], double right[3], double down[3])
 {
-    cross(down_hint, forward, right); // y x z = x
-    if (normalise(right) < 1e-9) return false;
-    cross(forward, right, down);
+    v3_cross(down_hint, forward, right); // y x z = x
+    if (v3_normalise(right) < 1e-9) return false;
+    v3_cross(forward, right, down);
     return true;
-}
-
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 // Linear interpolation between order statistics, as numpy's percentile.
 static double percentile(double *values, int n, double fraction)
 {
-    qsort(values, (size_t)n, sizeof *values, compare);
+    fs_order_doubles(values, (size_t)n);
     double at = fraction * (n - 1);
     int i = (int)at;
     return i + 1 < n ? values[i] + (at - i) * (values[i + 1] - values[i]) : values[n - 1];
@@ -61,7 +39,7 @@ static int fit_radii(Spiral *spiral, const Camera *cameras, int n, FsError *err)
             double c[3];
             fs_camera_centre(&cameras[i], c);
             for (int k = 0; k < 3; k++) c[k] -= spiral->centre[k];
-            offset[i] = fabs(dot(c, axes[a]));
+            offset[i] = fabs(v3_dot(c, axes[a]));
         }
         spiral->radius[a] = percentile(offset, n, OFFSET_PERCENTILE);
     }
@@ -86,7 +64,7 @@ int fs_spiral_fit(Spiral *spiral, const Camera *cameras, int n, double nearest, 
             spiral->forward[k] += cameras[i].w2c[8 + k];
         }
     }
-    if (normalise(spiral->forward) < 1e-9 || !make_axes(spiral->forward, down, spiral->right, spiral->down))
+    if (v3_normalise(spiral->forward) < 1e-9 || !make_axes(spiral->forward, down, spiral->right, spiral->down))
         return fs_error_set(err, FS_ERR_INPUT,
                             "camera path: the cameras look in opposite directions, a spiral needs a common one");
     double near_depth = 0.9 * nearest, far_depth = 5 * farthest;
@@ -105,13 +83,13 @@ Camera fs_spiral_camera(const Spiral *spiral, const Camera *like, int i, int n)
                       offset[2] * spiral->forward[k];
         forward[k] = spiral->centre[k] + spiral->focus_depth * spiral->forward[k] - position[k];
     }
-    normalise(forward);
+    v3_normalise(forward);
     if (!make_axes(forward, spiral->down, right, down)) make_axes(forward, spiral->right, right, down);
     Camera camera = *like;
     const double *axes[3] = {right, down, forward};
     for (int r = 0; r < 3; r++) {
         for (int k = 0; k < 3; k++) camera.w2c[4 * r + k] = axes[r][k];
-        camera.w2c[4 * r + 3] = -dot(axes[r], position);
+        camera.w2c[4 * r + 3] = -v3_dot(axes[r], position);
     }
     return camera;
 }

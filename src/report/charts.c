@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/linalg.h"
 
 #define WIDTH 560
 #define HEIGHT 300
@@ -24,11 +25,6 @@ static void drawing_axes(const Dataset *dataset, double right[3], double ahead[3
         }
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static void grow(double range[2], double v)
 {
     if (v < range[0]) range[0] = v;
@@ -41,17 +37,17 @@ void fs_charts_cameras(FILE *f, const Dataset *dataset)
     drawing_axes(dataset, right, ahead);
     for (int i = 0; i < dataset->n; i++) {
         fs_camera_centre(&dataset->view[i].camera, c);
-        grow(x, dot(c, right));
-        grow(y, dot(c, ahead));
+        grow(x, v3_dot(c, right));
+        grow(y, v3_dot(c, ahead));
     }
     double scale = fmin((WIDTH - 4 * PAD) / fmax(x[1] - x[0], 1e-12), (HEIGHT - 4 * PAD) / fmax(y[1] - y[0], 1e-12));
     fprintf(f, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"camera positions from above\">\n", WIDTH, HEIGHT);
     for (int i = 0; i < dataset->n; i++) {
         const View *view = &dataset->view[i];
         fs_camera_centre(&view->camera, c);
-        double px = WIDTH / 2.0 + (dot(c, right) - (x[0] + x[1]) / 2) * scale;
-        double py = HEIGHT / 2.0 + PAD / 2.0 - (dot(c, ahead) - (y[0] + y[1]) / 2) * scale;
-        double dx = dot(view->camera.w2c + 8, right), dy = -dot(view->camera.w2c + 8, ahead);
+        double px = WIDTH / 2.0 + (v3_dot(c, right) - (x[0] + x[1]) / 2) * scale;
+        double py = HEIGHT / 2.0 + PAD / 2.0 - (v3_dot(c, ahead) - (y[0] + y[1]) / 2) * scale;
+        double dx = v3_dot(view->camera.w2c + 8, right), dy = -v3_dot(view->camera.w2c + 8, ahead);
         double length = fmax(hypot(dx, dy), 1e-12);
         const char *color = view->flash ? "#f2b44b" : "#6fb1e8";
         fprintf(f, "<path d=\"M%.1f %.1fl%.1f %.1f\" stroke=\"%s\" stroke-width=\"1.5\" opacity=\".6\"/>", px, py,
