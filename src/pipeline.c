@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/memory.h"
 #include "bench/bench.h"
 #include "evaluate/evaluate.h"
 #include "export/export.h"
@@ -28,7 +29,7 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
     FsProject *p = calloc(1, sizeof *p);
     if (!p) return fs_error_memory(err);
     p->out = strdup(out);
-    fs_settings_copy(&p->set, settings);
+    TRY(fs_settings_copy(&p->set, settings, err));
     if (!p->out) {
         rc = fs_error_memory(err);
         goto fail;
@@ -53,74 +54,65 @@ void fs_project_close(FsProject *project)
     free(project);
 }
 
+static unsigned begin_stage(FsProject *project, const char *stage)
+{
+    fs_warnings_stage(project->warnings, stage);
+    return project->memory_failures = fs_memory_begin();
+}
+
 int fs_ingest(FsProject *project, const char *photos, FsError *err)
 {
-    fs_warnings_stage(project->warnings, "ingest");
-    return fs_ingest_run(project, photos, err);
+    unsigned failures = begin_stage(project, "ingest");
+    return fs_memory_end(failures, fs_ingest_run(project, photos, err), err);
+}
+
+static int stage(FsProject *project, const char *name, int (*run)(FsProject *, FsError *), FsError *err)
+{
+    unsigned failures = begin_stage(project, name);
+    return fs_memory_end(failures, run(project, err), err);
 }
 
 int fs_poses(FsProject *project, FsError *err)
 {
-    fs_warnings_stage(project->warnings, "poses");
-    return fs_poses_run(project, err);
+    return stage(project, "poses", fs_poses_run, err);
 }
 
 int fs_initialise(FsProject *project, FsError *err)
 {
-    fs_warnings_stage(project->warnings, "initialise");
-    return fs_initialise_run(project, err);
+    return stage(project, "initialise", fs_initialise_run, err);
 }
 
 int fs_train(FsProject *project, FsError *err)
 {
-    fs_warnings_stage(project->warnings, "train");
-    return fs_train_run(project, err);
-}
-
-static int render(FsProject *project, FsError *err)
-{
-    fs_warnings_stage(project->warnings, "render");
-    return fs_render_run(project, err);
-}
-
-static int export(FsProject *project, FsError *err)
-{
-    fs_warnings_stage(project->warnings, "export");
-    return fs_export_run(project, err);
-}
-
-static int report(FsProject *project, FsError *err)
-{
-    fs_warnings_stage(project->warnings, NULL);
-    return fs_report_run(project, err);
+    return stage(project, "train", fs_train_run, err);
 }
 
 // After a stage that ran alone: the page is brought up to date where there is one.
 static int refresh_report(FsProject *project, FsError *err)
 {
     char *index = fs_file_path("%s/index.html", project->out);
-    int rc = index && fs_file_exists(index) ? report(project, err) : 0;
+    int rc = !index ? fs_error_memory(err) : fs_file_exists(index) ? stage(project, NULL, fs_report_run, err) : 0;
     free(index);
     return rc;
 }
 
 int fs_render(FsProject *project, FsError *err)
 {
-    int rc = render(project, err);
+    int rc = stage(project, "render", fs_render_run, err);
     return rc < 0 ? rc : refresh_report(project, err);
 }
 
 int fs_evaluate(FsProject *project, const char *truth, FsError *err)
 {
-    fs_warnings_stage(project->warnings, "evaluate");
+    unsigned failures = begin_stage(project, "evaluate");
     fs_warnings_forget(project->out, "evaluate"); // it always measures anew
-    int rc = fs_evaluate_run(project, truth, err);
+    int rc = fs_memory_end(failures, fs_evaluate_run(project, truth, err), err);
     return rc < 0 ? rc : refresh_report(project, err);
 }
 
 int fs_export(FsProject *project, FsError *err)
 {
-    int rc = export(project, err);
+    int rc = stage(project, "export", fs_export_run, err);
     return rc < 0 ? rc : refresh_report(project, err);
 }
 
@@ -131,9 +123,9 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     TRY(fs_poses(project, err));
     TRY(fs_initialise(project, err));
     TRY(fs_train(project, err));
-    TRY(render(project, err));
-    TRY(export(project, err));
-    TRY(report(project, err));
+    TRY(stage(project, "render", fs_render_run, err));
+    TRY(stage(project, "export", fs_export_run, err));
+    TRY(stage(project, NULL, fs_report_run, err));
     fs_info_results(project->out, &project->log);
 fail:
     return rc;
@@ -142,14 +134,16 @@ fail:
 int fs_synth(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
     static const FsCallbacks none;
-    return fs_synth_run(out, settings, callbacks ? callbacks : &none, err);
+    unsigned failures = fs_memory_begin();
+    return fs_memory_end(failures, fs_synth_run(out, settings, callbacks ? callbacks : &none, err), err);
 }
 
 int fs_pair(const char *flash, const char *noflash, const char *out, const FsSettings *settings,
             const FsCallbacks *callbacks, FsError *err)
 {
     static const FsCallbacks none;
-    return fs_pair_run(flash, noflash, out, settings, callbacks ? callbacks : &none, err);
+    unsigned failures = fs_memory_begin();
+    return fs_memory_end(failures, fs_pair_run(flash, noflash, out, settings, callbacks ? callbacks : &none, err), err);
 }
 
 int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
@@ -161,7 +155,8 @@ int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *
 int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
     (void)settings;
-    return fs_info_run(path, callbacks, err);
+    unsigned failures = fs_memory_begin();
+    return fs_memory_end(failures, fs_info_run(path, callbacks, err), err);
 }
 
 const char *fs_version(void)

@@ -1,5 +1,6 @@
 #include "base/error.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -8,6 +9,7 @@ static atomic_uint memory_failures;
 
 int fs_error_set(FsError *err, int code, const char *format, ...)
 {
+    if (errno == ENOMEM) atomic_fetch_add(&memory_failures, 1); // "cannot open", say, though err is NULL
     if (err) {
         va_list ap;
         va_start(ap, format);

@@ -12,9 +12,7 @@
 
 // Fills err (may be NULL) and returns code, so that a caller can `return fs_error(...)`.
 __attribute__((format(printf, 3, 4))) int fs_error_set(FsError *err, int code, const char *format, ...);
-int fs_error_memory(FsError *err); // FS_ERR_MEMORY with the usual words
-// How often memory ran out in this process. What goes on without some of its memory (a picture left out, a file taken
-// for missing) still ends with FS_ERR_MEMORY: a stage compares before it is done.
-unsigned fs_error_memory_failures(void);
+int fs_error_memory(FsError *err);       // FS_ERR_MEMORY with the usual words
+unsigned fs_error_memory_failures(void); // how often memory ran out in this process; see base/memory.h
 
 #endif

@@ -94,6 +94,11 @@ static void name_changed(const char *path)
     pthread_mutex_unlock(&changed.lock);
 }
 
+void fs_file_remove(const char *path)
+{
+    if (unlink(path) == 0) name_changed(path);
+}
+
 int fs_file_rename(const char *temp, const char *path, FsError *err)
 {
     int rc = fs_file_is_dir(temp) ? fs_file_sync_names(err) : 0; // what is in it comes before it
@@ -223,7 +228,7 @@ static int remove_one(const char *path, const struct stat *st, int type, struct 
 
 void fs_file_remove_tree(const char *path)
 {
-    nftw(path, remove_one, 16, FTW_DEPTH | FTW_PHYS);
+    if (nftw(path, remove_one, 16, FTW_DEPTH | FTW_PHYS) != 0 && errno == ENOMEM) fs_error_memory(NULL);
 }
 
 char *fs_file_path(const char *format, ...)

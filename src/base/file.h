@@ -25,6 +25,7 @@ int fs_file_commit(AtomicFile *file, FsError *err);                // syncs and 
 void fs_file_abort(AtomicFile *file);                              // frees; harmless on {0} or after commit
 // When a library failed to write: the disk's reason, or the library's, with FS_ERR_IO (FS_ERR_MEMORY for ENOMEM).
 int fs_file_failed(const AtomicFile *file, const char *why, FsError *err);
+void fs_file_remove(const char *path);                                // one file, where there is one
 int fs_file_rename(const char *temp, const char *path, FsError *err); // a file or a folder; removes temp on failure
 // Files are on the disk once they have their names; the names are after this call. Before a done mark.
 int fs_file_sync_names(FsError *err);

@@ -21,6 +21,7 @@ static void on_data_error(void *user, const char *file, const int offset)
 static void on_memory_error(void *user, const char *file, const char *where)
 {
     (void)user, (void)file, (void)where;
+    fs_error_memory(NULL);
 }
 
 static int raw_error(const char *path, int code, FsError *err)

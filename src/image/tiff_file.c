@@ -1,6 +1,7 @@
 #include "image/tiff_file.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -113,7 +114,8 @@ fail:
 int fs_tiff_file_commit(TiffFile *t, bool ok, FsError *err)
 {
     errno = 0;
-    TIFFClose(t->tiff); // may write, and has no other way to say that it failed
+    if (!ok) TIFFSetMode(t->tiff, O_RDONLY); // or it writes tags that it has no memory for
+    TIFFClose(t->tiff);                      // may write, and has no other way to say that it failed
     t->tiff = NULL;
     if (ok && !t->why[0] && errno != ENOMEM) return fs_file_commit(&t->file, err);
     int rc = t->file.error || t->why[0] ? fs_file_failed(&t->file, t->why, err) : fs_error_memory(err);

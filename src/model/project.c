@@ -100,8 +100,14 @@ int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err)
         rc = fs_error_memory(err);
         goto fail;
     }
+    if (fs_error_memory_failures() != project->memory_failures) { // something may have been left out for it
+        rc = fs_error_memory(err);
+        goto fail;
+    }
     TRY(fs_file_mkdirs(dir, err));
+    TRY(fs_file_sync_names(err));
     TRY(fs_file_write(path, text, strlen(text), err));
+    TRY(fs_file_sync_names(err));
 fail:
     json_decref(fingerprint);
     json_decref(mark);
@@ -117,9 +123,10 @@ void fs_project_unmark(const FsProject *project, unsigned stage)
         const ProjectStage *row = &fs_project_stages[i];
         if (row->stage != stage && !(row->after & stage)) continue;
         char *path = mark_path(project, row->stage);
-        if (path) unlink(path);
+        if (path) fs_file_remove(path);
         free(path);
     }
+    fs_file_sync_names(NULL); // before results that they are not about
     if (stage & INITIALISE) { // no training can go on from another start
         char *checkpoint = fs_file_path("%s/checkpoint", project->out);
         if (checkpoint) fs_file_remove_tree(checkpoint);

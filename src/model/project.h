@@ -26,6 +26,7 @@ struct FsProject {
     char *out;
     Settings set;
     Log log;
+    unsigned memory_failures;   // of the process, when the stage began
     Warnings *warnings;         // what log keeps for the report; NULL: nothing is kept
     char photos[17];            // hash of the photos, which ingest fills in; "": not there
     char *fingerprint;          // of the stage that is looked at: fs_project_done takes it before the stage reads

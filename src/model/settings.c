@@ -315,14 +315,17 @@ void fs_settings_free(FsSettings *settings)
     free(settings);
 }
 
-void fs_settings_copy(Settings *to, const Settings *from)
+int fs_settings_copy(Settings *to, const Settings *from, FsError *err)
 {
+    int rc = 0;
     *to = *from;
     for (size_t i = 0; i < N_OPTIONS; i++)
         if (table[i].type == FS_OPTION_STRING || table[i].type == FS_OPTION_ENUM) {
             const char *text = *(char *const *)member(from, &table[i]);
-            *(char **)member(to, &table[i]) = strdup(text ? text : "");
+            char *copy = *(char **)member(to, &table[i]) = strdup(text ? text : "");
+            if (!copy) rc = fs_error_memory(err);
         }
+    return rc;
 }
 
 char *fs_settings_json(const Settings *settings, unsigned stages)

@@ -38,7 +38,7 @@ typedef struct FsSettings {
     unsigned char was_set[128]; // per row of the table: set by the user, not by default or preset
 } Settings;
 
-void fs_settings_copy(Settings *to, const Settings *from); // deep
+int fs_settings_copy(Settings *to, const Settings *from, FsError *err); // deep; to clear even after a failure
 void fs_settings_clear(Settings *settings);
 bool fs_settings_was_set(const Settings *settings, const char *name); // by the user, not by default or preset
 // The settings of the given stages as a JSON object text (caller frees), NULL when out of memory.

@@ -1,5 +1,6 @@
 #include "model/warnings.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,6 +36,7 @@ static void keep(const Warnings *warnings, const char *message)
     char *path = file_of(warnings->out, warnings->stage), *dir = fs_file_path("%s/warnings", warnings->out);
     char *text = NULL, *line = strdup(message);
     size_t size = 0;
+    if (!line) fs_error_memory(NULL);
     if (!path || !dir || !line) goto out;
     for (char *p = line; *p; p++)
         if (*p == '\n' || *p == '\r') *p = ' ';
@@ -42,6 +44,7 @@ static void keep(const Warnings *warnings, const char *message)
     if (size + strlen(line) + 1 > MAX_BYTES || has_line(text, line)) goto out;
     if (fs_file_mkdirs(dir, NULL) < 0) goto out;
     FILE *f = fopen(path, "a");
+    if (!f && errno == ENOMEM) fs_error_memory(NULL);
     if (f) {
         fprintf(f, "%s\n", line);
         fclose(f);

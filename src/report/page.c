@@ -1,5 +1,6 @@
 #include "report/page.h"
 
+#include <errno.h>
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +16,7 @@
 static void write_head(FILE *f, const Page *page)
 {
     char *whole = realpath(page->project->out, NULL);
+    if (!whole && errno == ENOMEM) fs_error_memory(NULL);
     const char *name = fs_file_name(whole ? whole : page->project->out);
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
           "content=\"width=device-width\">\n<title>",
@@ -29,11 +31,15 @@ static void write_head(FILE *f, const Page *page)
 static int count_splats(const Page *page)
 {
     char *path = fs_file_path("%s/clouds/model.json", page->project->out);
-    json_t *root = path ? json_load_file(path, 0, NULL) : NULL, *value;
+    char *text = NULL;
+    size_t size;
+    json_t *value,
+        *root = path && fs_file_read(path, MAX_MARK, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
     const char *key;
     json_int_t n = 0;
     json_object_foreach(json_object_get(root, "clouds"), key, value) n += json_integer_value(value);
     json_decref(root);
+    free(text);
     free(path);
     return (int)n;
 }

@@ -399,6 +399,7 @@ static void (*const painters[PAINTS])(Canvas *, float, Rng *) = {
 int fs_paint_texture(Texture *texture, Paint paint, float hue, float w_cm, float h_cm, float px_per_cm, Rng *rng)
 {
     Canvas canvas;
+    *texture = (Texture){0};
     if (fs_canvas_new(&canvas, w_cm, h_cm, px_per_cm) < 0) return -1;
     painters[paint](&canvas, hue, rng);
     int rc = fs_texture_new(texture, &canvas);

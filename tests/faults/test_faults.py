@@ -21,7 +21,7 @@ RANDOM = random.Random(int(os.environ.get("FLASHSPLAT_FAULTS_SEED", "1")))
 TRAIN = ["--steps", "8", "--max-splats", "400", "--progress-every", "4", "--checkpoint-every", "3"]
 TIMEOUT = 300  # seconds: a hang
 # What may differ between two runs: times, the log of them, and what is kept to go on from.
-UNLIKE = ("log.jsonl", "checkpoint/", "done/")
+UNLIKE = ("log.jsonl", "checkpoint/", "done/", "colmap/")
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith(("ASAN_", "LD_PRELOAD"))}
 
 

@@ -88,7 +88,7 @@ static int run(const char *out, const char *threads, const char *geometry, FsErr
     assert_int_equal(fs_settings_set(settings, "init-count", count, NULL), 0);
     assert_int_equal(fs_settings_set(settings, "separation", separation, NULL), 0);
     assert_int_equal(fs_settings_set(settings, "force", "true", NULL), 0);
-    fs_settings_copy(&project.set, settings);
+    fs_settings_copy(&project.set, settings, NULL);
     warnings[0] = 0;
     int rc = fs_initialise_run(&project, err);
     fs_settings_clear(&project.set);

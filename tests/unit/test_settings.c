@@ -103,7 +103,7 @@ static void test_copies_are_deep(void **state)
 {
     Settings copy;
     set(*state, "poses", "model");
-    fs_settings_copy(&copy, *state);
+    assert_int_equal(fs_settings_copy(&copy, *state, NULL), 0);
     set(*state, "poses", "other");
     assert_string_equal(copy.poses, "model");
     fs_settings_clear(&copy);

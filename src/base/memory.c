@@ -1,0 +1,35 @@
+#include "base/memory.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+
+// Jansson leaves out of an object what it has no memory for, and hardly a caller looks: once it had none it gets none,
+// so that no text is made of half an object. Other allocators than malloc are left alone.
+static atomic_bool json_stopped;
+
+static void *json_malloc(size_t size)
+{
+    void *p = json_stopped ? NULL : malloc(size);
+    if (p) return p;
+    json_stopped = true;
+    fs_error_memory(NULL);
+    return NULL;
+}
+
+unsigned fs_memory_begin(void)
+{
+    json_malloc_t allocate;
+    json_free_t release;
+    json_get_alloc_funcs(&allocate, &release);
+    if (allocate == malloc && release == free) json_set_alloc_funcs(json_malloc, free);
+    json_stopped = false;
+    errno = 0;
+    return fs_error_memory_failures();
+}
+
+int fs_memory_end(unsigned begun, int rc, FsError *err)
+{
+    return rc == 0 && fs_error_memory_failures() != begun ? fs_error_memory(err) : rc;
+}

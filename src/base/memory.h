@@ -1,0 +1,11 @@
+// Memory that runs out under a call that could go on without it (a picture left out, a key of a JSON object, a tag of a
+// file) ends with FS_ERR_MEMORY all the same: never with another result. For the public calls.
+#ifndef FS_BASE_MEMORY_H
+#define FS_BASE_MEMORY_H
+
+#include "base/error.h"
+
+unsigned fs_memory_begin(void);
+int fs_memory_end(unsigned begun, int rc, FsError *err); // rc, or FS_ERR_MEMORY where memory ran out since `begun`
+
+#endif
