@@ -8,6 +8,7 @@ import pathlib
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -48,6 +49,15 @@ def difference(folder, wanted):
     names = sorted(n for n in found.keys() | wanted.keys() if found.get(n) != wanted.get(n))
     kind = {n: "missing" if n not in found else "too many" if n not in wanted else "differs" for n in names}
     return ", ".join(f"{n} {kind[n]}" for n in names[:8])
+
+
+def disk_use(folder):
+    return sum(4096 * (2 + (p.stat().st_size + 4095) // 4096 if p.is_file() else 2) for p in folder.rglob("*"))
+
+
+def unfinished(name):
+    """COLMAP's own files, and what a person reads of a run that is not over."""
+    return ".part" in name or "/colmap/" in name or "/warnings/" in name or name.endswith("index.html")
 
 
 class Faults(unittest.TestCase):
@@ -171,6 +181,102 @@ class Faults(unittest.TestCase):
                 tasks.append((job, at, i % 4 == 3))
         outcomes = list(self.pool.map(lambda t: self.fail_allocation(*t), tasks))
         self.report("failed allocations", outcomes)
+
+
+    # ---- kill -9 ----
+
+    def kill_thrice(self, task):
+        """Three kills at chosen shares of the time that the whole takes, each in a run that goes on from the last."""
+        name, shares = task
+        with tempfile.TemporaryDirectory(dir=self.dir) as folder:
+            work = pathlib.Path(folder)
+            words = [*self.jobs["run"], "--resume", "--checkpoint-every", "1"]
+            killed = 0
+            for share in shares:
+                process = subprocess.Popen([PROGRAM, *map(str, words)], cwd=work, stdin=subprocess.DEVNULL,
+                                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=ENVIRONMENT,
+                                           start_new_session=True)
+                try:
+                    process.communicate(timeout=share * self.seconds)
+                except subprocess.TimeoutExpired:
+                    os.killpg(process.pid, signal.SIGKILL)
+                    process.communicate()
+                    killed += 1
+            self.kills += killed
+            last = run(words, work)
+            if last.returncode != 0:
+                return name, f"exit status {last.returncode} of the last run: {last.stderr}"
+            bad = difference(work, self.after["run"])
+            left = [str(p.relative_to(work)) for p in work.rglob("*.part*")]
+            return name, bad or (f"left over: {left}" if left else "same")
+
+    def test_kill(self):
+        start = time.monotonic()
+        with tempfile.TemporaryDirectory(dir=self.dir) as folder:
+            self.ok(self.jobs["run"], folder)
+        self.seconds = 1.1 * (time.monotonic() - start)
+        Faults.kills = 0
+        tasks = [(f"kill {i}", [RANDOM.random() for _ in range(3)]) for i in range(100 if FULL else 6)]
+        outcomes = [self.kill_thrice(task) for task in tasks]
+        print(f"{self.kills} kills", file=sys.stderr)
+        self.report("runs killed three times", outcomes)
+
+    # ---- full disks ----
+
+    # $1: bytes, $2: what the disk holds at first, $3: the mount point, $4: where the outcome goes; then the program.
+    DISK = '''
+mount -t tmpfs -o size=$1 none "$3" || exit 99
+cp -r "$2"/. "$3" || exit 98
+cd "$3" && results=$4 program=$5 && shift 5
+"$program" "$@" >"$results/out" 2>"$results/err"
+echo $? >"$results/first"
+cp -r . "$results/at-once"
+mount -o remount,size=1g "$PWD" || exit 97
+"$program" "$@" >"$results/out2" 2>"$results/err2"
+echo $? >"$results/second"
+cp -r . "$results/after"
+'''
+
+    def fill_disk(self, task):
+        job, size = task
+        name = f"{job} on a disk of {size} bytes"
+        with tempfile.TemporaryDirectory(dir=self.dir) as folder:
+            work = pathlib.Path(folder)
+            for part in ("disk", "results"):
+                (work / part).mkdir()
+            subprocess.run(["unshare", "-rm", "sh", "-c", self.DISK, "sh", str(size), self.before[job], work / "disk",
+                            work / "results", PROGRAM, *map(str, self.jobs[job])], check=True, timeout=TIMEOUT,
+                           env=ENVIRONMENT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            results = work / "results"
+            first, second = (int((results / n).read_text()) for n in ("first", "second"))
+            stderr = (results / "err").read_text()
+            if first == 0:
+                bad = difference(results / "at-once", self.after[job])
+                return name, f"exit status 0, but {bad}" if bad else "same"
+            last = stderr.splitlines()[-1] if stderr else ""
+            if first != 1 or not last.startswith("flashsplat: ") or "No space left on device" not in last:
+                return name, f"exit status {first}: {stderr}"
+            if second != 0:
+                return name, f"with room again: exit status {second}: {(results / 'err2').read_text()}"
+            bad = difference(results / "after", self.after[job])
+            if bad:
+                return name, f"with room again: {bad}"
+            torn = [n for n, data in snapshot(results / "at-once").items()
+                    if data != self.after[job].get(n) and data != self.first[job].get(n) and not unfinished(n)]
+            return name, f"torn: {torn}" if torn else "reason"
+
+    def test_full_disk(self):
+        if subprocess.run(["unshare", "-rm", "sh", "-c", "mount -t tmpfs none /mnt"], check=False,
+                          capture_output=True).returncode != 0:
+            self.skipTest("no tmpfs of its own may be mounted here")
+        Faults.first = {job: snapshot(self.before[job]) for job in self.jobs}
+        share = {"run": 10, "resume": 2, "film": 3, "synth": 3, "pair": 2} if FULL else \
+                {"run": 3, "film": 1, "synth": 1, "pair": 1}
+        tasks = []
+        for job, n in share.items():
+            used, whole = disk_use(self.before[job]), disk_use(self.dir / "after" / job)
+            tasks += [(job, used + int((whole - used) * (i + RANDOM.random()) / n) // 4096 * 4096) for i in range(n)]
+        self.report("full disks", list(self.pool.map(self.fill_disk, tasks)))
 
 
 unittest.main(module="__main__", verbosity=2)
