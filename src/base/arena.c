@@ -1,5 +1,6 @@
 #include "base/arena.h"
 
+#include <stdint.h>
 #include <stdlib.h>
 
 #define ALIGN 64
@@ -8,26 +9,35 @@ typedef struct ArenaOld {
     char *block;
 } ArenaOld;
 
-static void *must(void *p)
+// A block of `size` for what comes next; the present one is kept until the reset.
+static bool new_block(Arena *arena, size_t size)
 {
-    if (!p) abort();
-    return p;
+    char *block = aligned_alloc(ALIGN, size);
+    ArenaOld *old = arena->block ? malloc(sizeof *old) : NULL;
+    if (!block || (arena->block && !old)) {
+        free(block);
+        free(old);
+        return false;
+    }
+    if (old) *old = (ArenaOld){arena->old, arena->block};
+    if (old) arena->old = old;
+    arena->block = block;
+    arena->size = size;
+    arena->used = 0;
+    return true;
 }
 
 void *fs_arena_alloc(Arena *arena, size_t size)
 {
+    if (size > SIZE_MAX / 4) arena->failed = true;
+    if (arena->failed) return NULL;
     size = (size + ALIGN - 1) / ALIGN * ALIGN;
     arena->total += size;
     if (arena->used + size > arena->size) {
-        if (arena->block) {
-            ArenaOld *old = must(malloc(sizeof *old));
-            *old = (ArenaOld){arena->old, arena->block};
-            arena->old = old;
-        }
-        arena->size = arena->size * 2 > size ? arena->size * 2 : size;
-        if (arena->size < 1 << 16) arena->size = 1 << 16;
-        arena->block = must(aligned_alloc(ALIGN, arena->size));
-        arena->used = 0;
+        size_t wanted = arena->size * 2 > size ? arena->size * 2 : size;
+        if (wanted < 1 << 16) wanted = 1 << 16;
+        arena->failed = !new_block(arena, wanted) && !new_block(arena, size);
+        if (arena->failed) return NULL;
     }
     void *p = arena->block + arena->used;
     arena->used += size;
@@ -49,10 +59,12 @@ void fs_arena_reset(Arena *arena)
     if (arena->old) {
         free_old(arena);
         free(arena->block);
-        arena->size = (arena->total + arena->total / 4 + ALIGN - 1) / ALIGN * ALIGN;
-        arena->block = must(aligned_alloc(ALIGN, arena->size));
+        size_t size = (arena->total + arena->total / 4 + ALIGN - 1) / ALIGN * ALIGN;
+        arena->block = aligned_alloc(ALIGN, size);
+        arena->size = arena->block ? size : 0; // else the next one to ask tries again
     }
     arena->used = arena->total = 0;
+    arena->failed = false;
 }
 
 void fs_arena_free(Arena *arena)

@@ -6,7 +6,8 @@
 #include "base/arena.h"
 #include "base/rng.h"
 #include "bench/case.h"
-#include "engine/raster_task.h"
+#include "engine/raster_pass.h"
+#include "engine/scratch.h"
 
 enum { STRIP = 32, CHUNK = 2048 };
 
@@ -45,10 +46,15 @@ static void fill_cloud(Cloud *cloud, double scale)
     }
 }
 
+static RasterPass pass_of(SplatsState *s)
+{
+    return (RasterPass){&s->machine->kernels, s->machine->threads, {&s->task}, 1, &s->camera, 0.1f};
+}
+
 static void forward(SplatsState *s)
 {
-    RasterTask *task = &s->task;
-    fs_raster_task_forward(&s->machine->kernels, s->machine->threads, &task, 1, &s->camera, 0.1f);
+    RasterPass pass = pass_of(s);
+    if (fs_raster_tiles.forward(&pass, NULL) < 0) abort(); // out of memory amid a measurement
 }
 
 // The size of Gaussians at which about `wanted` pairs contribute: they grow with its square, nearly.
@@ -66,16 +72,10 @@ static void seek_pairs(SplatsState *s, double scale, double wanted)
     s->task.count = false; // not timed
 }
 
-static Planes new_planes(SplatsState *s)
-{
-    Planes p = {s->camera.width, s->camera.height, 3, fs_planes_stride(s->camera.width), NULL};
-    p.px = ARENA_NEW(&s->arena, float, (size_t)p.stride *(size_t)p.height * 3);
-    return p;
-}
-
 static void make_photo(SplatsState *s)
 {
-    s->photo = new_planes(s), s->mu = new_planes(s), s->var = new_planes(s);
+    Planes *const planes[] = {&s->photo, &s->mu, &s->var};
+    for (int i = 0; i < 3; i++) *planes[i] = fs_scratch_planes(&s->arena, &s->camera, 3);
     for (int c = 0; c < 3; c++)
         for (int y = 0; y < s->photo.height; y++)
             for (int x = 0; x < s->photo.stride; x++)
@@ -145,8 +145,8 @@ void fs_case_splats_forward(void *state)
 void fs_case_splats_backward(void *state)
 {
     SplatsState *s = state;
-    RasterTask *task = &s->task;
-    fs_raster_task_backward(&s->machine->kernels, s->machine->threads, &task, 1);
+    RasterPass pass = pass_of(s);
+    fs_raster_tiles.backward(&pass);
 }
 
 static void loss_job(void *context, int strip, int worker)

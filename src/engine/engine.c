@@ -1,13 +1,10 @@
+// Checks what goes to a device, and calls it.
 #include "engine/engine.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/threads.h"
-#include "engine/internal.h"
-
-#define STRIP 16 // rows per job
+#include "engine/device.h"
 
 const RenderLayerInfo fs_render_layers[RENDER_LAYERS] = {
     [RENDER_T_N] = {"T_N", 3, false},
@@ -21,186 +18,158 @@ const RenderLayerInfo fs_render_layers[RENDER_LAYERS] = {
     [RENDER_DEPTH_R] = {"depth_R", 1, true},
 };
 
-int fs_engine_new(Engine **out, const char *cpu, int threads, FsError *err)
+static const EngineDevice *const devices[] = {&fs_device_cpu, &fs_device_reference}; // "auto" takes the first
+
+int fs_engine_new(Engine **engine, const char *device, const char *cpu, int threads, FsError *err)
 {
-    *out = NULL;
-    Engine *engine = calloc(1, sizeof *engine);
-    if (!engine) return fs_error_memory(err);
-    int rc = fs_kernels_choose(cpu, &engine->kernels, err);
-    if (rc == 0 && !(engine->threads = fs_threads_new(threads))) rc = fs_error_memory(err);
-    if (rc < 0) {
-        fs_engine_free(engine);
+    *engine = NULL;
+    for (size_t i = 0; i < sizeof devices / sizeof *devices; i++) {
+        if (strcmp(device, "auto") != 0 && strcmp(device, devices[i]->name) != 0) continue;
+        int rc = devices[i]->open(engine, cpu, threads, err);
+        if (rc == 0) (*engine)->device = devices[i];
         return rc;
     }
-    *out = engine;
-    return 0;
+    return fs_error_set(err, FS_ERR_USAGE, "--device: '%s' is not a device of this program", device);
 }
 
 void fs_engine_free(Engine *engine)
 {
-    if (!engine) return;
-    for (int l = 0; l < LAYERS; l++) fs_raster_task_free(&engine->task[l]);
-    fs_raster_task_free(&engine->lit_R);
-    fs_arena_free(&engine->arena);
-    fs_threads_free(engine->threads);
-    free(engine);
+    if (engine) engine->device->close(engine);
 }
 
-Planes fs_engine_planes(Engine *engine, const Camera *camera, int channels)
+const char *fs_engine_device(const Engine *engine)
 {
-    Planes p = {camera->width, camera->height, channels, fs_planes_stride(camera->width), NULL};
-    p.px = ARENA_NEW(&engine->arena, float, (size_t)channels *(size_t)p.height *(size_t)p.stride);
-    return p;
+    return engine->device->name;
 }
 
-ShadeLight fs_engine_light(const Scene *scene, const Camera *camera)
+// ---- scene ----
+
+static int refuse(FsError *err, const char *what)
 {
-    ShadeLight light = {.flash_distance = (float)scene->flash_distance, .even = scene->separation == SEPARATION_LINEAR};
-    double centre[3];
-    fs_camera_centre(camera, centre);
-    for (int k = 0; k < 3; k++) {
-        light.centre[k] = (float)centre[k];
-        light.tint[k] = (float)scene->gain_color[k];
+    return fs_error_set(err, FS_ERR_INPUT, "engine: %s", what);
+}
+
+int fs_engine_scene_up(Engine *engine, const Scene *scene, FsError *err)
+{
+    for (int l = 0; l < LAYERS; l++) {
+        const Cloud *c = &scene->cloud[l];
+        if (!c->n) continue;
+        if ((l == LAYER_T_F && scene->shared_geometry) || (l == LAYER_BETA && scene->pane_beta))
+            return refuse(err, "a scene of this kind has no such cloud");
+        if (c->width[CLOUD_COLORS] != fs_layers[l].channels)
+            return refuse(err, "a cloud has the wrong number of colour channels");
     }
-    return light;
-}
-
-ShadeLight fs_engine_return(const Scene *scene, const Camera *camera)
-{
-    ShadeLight light = fs_engine_light(scene, camera);
-    for (int k = 0; k < 3; k++) light.tint[k] *= (float)scene->flash_return;
-    return light;
-}
-
-// ---- rendering all layers of a view ----
-
-typedef struct View {
-    Engine *engine;
-    const Scene *scene;
-    const Camera *camera;
-    Planes T[2], R[2], beta, tau; // without and with flash; T, R tone-mapped
-    Planes linear[4], I[2], I_linear[2];
-    Renders *out;
-} View;
-
-static void compose_job(void *context, int job, int worker)
-{
-    (void)worker;
-    View *v = context;
-    int y0 = job * STRIP, y1 = y0 + STRIP < v->camera->height ? y0 + STRIP : v->camera->height;
-    if (v->scene->pane_beta) {
-        PaneView pane = fs_pane_view(&v->scene->pane, v->camera);
-        v->engine->kernels.pane->forward(&pane, &v->beta, &v->tau, y0, y1);
-    } else {
-        fs_engine_sigmoid(&v->engine->task[LAYER_BETA].feature, &v->beta, y0, y1);
+    if (scene->shared_geometry && scene->cloud[LAYER_T_N].n && !scene->cloud[LAYER_T_N].width[CLOUD_GAINS])
+        return refuse(err, "shared geometry, but the transmitted cloud has no gains");
+    engine->up = false;
+    int rc = engine->device->scene_up(engine, scene, err);
+    if (rc < 0) return rc;
+    for (int l = 0; l < LAYERS; l++) {
+        engine->n[l] = scene->cloud[l].n;
+        memcpy(engine->width[l], scene->cloud[l].width, sizeof engine->width[l]);
     }
-    for (int f = 0; f < 2; f++) {
-        ComposeArgs args = {.T = &v->T[f],
-                            .R = &v->R[f],
-                            .beta = &v->beta,
-                            .I = &v->I[f],
-                            .T_linear = &v->linear[f],
-                            .R_linear = &v->linear[2 + f],
-                            .I_linear = &v->I_linear[f],
-                            .tau = v->scene->pane_beta ? &v->tau : NULL};
-        v->engine->kernels.compose->forward(&args, y0, y1);
-    }
-}
-
-void fs_engine_sigmoid(const Planes *logit, const Planes *out, int y0, int y1)
-{
-    for (int y = y0; y < y1; y++) {
-        const float *in = fs_planes_row(logit, 0, y);
-        float *row = fs_planes_row(out, 0, y);
-        for (int x = 0; x < out->stride; x++) row[x] = 1 / (1 + expf(-in[x]));
-    }
-}
-
-static int to_image(const Planes *planes, const Planes *times, Image *image, int channels, FsError *err)
-{
-    if (image->width != planes->width || image->height != planes->height || image->channels != channels) {
-        fs_image_free(image);
-        int rc = fs_image_new(image, planes->width, planes->height, channels, err);
-        if (rc < 0) return rc;
-    }
-    for (int y = 0; y < planes->height; y++)
-        for (int c = 0; c < channels; c++) {
-            const float *row = fs_planes_row(planes, c, y), *by = times ? fs_planes_row(times, 0, y) : NULL;
-            float *px = image->px + (size_t)y * (size_t)planes->width * (size_t)channels + c;
-            for (int x = 0; x < planes->width; x++) px[x * channels] = row[x] * (by ? by[x] : 1);
-        }
+    engine->shared_geometry = scene->shared_geometry;
+    engine->pane_beta = scene->pane_beta;
+    engine->up = true;
     return 0;
 }
 
-static int to_depth(const RasterTask *task, Image *image, FsError *err)
+int fs_engine_scene_down(Engine *engine, unsigned layers, Scene *scene, FsError *err)
 {
-    Planes depth = task->feature;
-    depth.px = fs_planes_row(&task->feature, task->colors, 0);
-    int rc = to_image(&depth, NULL, image, 1, err);
-    for (int y = 0; y < depth.height && rc == 0; y++)
-        for (int x = 0; x < depth.width; x++) {
-            float alpha = 1 - fs_planes_row(&task->transmittance, 0, y)[x];
-            float *z = &image->px[(size_t)y * (size_t)depth.width + (size_t)x];
-            *z = alpha >= 0.5f ? *z / alpha : 0;
-        }
+    if (!engine->up) return refuse(err, "no scene is up");
+    return engine->device->scene_down(engine, layers, scene, err);
+}
+
+int fs_engine_state_up(Engine *engine, const TrainState *state, FsError *err)
+{
+    if (!engine->up) return refuse(err, "no scene is up");
+    for (int l = 0; l < LAYERS; l++) {
+        const Cloud *moments[2] = {&state->cloud[l].m, &state->cloud[l].v};
+        for (int k = 0; k < 2 && engine->n[l]; k++)
+            if (moments[k]->n != engine->n[l] ||
+                memcmp(moments[k]->width, engine->width[l], sizeof engine->width[l]) != 0)
+                return refuse(err, "moments that are not of the scene that is up");
+    }
+    return engine->device->state_up(engine, state, err);
+}
+
+int fs_engine_state_down(Engine *engine, TrainState *state, FsError *err)
+{
+    if (!engine->up) return refuse(err, "no scene is up");
+    return engine->device->state_down(engine, state, err);
+}
+
+void fs_engine_state_free(TrainState *state)
+{
+    for (int l = 0; l < LAYERS; l++) {
+        CloudState *c = &state->cloud[l];
+        fs_cloud_free(&c->m);
+        fs_cloud_free(&c->v);
+        free(c->screen_sum);
+        free(c->screen_count);
+    }
+    *state = (TrainState){0};
+}
+
+int fs_engine_edit(Engine *engine, const CloudEdit *edit, FsError *err)
+{
+    int l = edit->layer, n = edit->cloud->n;
+    if (!engine->up || !engine->n[l]) return refuse(err, "an edit of a cloud that is not up");
+    if (n <= 0 || memcmp(edit->cloud->width, engine->width[l], sizeof engine->width[l]) != 0)
+        return refuse(err, "an edit to a cloud of another kind");
+    for (int i = 0; i < n; i++)
+        if (edit->from[i] < -1 || edit->from[i] >= engine->n[l]) return refuse(err, "an edit from a row that is not");
+    int rc = engine->device->edit(engine, edit, err);
+    if (rc == 0) engine->n[l] = n;
     return rc;
 }
 
-int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, Renders *renders, FsError *err)
+int fs_engine_neighbours(Engine *engine, const int *neighbour, FsError *err)
 {
-    fs_arena_reset(&engine->arena);
-    ShadeLight light = fs_engine_light(scene, camera), back = fs_engine_return(scene, camera);
-    RasterTask *task[LAYERS + 1], *lit_R = &engine->task[LAYER_R];
-    int n = 0;
-    for (int l = 0; l < LAYERS; l++) {
-        if (l == LAYER_BETA && scene->pane_beta) continue;
-        bool lit = l == LAYER_T_F && scene->shared_geometry;
-        RasterTask *t = task[n++] = &engine->task[l];
-        t->cloud = &scene->cloud[lit ? LAYER_T_N : l];
-        t->light = lit && fs_scene_lit(scene) ? &light : NULL;
-        t->colors = fs_layers[l].channels;
-        t->depth = true;
-        t->train = false;
-    }
-    if (fs_scene_lit(scene) && scene->cloud[LAYER_R].n) {
-        task[n++] = lit_R = &engine->lit_R;
-        lit_R->cloud = &scene->cloud[LAYER_R];
-        lit_R->light = &back;
-        lit_R->colors = 3;
-    }
-    fs_raster_task_forward(&engine->kernels, engine->threads, task, n, camera, (float)(FS_ENGINE_NEAR * scene->extent));
-    View v = {.engine = engine, .scene = scene, .camera = camera, .out = renders};
-    v.T[0] = engine->task[LAYER_T_N].feature;
-    v.T[1] = engine->task[LAYER_T_F].feature;
-    v.R[0] = engine->task[LAYER_R].feature;
-    v.R[1] = lit_R->feature;
-    v.T[0].channels = v.T[1].channels = v.R[0].channels = v.R[1].channels = 3;
-    v.beta = fs_engine_planes(engine, camera, 1);
-    v.tau = fs_engine_planes(engine, camera, 1);
-    for (int i = 0; i < 4; i++) v.linear[i] = fs_engine_planes(engine, camera, 3);
-    for (int i = 0; i < 2; i++) {
-        v.I[i] = fs_engine_planes(engine, camera, 3);
-        v.I_linear[i] = fs_engine_planes(engine, camera, 3);
-    }
-    fs_threads_for(engine->threads, (camera->height + STRIP - 1) / STRIP, compose_job, &v);
-    const struct {
-        RenderLayer layer;
-        const Planes *planes, *times;
-    } copies[] = {
-        {RENDER_T_N, &v.linear[0], NULL},     {RENDER_T_F, &v.linear[1], NULL}, {RENDER_R, &v.linear[2], &v.beta},
-        {RENDER_R_SCENE, &v.linear[2], NULL}, {RENDER_BETA, &v.beta, NULL},     {RENDER_I_N, &v.I_linear[0], NULL},
-        {RENDER_I_F, &v.I_linear[1], NULL},
-    };
-    int rc = 0;
-    for (size_t i = 0; i < sizeof copies / sizeof *copies && rc == 0; i++)
-        rc = to_image(copies[i].planes, copies[i].times, &renders->layer[copies[i].layer],
-                      fs_render_layers[copies[i].layer].channels, err);
-    if (rc == 0) rc = to_depth(&engine->task[LAYER_T_N], &renders->layer[RENDER_DEPTH_T], err);
-    if (rc == 0) rc = to_depth(&engine->task[LAYER_R], &renders->layer[RENDER_DEPTH_R], err);
-    return rc;
+    int n = engine->n[LAYER_T_N];
+    if (!engine->up || !engine->width[LAYER_T_N][CLOUD_GAINS]) return refuse(err, "neighbours, but no gains");
+    for (int i = 0; i < n * ENGINE_NEIGHBOURS; i++)
+        if (neighbour[i] < 0 || neighbour[i] >= n) return refuse(err, "a neighbour that is not");
+    return engine->device->neighbours(engine, neighbour, err);
+}
+
+// ---- views ----
+
+static bool is_size(const Image *image, const Camera *camera, int channels)
+{
+    return image->width == camera->width && image->height == camera->height && image->channels == channels;
+}
+
+int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err)
+{
+    if (!is_size(view->photo, view->camera, 3) || !is_size(view->mask, view->camera, 1))
+        return refuse(err, "a photo or mask that is not of its camera's size");
+    int rc = engine->device->load_view(engine, view, err);
+    if (rc < 0) return rc;
+    engine->n_views++;
+    *(view->flash ? &engine->flash_views : &engine->plain_views) = true;
+    return 0;
+}
+
+int fs_engine_render(Engine *engine, const Camera *camera, Renders *renders, FsError *err)
+{
+    if (!engine->up) return refuse(err, "no scene is up");
+    return engine->device->render(engine, camera, renders, err);
 }
 
 void fs_renders_free(Renders *renders)
 {
     for (int l = 0; l < RENDER_LAYERS; l++) fs_image_free(&renders->layer[l]);
+}
+
+int fs_engine_step(Engine *engine, const StepArgs *args, StepResult *result, FsError *err)
+{
+    if (!engine->up) return refuse(err, "no scene is up");
+    if (args->view < 0 || args->view >= engine->n_views) return refuse(err, "a step at a photo that is not loaded");
+    if (!engine->n[LAYER_T_N] && (engine->shared_geometry || engine->plain_views))
+        return refuse(err, "photos without flash, but no cloud T_N");
+    if (!engine->n[LAYER_T_F] && !engine->shared_geometry && engine->flash_views)
+        return refuse(err, "photos with flash, but no cloud T_F");
+    *result = (StepResult){0};
+    return engine->device->step(engine, args, result, err);
 }

@@ -1,16 +1,59 @@
-// What training and rendering compute with: renders a scene's layers at a camera.
+// The one seam to compute. An engine holds a scene and the photos where it computes, on a device that the setting
+// "device" names; what the caller has in host memory goes up, what it wants to see comes down. A device is one table
+// (engine/device.h); docs/how-to-add.md says how to add one.
 #ifndef FS_ENGINE_ENGINE_H
 #define FS_ENGINE_ENGINE_H
 
+#include "engine/loss.h"
 #include "image/image.h"
 #include "model/camera.h"
 #include "model/scene.h"
 
 typedef struct Engine Engine;
 
-// cpu: the setting "cpu". threads: the setting "threads".
-int fs_engine_new(Engine **engine, const char *cpu, int threads, FsError *err);
+// device: the setting "device", "auto" for the best at hand. cpu, threads: the settings of those names.
+int fs_engine_new(Engine **engine, const char *device, const char *cpu, int threads, FsError *err);
 void fs_engine_free(Engine *engine);
+const char *fs_engine_device(const Engine *engine); // "cpu", "reference"
+
+// ---- the scene, up and down ----
+
+// Copies the scene to the device. What training keeps beside it begins anew.
+int fs_engine_scene_up(Engine *engine, const Scene *scene, FsError *err);
+// Brings back the numbers of the whole scene and the clouds of `layers` (bits 1 << Layer); the rest of `scene`, which
+// is the caller's and may be {0}, stays.
+int fs_engine_scene_down(Engine *engine, unsigned layers, Scene *scene, FsError *err);
+
+// What training keeps beside the scene.
+typedef struct CloudState {
+    Cloud m, v;        // Adam's moments, fields like the cloud's
+    float *screen_sum; // (N) sum of screen-space gradients (RasterTask.d_screen) since the last edit
+    int *screen_count; // (N) steps in which the Gaussian was seen since then
+} CloudState;
+enum { ENGINE_NUMBERS = 8 }; // of the whole scene that are learned: see engine/update.c
+typedef struct TrainState {
+    CloudState cloud[LAYERS];
+    double m[ENGINE_NUMBERS], v[ENGINE_NUMBERS];
+} TrainState;
+int fs_engine_state_up(Engine *engine, const TrainState *state, FsError *err); // of the scene that is up
+int fs_engine_state_down(Engine *engine, TrainState *state, FsError *err);     // `state`: the caller's, may be {0}
+void fs_engine_state_free(TrainState *state);
+
+// A layer's cloud as it shall be from now on. Statistics begin anew.
+typedef struct CloudEdit {
+    Layer layer;
+    const Cloud *cloud;
+    const int *from; // (N) the row whose moments each Gaussian goes on with; -1: it begins with none
+    unsigned forget; // fields (bits 1 << CloudField) that lose their moments in all rows
+} CloudEdit;
+int fs_engine_edit(Engine *engine, const CloudEdit *edit, FsError *err);
+
+// Whose gains the term gain_smooth compares, for the transmitted cloud as it is now: neighbour (N, ENGINE_NEIGHBOURS),
+// rows. Holds until that cloud's next edit.
+enum { ENGINE_NEIGHBOURS = 8 };
+int fs_engine_neighbours(Engine *engine, const int *neighbour, FsError *err);
+
+// ---- rendering ----
 
 typedef enum RenderLayer {
     RENDER_T_N,
@@ -37,7 +80,38 @@ extern const RenderLayerInfo fs_render_layers[RENDER_LAYERS];
 typedef struct Renders {
     Image layer[RENDER_LAYERS];
 } Renders;
-int fs_engine_render(Engine *engine, const Scene *scene, const Camera *camera, Renders *renders, FsError *err);
+int fs_engine_render(Engine *engine, const Camera *camera, Renders *renders, FsError *err);
 void fs_renders_free(Renders *renders);
+
+// ---- training ----
+
+// A photo to train on, numbered from 0 in the order of loading; photo and mask as fs_dataset_load_view gives them.
+typedef struct EngineView {
+    const Camera *camera;
+    bool flash;
+    const Image *photo, *mask;
+} EngineView;
+int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err);
+
+typedef struct StepArgs {
+    int view; // number of the photo
+    int step; // steps done before this one
+    double weight[LOSS_TERMS];
+    double slope_floor;        // kernels/compose.h
+    double rate[CLOUD_FIELDS]; // Adam's learning rates (means: world units); 0: the field stays as it is
+    double explore;            // standard deviations that nearly transparent Gaussians wander; 0: none do
+    double darkest[LAYERS];    // least tone-mapped colour of a Gaussian
+    bool statistics;           // keep screen_sum and screen_count
+    uint64_t seed;
+} StepArgs;
+
+typedef struct StepResult {
+    double loss[LOSS_TERMS]; // not weighted; 0 where a term has no weight
+    int visible[LAYERS];     // Gaussians in view
+} StepResult;
+
+// One step of training: render the photo's view, compare, go back, Adam. Needs a scene with a transmitted cloud for the
+// photo's lighting.
+int fs_engine_step(Engine *engine, const StepArgs *args, StepResult *result, FsError *err);
 
 #endif

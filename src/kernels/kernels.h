@@ -5,9 +5,11 @@
 #include "base/cpu.h"
 #include "kernels/adam.h"
 #include "kernels/compose.h"
+#include "kernels/gain.h"
 #include "kernels/pane.h"
 #include "kernels/pearson.h"
 #include "kernels/photometric.h"
+#include "kernels/pixelwise.h"
 #include "kernels/projection.h"
 #include "kernels/raster.h"
 #include "kernels/regularise.h"
@@ -26,6 +28,8 @@ typedef struct Kernels {
     const ShadeKernels *shade;
     const PaneKernels *pane;
     const RegulariseKernels *regularise;
+    const PixelwiseKernels *pixelwise;
+    const GainKernels *gain;
 } Kernels;
 
 // The tables of the setting "cpu" ("best" or a level's name); an error when this machine lacks it.

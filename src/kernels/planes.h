@@ -22,4 +22,15 @@ static inline int fs_planes_stride(int width)
     return (width + 15) / 16 * 16;
 }
 
+static inline size_t fs_planes_floats(int width, int height, int channels) // that the planes take
+{
+    return (size_t)channels * (size_t)height * (size_t)fs_planes_stride(width);
+}
+
+// Planes in memory of the caller's: fs_planes_floats floats, 64-byte aligned.
+static inline Planes fs_planes_over(float *px, int width, int height, int channels)
+{
+    return (Planes){width, height, channels, fs_planes_stride(width), px};
+}
+
 #endif

@@ -56,6 +56,8 @@ static const FsOption table[] = {
     INT("long-edge", long_edge, INGEST | RENDER | PAIR, "1200", 0, 16384, "N",
         "longer side of the working images in pixels; 0: as shot"),
     BOOL("force", force, ALL, "redo what is already done"),
+    ENUM("device", device, TRAIN | RENDER, "auto", "auto|cpu|reference",
+         "what computes: the best at hand, the CPU's cores, or the plain definition (very slow, for tests)"),
     ENUM("cpu", cpu, TRAIN | RENDER | BENCH, "best", "best|scalar|avx2|avx512|neon", "highest instruction set to use"),
 
     STRING("flash-glob", flash_glob, INGEST | PAIR, "", "PATTERN", "file names that are flash photos, instead of EXIF"),
@@ -283,6 +285,12 @@ bool fs_settings_was_set(const Settings *settings, const char *name)
 {
     const FsOption *option = find(name);
     return option && settings->was_set[option - table];
+}
+
+double fs_settings_number(const Settings *settings, const char *name)
+{
+    const FsOption *option = find(name);
+    return option && option->type == FS_OPTION_FLOAT ? *(const double *)member(settings, option) : 0;
 }
 
 FsSettings *fs_settings_new(void)

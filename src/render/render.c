@@ -110,7 +110,7 @@ static int probe_depth(Run *run, FsError *err)
     TRY(fs_image_new(&all, PROBE_EDGE, PROBE_EDGE * PROBE_VIEWS, 1, err));
     for (int i = 0; i < n; i++) {
         Camera camera = fs_camera_limited(&run->photos.view[chosen[i]].camera, PROBE_EDGE);
-        TRY(fs_engine_render(run->engine, &run->scene, &camera, &small, err));
+        TRY(fs_engine_render(run->engine, &camera, &small, err));
         const Image *depth = &small.layer[RENDER_DEPTH_T];
         size_t pixels = (size_t)depth->width * (size_t)depth->height;
         memcpy(all.px + (size_t)side * PROBE_EDGE * PROBE_EDGE, depth->px, pixels * sizeof(float));
@@ -132,7 +132,7 @@ static int find_exposure(Run *run, FsError *err)
     FsError missing = {0};
     if (fs_preview_exposure(run->project->out, &run->photos, &run->look.exposure, &missing) == 0) return 0;
     fs_log_warn(&run->project->log, "%s; the exposure of the pictures is taken from a render", missing.message);
-    int rc = fs_engine_render(run->engine, &run->scene, &run->photos.view[0].camera, &run->renders, err);
+    int rc = fs_engine_render(run->engine, &run->photos.view[0].camera, &run->renders, err);
     if (rc == 0) run->look.exposure = fs_tone_pleasant_exposure(&run->renders.layer[RENDER_I_F], 1);
     return rc;
 }
@@ -164,7 +164,7 @@ static int walk_view(Run *run, const Walk *walk, Films *films, int i, FsError *e
         return fs_error_set(err, FS_ERR_CANCELLED, "render: stopped after %d of %d %s; what was written stays", i,
                             walk->views->n, walk->what);
     fs_log_progress(&run->project->log, "render", i, walk->views->n, view->name);
-    TRY(fs_engine_render(run->engine, &run->scene, &view->camera, &run->renders, err));
+    TRY(fs_engine_render(run->engine, &view->camera, &run->renders, err));
     if (walk->files) TRY(save_view(run, view->name, err));
     if (walk->sheet || walk->verdict) TRY(compare_photo(run, walk, i, err));
     if (films) TRY(fs_pictures_films_add(films, &run->look, &run->renders, err));
@@ -284,7 +284,8 @@ static int open_run(Run *run, FsError *err)
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views);
         goto fail;
     }
-    TRY(fs_engine_new(&run->engine, set->cpu, set->threads, err));
+    TRY(fs_engine_new(&run->engine, set->device, set->cpu, set->threads, err));
+    TRY(fs_engine_scene_up(run->engine, &run->scene, err));
     if (!(run->threads = fs_threads_new(set->threads))) rc = fs_error_memory(err);
 fail:
     free(clouds);

@@ -8,24 +8,24 @@
 #include "base/file.h"
 #include "train/trainer.h"
 
-static int each_moment(const Trainer *trainer, const char *dir, bool write, FsError *err)
+static int each_moment(TrainState *state, const Scene *scene, const char *dir, bool write, FsError *err)
 {
     int rc = 0;
     for (int l = 0; l < LAYERS && rc == 0; l++) {
-        if (!trainer->scene.cloud[l].n) continue;
-        Cloud *moments[2] = {(Cloud *)&trainer->state[l].m, (Cloud *)&trainer->state[l].v};
+        const Cloud *cloud = &scene->cloud[l];
+        if (!cloud->n) continue;
+        Cloud *moments[2] = {&state->cloud[l].m, &state->cloud[l].v};
         for (int k = 0; k < 2 && rc == 0; k++) {
             char *path = fs_file_path("%s/%s_%s.ply", dir, fs_layers[l].name, k ? "v" : "m");
             if (!path) return fs_error_memory(err);
             if (write)
                 rc = fs_cloud_ply_write(moments[k], path, err);
-            else {
-                fs_cloud_free(moments[k]);
+            else
                 rc = fs_cloud_ply_read(moments[k], path, err);
-                if (rc == 0 && moments[k]->n != trainer->scene.cloud[l].n)
-                    rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d Gaussians, its cloud has %d; remove the checkpoint",
-                                      path, moments[k]->n, trainer->scene.cloud[l].n);
-            }
+            if (rc == 0 &&
+                (moments[k]->n != cloud->n || memcmp(moments[k]->width, cloud->width, sizeof cloud->width) != 0))
+                rc = fs_error_set(err, FS_ERR_INPUT, "%s: not of its cloud of %d Gaussians; remove the checkpoint",
+                                  path, cloud->n);
             free(path);
         }
     }
@@ -33,13 +33,13 @@ static int each_moment(const Trainer *trainer, const char *dir, bool write, FsEr
 }
 
 // One array as it lies in memory. Reading: *array is replaced; a file that is not there leaves it NULL.
-static int each_array(const char *dir, int layer, const char *what, void **array, size_t size, bool write, FsError *err)
+static int each_array(const char *dir, const char *name, void **array, size_t size, bool write, FsError *err)
 {
-    char *path = fs_file_path("%s/%s_%s.bin", dir, fs_layers[layer].name, what), *data = NULL;
+    char *path = fs_file_path("%s/%s.bin", dir, name), *data = NULL;
     size_t found = 0;
     int rc = path ? 0 : fs_error_memory(err);
     if (rc == 0 && write) {
-        rc = fs_file_write(path, *array, size, err);
+        rc = *array ? fs_file_write(path, *array, size, err) : 0;
     } else if (rc == 0) {
         free(*array);
         *array = NULL;
@@ -56,34 +56,26 @@ static int each_array(const char *dir, int layer, const char *what, void **array
     return rc;
 }
 
-static int check_neighbours(const char *dir, int layer, const CloudState *state, int n, FsError *err)
-{
-    for (int i = 0; state->neighbour && i < n * TRAIN_NEIGHBOURS; i++)
-        if (state->neighbour[i] < 0 || state->neighbour[i] >= n)
-            return fs_error_set(err, FS_ERR_INPUT, "%s/%s_neighbours.bin: not of this cloud; remove the checkpoint",
-                                dir, fs_layers[layer].name);
-    return 0;
-}
-
 // What lasts from one densification to the next: whose gains are compared, and how far Gaussians were pulled on screen.
 static int each_statistic(Trainer *trainer, const char *dir, bool write, FsError *err)
 {
     int rc = 0;
     for (int l = 0; l < LAYERS && rc == 0; l++) {
-        CloudState *state = &trainer->state[l];
-        int n = trainer->scene.cloud[l].n;
-        void *neighbour = state->neighbour, *sum = state->screen_sum, *count = state->screen_count;
-        bool counted = write ? sum && state->stats_capacity == n : true;
-        if (n == 0) continue;
-        if (neighbour || !write)
-            rc = each_array(dir, l, "neighbours", &neighbour, sizeof(int) * TRAIN_NEIGHBOURS * (size_t)n, write, err);
-        if (rc == 0 && counted) rc = each_array(dir, l, "screen_sum", &sum, sizeof(float) * (size_t)n, write, err);
-        if (rc == 0 && counted) rc = each_array(dir, l, "screen_count", &count, sizeof(int) * (size_t)n, write, err);
-        if (write) continue;
-        state->neighbour = neighbour, state->screen_sum = sum, state->screen_count = count;
-        state->stats_capacity = sum && count ? n : 0;
-        if (rc == 0) rc = check_neighbours(dir, l, state, n, err);
+        CloudState *state = &trainer->state.cloud[l];
+        size_t n = (size_t)trainer->scene.cloud[l].n;
+        char sum[40], count[40];
+        snprintf(sum, sizeof sum, "%s_screen_sum", fs_layers[l].name);
+        snprintf(count, sizeof count, "%s_screen_count", fs_layers[l].name);
+        if (n) rc = each_array(dir, sum, (void **)&state->screen_sum, sizeof(float) * n, write, err);
+        if (n && rc == 0) rc = each_array(dir, count, (void **)&state->screen_count, sizeof(int) * n, write, err);
     }
+    int n = trainer->scene.cloud[LAYER_T_N].n;
+    size_t size = sizeof(int) * (size_t)n * ENGINE_NEIGHBOURS;
+    if (rc == 0) rc = each_array(dir, "T_N_neighbours", (void **)&trainer->neighbour, size, write, err);
+    for (int i = 0; rc == 0 && trainer->neighbour && i < n * ENGINE_NEIGHBOURS; i++)
+        if (trainer->neighbour[i] < 0 || trainer->neighbour[i] >= n)
+            rc =
+                fs_error_set(err, FS_ERR_INPUT, "%s/T_N_neighbours.bin: not of this cloud; remove the checkpoint", dir);
     return rc;
 }
 
@@ -99,7 +91,7 @@ static int write_state(const Trainer *trainer, const char *dir, FsError *err)
     const char *made_from = fs_project_fingerprint(trainer->project, FS_STAGE_TRAIN);
     json_t *root =
         json_pack("{s:i,s:s?,s:o,s:o}", "step", trainer->step, "made_from", made_from, "global_m",
-                  numbers(trainer->globals.m, TRAIN_GLOBALS), "global_v", numbers(trainer->globals.v, TRAIN_GLOBALS));
+                  numbers(trainer->state.m, ENGINE_NUMBERS), "global_v", numbers(trainer->state.v, ENGINE_NUMBERS));
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     char *path = fs_file_path("%s/state.json", dir);
     int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
@@ -109,18 +101,20 @@ static int write_state(const Trainer *trainer, const char *dir, FsError *err)
     return rc;
 }
 
-int fs_checkpoint_write(const Trainer *trainer, FsError *err)
+int fs_checkpoint_write(Trainer *trainer, FsError *err)
 {
     const char *out = trainer->project->out;
     char *dir = fs_file_path("%s/checkpoint", out), *fresh = fs_file_path("%s/checkpoint.new", out),
          *old = fs_file_path("%s/checkpoint.old", out);
     int rc = dir && fresh && old ? 0 : fs_error_memory(err);
     if (rc < 0) goto fail;
+    TRY(fs_engine_scene_down(trainer->engine, (1u << LAYERS) - 1, &trainer->scene, err));
+    TRY(fs_engine_state_down(trainer->engine, &trainer->state, err));
     fs_file_remove_tree(fresh);
     TRY(fs_file_mkdirs(fresh, err));
     TRY(fs_scene_write(&trainer->scene, fresh, err));
-    TRY(each_moment(trainer, fresh, true, err));
-    TRY(each_statistic((Trainer *)trainer, fresh, true, err));
+    TRY(each_moment(&trainer->state, &trainer->scene, fresh, true, err));
+    TRY(each_statistic(trainer, fresh, true, err));
     TRY(write_state(trainer, fresh, err));
     fs_file_remove_tree(old);
     if (fs_file_exists(dir)) TRY(fs_file_rename(dir, old, err));
@@ -149,8 +143,8 @@ static int read_state(Trainer *trainer, const char *dir, FsError *err)
     json_error_t json;
     json_t *root = json_load_file(path, 0, &json);
     int rc = 0, step = (int)json_integer_value(json_object_get(root, "step"));
-    if (!root || step < 0 || read_numbers(root, "global_m", trainer->globals.m, TRAIN_GLOBALS) ||
-        read_numbers(root, "global_v", trainer->globals.v, TRAIN_GLOBALS))
+    if (!root || step < 0 || read_numbers(root, "global_m", trainer->state.m, ENGINE_NUMBERS) ||
+        read_numbers(root, "global_v", trainer->state.v, ENGINE_NUMBERS))
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; remove the folder and train again", path);
     if (rc == 0)
         rc = fs_project_check(trainer->project, FS_STAGE_TRAIN, json_string_value(json_object_get(root, "made_from")),
@@ -172,7 +166,7 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
         if (state && fs_file_exists(state)) {
             fs_scene_free(&trainer->scene);
             TRY(fs_scene_read(&trainer->scene, dir, err));
-            TRY(each_moment(trainer, dir, false, err));
+            TRY(each_moment(&trainer->state, &trainer->scene, dir, false, err));
             TRY(each_statistic(trainer, dir, false, err));
             TRY(read_state(trainer, dir, err));
             rc = 1;

@@ -4,26 +4,18 @@
 // opacity, and the number grows by a fixed share up to the budget; opacity and scale of what lands on one place are
 // changed so that the picture stays (eq. 9). Exact counts, no thresholds on gradients.
 // fsgs: see fsgs.c.
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/rng.h"
+#include "base/knn.h"
+#include "train/cloud_edit.h"
 #include "train/trainer.h"
 
-#define DEAD 0.005f
-#define MOST_COPIES 51
-#define EVERY 100
-#define GROWTH 1.05
+#define DEAD 0.005f    // opacity (3DGS-MCMC)
+#define MOST_COPIES 51 // that share one place (3DGS-MCMC)
+#define GROWTH 1.05    // of a cloud in each round (3DGS-MCMC)
 
-static float sigmoid(float x)
-{
-    return 1 / (1 + expf(-x));
-}
-static float logit(float p)
-{
-    return logf(p / (1 - p));
-}
+// ---- relocation ----
 
 // Opacity and scale factor of each of n Gaussians that replace one of opacity o (3DGS-MCMC, eq. 9).
 static void shared_out(float o, int n, float *opacity, float *shrink)
@@ -43,121 +35,165 @@ static void shared_out(float o, int n, float *opacity, float *shrink)
     *shrink = (float)((double)o / sum);
 }
 
-static void copy_gaussian(Cloud *cloud, int to, int from)
-{
-    for (int f = 0; f < CLOUD_FIELDS; f++) {
-        size_t w = (size_t)cloud->width[f];
-        if (w) memcpy(cloud->field[f] + (size_t)to * w, cloud->field[f] + (size_t)from * w, sizeof(float) * w);
-    }
-}
+// The draws of one round.
+typedef struct Draws {
+    unsigned char *dead; // (n)
+    int *target, *drawn; // (room) Gaussian number target[d] goes onto drawn[d]
+    int *counts;         // (room) times that a Gaussian was drawn
+    double *sums;        // (n) of opacities
+} Draws;
 
-static void zero_gaussian(Cloud *cloud, int i)
-{
-    for (int f = 0; f < CLOUD_FIELDS; f++) {
-        size_t w = (size_t)cloud->width[f];
-        if (w) memset(cloud->field[f] + (size_t)i * w, 0, sizeof(float) * w);
-    }
-}
-
-// Draws `n` live Gaussians by opacity; counts[i] rises by the times that i was drawn. drawn (n).
-static void draw(const Cloud *cloud, int live_below, const unsigned char *dead, int n, Rng *rng, int *drawn,
-                 int *counts, double *sums)
+// Draws `count` of the first n Gaussians, those alive, by opacity.
+static void draw(const Cloud *cloud, int n, int count, Rng *rng, Draws *d)
 {
     double total = 0;
-    for (int i = 0; i < live_below; i++)
-        sums[i] = total += dead[i] ? 0 : (double)sigmoid(cloud->field[CLOUD_OPACITIES][i]);
-    for (int d = 0; d < n; d++) {
+    for (int i = 0; i < n; i++)
+        d->sums[i] = total += d->dead[i] ? 0 : (double)fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]);
+    for (int k = 0; k < count; k++) {
         double at = ((double)fs_rng_u32(rng) + 0.5) * 0x1p-32 * total;
-        int low = 0, high = live_below - 1;
+        int low = 0, high = n - 1;
         while (low < high) {
             int mid = (low + high) / 2;
-            if (sums[mid] > at)
+            if (d->sums[mid] > at)
                 high = mid;
             else
                 low = mid + 1;
         }
-        drawn[d] = low;
-        counts[low]++;
+        d->drawn[k] = low;
+        d->counts[low]++;
     }
 }
 
-// Puts Gaussians number target[d] onto drawn[d] and shares opacity and scale out.
-static void place(Cloud *cloud, CloudState *state, const int *target, const int *drawn, int n, int *counts)
+// Puts the targets onto what was drawn and shares opacity and scale out.
+static void place(Edit *edit, int count, Draws *d)
 {
-    for (int d = 0; d < n; d++) {
-        int from = drawn[d];
-        if (counts[from] > 0) { // first time: change the source itself
-            int copies = counts[from] + 1;
+    Cloud *cloud = edit->cloud;
+    for (int k = 0; k < count; k++) {
+        int from = d->drawn[k];
+        if (d->counts[from] > 0) { // first time: change the source itself
+            int copies = d->counts[from] + 1;
             float o, shrink;
-            shared_out(sigmoid(cloud->field[CLOUD_OPACITIES][from]), copies < MOST_COPIES ? copies : MOST_COPIES, &o,
-                       &shrink);
-            cloud->field[CLOUD_OPACITIES][from] = logit(o < DEAD ? DEAD : o);
-            for (int k = 0; k < 3; k++) cloud->field[CLOUD_SCALES][3 * from + k] += logf(shrink);
-            zero_gaussian(&state->m, from);
-            zero_gaussian(&state->v, from);
-            counts[from] = -1; // done
+            shared_out(fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][from]),
+                       copies < MOST_COPIES ? copies : MOST_COPIES, &o, &shrink);
+            cloud->field[CLOUD_OPACITIES][from] = fs_cloud_edit_logit(o < DEAD ? DEAD : o);
+            for (int a = 0; a < 3; a++) cloud->field[CLOUD_SCALES][3 * from + a] += logf(shrink);
+            edit->from[from] = -1;
+            d->counts[from] = -1; // done
         }
-        copy_gaussian(cloud, target[d], from);
-        zero_gaussian(&state->m, target[d]);
-        zero_gaussian(&state->v, target[d]);
+        fs_cloud_edit_copy(edit, d->target[k], from);
+        edit->from[d->target[k]] = -1;
     }
 }
 
-static int relocate_cloud(Trainer *trainer, int layer, FsError *err)
+int fs_densify_relocate(Edit *edit, int grown, Rng *rng, FsError *err)
 {
-    Cloud *cloud = &trainer->scene.cloud[layer];
-    CloudState *state = &trainer->state[layer];
-    int n = cloud->n,
-        grown = (int)(GROWTH * n) < trainer->set->max_splats ? (int)(GROWTH * n) : trainer->set->max_splats;
-    if (grown < n) grown = n;
-    Rng rng = fs_rng_new(((uint64_t)trainer->set->seed << 32) + (uint64_t)trainer->step * LAYERS + (uint64_t)layer);
-    unsigned char *dead = calloc((size_t)n, 1);
-    int *target = malloc(sizeof(int) * (size_t)grown), *drawn = malloc(sizeof(int) * (size_t)grown);
-    int *counts = calloc((size_t)grown, sizeof(int));
-    double *sums = malloc(sizeof(double) * (size_t)n);
-    int rc = dead && target && drawn && counts && sums ? 0 : fs_error_memory(err), n_dead = 0;
+    Cloud *cloud = edit->cloud;
+    int n = cloud->n, n_dead = 0;
+    size_t room = (size_t)grown + 1;
+    Draws d = {.dead = calloc((size_t)n + 1, 1),
+               .target = malloc(sizeof(int) * room),
+               .drawn = malloc(sizeof(int) * room),
+               .counts = calloc(room, sizeof(int)),
+               .sums = malloc(sizeof(double) * ((size_t)n + 1))};
+    int rc = d.dead && d.target && d.drawn && d.counts && d.sums ? 0 : fs_error_memory(err);
     if (rc < 0) goto fail;
     for (int i = 0; i < n; i++)
-        if (sigmoid(cloud->field[CLOUD_OPACITIES][i]) <= DEAD) {
-            dead[i] = 1;
-            target[n_dead++] = i;
+        if (fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) <= DEAD) {
+            d.dead[i] = 1;
+            d.target[n_dead++] = i;
         }
     if (n_dead == n) {
-        rc = fs_error_set(err, FS_ERR_NUMERIC,
-                          "training: layer %s lost all its Gaussians at step %d; the last checkpoint "
-                          "is kept; check poses and flash photos",
-                          fs_layers[layer].name, trainer->step);
+        rc = fs_error_set(err, FS_ERR_NUMERIC, "all its Gaussians are transparent");
         goto fail;
     }
-    draw(cloud, n, dead, n_dead, &rng, drawn, counts, sums);
-    place(cloud, state, target, drawn, n_dead, counts);
-    memset(counts, 0, sizeof(int) * (size_t)grown);
-    memset(dead, 0, (size_t)n);
-    draw(cloud, n, dead, grown - n, &rng, drawn, counts, sums);
-    TRY(fs_cloud_resize(cloud, grown, err));
-    TRY(fs_cloud_resize(&state->m, grown, err));
-    TRY(fs_cloud_resize(&state->v, grown, err));
-    for (int i = n; i < grown; i++) target[i - n] = i;
-    place(cloud, state, target, drawn, grown - n, counts);
+    draw(cloud, n, n_dead, rng, &d);
+    place(edit, n_dead, &d);
+    memset(d.counts, 0, sizeof(int) * room);
+    memset(d.dead, 0, (size_t)n);
+    draw(cloud, n, grown - n, rng, &d);
+    TRY(fs_cloud_edit_append(edit, grown - n, err));
+    for (int i = n; i < grown; i++) d.target[i - n] = i;
+    place(edit, grown - n, &d);
 fail:
-    free(dead);
-    free(target);
-    free(drawn);
-    free(counts);
-    free(sums);
+    free(d.dead);
+    free(d.target);
+    free(d.drawn);
+    free(d.counts);
+    free(d.sums);
+    return rc;
+}
+
+// ---- in training ----
+
+int fs_densify_neighbours(Trainer *trainer, FsError *err)
+{
+    const Cloud *cloud = &trainer->scene.cloud[LAYER_T_N];
+    free(trainer->neighbour);
+    trainer->neighbour = NULL;
+    if (!cloud->width[CLOUD_GAINS] || trainer->set->gain_smooth <= 0 || cloud->n <= ENGINE_NEIGHBOURS) return 0;
+    trainer->neighbour = malloc(sizeof(int) * ENGINE_NEIGHBOURS * (size_t)cloud->n);
+    if (!trainer->neighbour) return fs_error_memory(err);
+    int rc = fs_knn(cloud->field[CLOUD_MEANS], cloud->n, ENGINE_NEIGHBOURS, trainer->neighbour, NULL, trainer->threads);
+    if (rc < 0) return fs_error_set(err, rc, "training: a Gaussian's position is not finite, or memory is out");
+    return fs_engine_neighbours(trainer->engine, trainer->neighbour, err);
+}
+
+// One way to change a cloud; `statistics` as the engine kept them, for fsgs.
+typedef int EditCloud(Trainer *trainer, Edit *edit, const CloudState *statistics, Rng *rng, FsError *err);
+
+static int edit_relocate(Trainer *trainer, Edit *edit, const CloudState *statistics, Rng *rng, FsError *err)
+{
+    (void)statistics;
+    int n = edit->cloud->n, most = trainer->set->max_splats,
+        grown = (int)(GROWTH * n) < most ? (int)(GROWTH * n) : most;
+    return fs_densify_relocate(edit, grown < n ? n : grown, rng, err);
+}
+
+static int edit_fsgs(Trainer *trainer, Edit *edit, const CloudState *statistics, Rng *rng, FsError *err)
+{
+    int n = edit->cloud->n;
+    float *screen = calloc((size_t)n + 1, sizeof *screen);
+    if (!screen) return fs_error_memory(err);
+    for (int i = 0; i < n; i++)
+        if (statistics->screen_count[i]) screen[i] = statistics->screen_sum[i] / (float)statistics->screen_count[i];
+    FsgsArgs args = {screen, trainer->scene.extent, trainer->set->max_splats, trainer->step, trainer->threads};
+    int rc = fs_fsgs_densify(edit, &args, rng, err);
+    free(screen);
+    return rc;
+}
+
+static int edit_layer(Trainer *trainer, int layer, EditCloud *change, FsError *err)
+{
+    Rng rng = fs_rng_new(((uint64_t)trainer->set->seed << 32) + (uint64_t)trainer->step * LAYERS + (uint64_t)layer);
+    Edit edit = {0};
+    FsError inner = {0};
+    int rc;
+    TRY(fs_cloud_edit_begin(&edit, &trainer->scene.cloud[layer], err));
+    rc = change(trainer, &edit, &trainer->state.cloud[layer], &rng, &inner);
+    if (rc < 0) {
+        fs_error_set(err, rc,
+                     "training: layer %s at step %d: %s; the last checkpoint is kept; check poses and flash "
+                     "photos",
+                     fs_layers[layer].name, trainer->step, inner.message);
+        goto fail;
+    }
+    TRY(fs_engine_edit(trainer->engine, &(CloudEdit){layer, edit.cloud, edit.from, edit.forget}, err));
+fail:
+    fs_cloud_edit_free(&edit);
     return rc;
 }
 
 int fs_densify_step(Trainer *trainer, FsError *err)
 {
-    const Settings *set = trainer->set;
-    if (strcmp(set->densify, "none") == 0) return 0;
-    if (strcmp(set->densify, "fsgs") == 0) return fs_fsgs_step(trainer, err);
-    int from = set->steps / 20 < 500 ? set->steps / 20 : 500, until = (int)(0.85 * set->steps);
-    if (trainer->step < from || trainer->step > until || trainer->step % EVERY) return 0;
-    int rc = 0;
-    for (int l = 0; l < LAYERS && rc == 0; l++)
-        if (trainer->scene.cloud[l].n) rc = relocate_cloud(trainer, l, err);
-    if (rc == 0) rc = fs_gains_find_neighbours(trainer, err);
+    bool fsgs = strcmp(trainer->set->densify, "fsgs") == 0, relocate = strcmp(trainer->set->densify, "relocate") == 0;
+    if (!(fsgs ? fs_schedule_fsgs(trainer->step) : relocate && fs_schedule_relocates(trainer->set, trainer->step)))
+        return 0;
+    int rc;
+    TRY(fs_engine_scene_down(trainer->engine, (1u << LAYERS) - 1, &trainer->scene, err));
+    if (fsgs) TRY(fs_engine_state_down(trainer->engine, &trainer->state, err));
+    for (int l = 0; l < LAYERS; l++)
+        if (trainer->scene.cloud[l].n) TRY(edit_layer(trainer, l, fsgs ? edit_fsgs : edit_relocate, err));
+    TRY(fs_densify_neighbours(trainer, err));
+fail:
     return rc;
 }

@@ -1,16 +1,12 @@
 // Densification of the paper's code: 3DGS's clone and split where the screen-space gradient is large, pruning of the
 // transparent, "proximity unpooling" of FSGS (Zhu et al. 2024) while few, opacity reset.
-#include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/knn.h"
-#include "base/rng.h"
-#include "train/trainer.h"
+#include "model/camera.h"
+#include "train/cloud_edit.h"
 
-#define FROM 500
-#define UNTIL 10000
-#define EVERY 100
+// The constants of the paper's code (../shared/method.md, section 3 of the project's notes on it).
 #define GRADIENT 5e-4f      // mean screen-space gradient, NDC units
 #define PERCENT_DENSE 0.01f // of the extent: larger ones split, smaller ones are cloned
 #define OPACITY_MIN 0.005f
@@ -20,41 +16,17 @@
 #define UNPOOL_UNTIL 2000
 #define UNPOOL_NEIGHBOURS 3
 
-static float sigmoid(float x)
-{
-    return 1 / (1 + expf(-x));
-}
-static float logit(float p)
-{
-    return logf(p / (1 - p));
-}
-
 static float largest_scale(const Cloud *cloud, int i)
 {
     const float *s = cloud->field[CLOUD_SCALES] + 3 * i;
     return expf(fmaxf(s[0], fmaxf(s[1], s[2])));
 }
 
-static int resize_all(Cloud *cloud, CloudState *state, int n, FsError *err)
-{
-    int rc = fs_cloud_resize(cloud, n, err);
-    if (rc == 0) rc = fs_cloud_resize(&state->m, n, err);
-    if (rc == 0) rc = fs_cloud_resize(&state->v, n, err);
-    return rc;
-}
-
-static void copy_gaussian(Cloud *cloud, int to, int from)
-{
-    for (int f = 0; f < CLOUD_FIELDS; f++) {
-        size_t w = (size_t)cloud->width[f];
-        if (w) memcpy(cloud->field[f] + (size_t)to * w, cloud->field[f] + (size_t)from * w, sizeof(float) * w);
-    }
-}
-
 // Two samples inside the Gaussian, a factor 1.6 smaller; one takes its place, the other is new.
-static void split(Cloud *cloud, int i, int fresh, Rng *rng)
+static void split(Edit *edit, int i, int fresh, Rng *rng)
 {
-    copy_gaussian(cloud, fresh, i);
+    Cloud *cloud = edit->cloud;
+    fs_cloud_edit_copy(edit, fresh, i);
     const float *q = cloud->field[CLOUD_QUATS] + 4 * i;
     double quat[4] = {q[0], q[1], q[2], q[3]}, r[9];
     fs_camera_quat_to_rotation(quat, r);
@@ -76,45 +48,42 @@ static void split(Cloud *cloud, int i, int fresh, Rng *rng)
     }
 }
 
-static int clone_and_split(Trainer *trainer, int layer, FsError *err)
+static int clone_and_split(Edit *edit, const FsgsArgs *args, Rng *rng, FsError *err)
 {
-    Cloud *cloud = &trainer->scene.cloud[layer];
-    CloudState *state = &trainer->state[layer];
-    int n = cloud->n, room = trainer->set->max_splats - n, rc = 0;
-    Rng rng = fs_rng_new(((uint64_t)trainer->set->seed << 32) + (uint64_t)trainer->step * LAYERS + (uint64_t)layer);
-    for (int i = 0; i < n && i < state->stats_capacity && room > 0 && rc == 0; i++) {
-        if (!state->screen_count[i] || state->screen_sum[i] / (float)state->screen_count[i] < GRADIENT) continue;
-        rc = resize_all(cloud, state, cloud->n + 1, err);
-        if (rc < 0) break;
+    int n = edit->cloud->n, room = args->max_splats - n, rc = 0;
+    for (int i = 0; i < n && room > 0; i++) {
+        if (args->screen[i] < GRADIENT) continue;
+        TRY(fs_cloud_edit_append(edit, 1, err));
         room--;
-        if (largest_scale(cloud, i) <= PERCENT_DENSE * (float)trainer->scene.extent)
-            copy_gaussian(cloud, cloud->n - 1, i);
+        if (largest_scale(edit->cloud, i) <= PERCENT_DENSE * (float)args->extent)
+            fs_cloud_edit_copy(edit, edit->cloud->n - 1, i);
         else
-            split(cloud, i, cloud->n - 1, &rng);
+            split(edit, i, edit->cloud->n - 1, rng);
     }
+fail:
     return rc;
 }
 
 // New Gaussians halfway to the nearest neighbours where these are far and the Gaussian large.
-static int unpool(Trainer *trainer, int layer, FsError *err)
+static int unpool(Edit *edit, const FsgsArgs *args, FsError *err)
 {
-    Cloud *cloud = &trainer->scene.cloud[layer];
-    CloudState *state = &trainer->state[layer];
-    int n = cloud->n, rc = 0, room = trainer->set->max_splats - n;
+    Cloud *cloud = edit->cloud;
+    int n = cloud->n, rc = 0, room = args->max_splats - n;
     if (n <= UNPOOL_NEIGHBOURS) return 0;
     int *index = malloc(sizeof(int) * UNPOOL_NEIGHBOURS * (size_t)n);
     float *dist2 = malloc(sizeof(float) * UNPOOL_NEIGHBOURS * (size_t)n);
     if (!index || !dist2) TRY(fs_error_memory(err));
-    TRY(fs_knn(cloud->field[CLOUD_MEANS], n, UNPOOL_NEIGHBOURS, index, dist2, trainer->engine->threads));
-    float size_min = PERCENT_DENSE * (float)trainer->scene.extent;
+    rc = fs_knn(cloud->field[CLOUD_MEANS], n, UNPOOL_NEIGHBOURS, index, dist2, args->threads);
+    if (rc < 0) TRY(fs_error_set(err, rc, "a position is not finite, or memory is out"));
+    float size_min = PERCENT_DENSE * (float)args->extent;
     for (int i = 0; i < n && room >= UNPOOL_NEIGHBOURS; i++) {
         float mean = 0;
         for (int k = 0; k < UNPOOL_NEIGHBOURS; k++) mean += sqrtf(dist2[i * UNPOOL_NEIGHBOURS + k]) / UNPOOL_NEIGHBOURS;
         if (mean < 5 * size_min || largest_scale(cloud, i) < size_min) continue;
         for (int k = 0; k < UNPOOL_NEIGHBOURS; k++, room--) {
             int j = index[i * UNPOOL_NEIGHBOURS + k], fresh = cloud->n;
-            TRY(resize_all(cloud, state, fresh + 1, err));
-            copy_gaussian(cloud, fresh, j);
+            TRY(fs_cloud_edit_append(edit, 1, err));
+            fs_cloud_edit_copy(edit, fresh, j);
             for (int a = 0; a < 3; a++)
                 cloud->field[CLOUD_MEANS][3 * fresh + a] =
                     0.5f * (cloud->field[CLOUD_MEANS][3 * i + a] + cloud->field[CLOUD_MEANS][3 * j + a]);
@@ -126,77 +95,34 @@ fail:
     return rc;
 }
 
-static int prune(Trainer *trainer, int layer, FsError *err)
+static int prune(Edit *edit, FsError *err)
 {
-    Cloud *cloud = &trainer->scene.cloud[layer];
-    CloudState *state = &trainer->state[layer];
-    if (cloud->n <= 0) return 0;
-    unsigned char *keep = calloc((size_t)cloud->n, 1);
+    const Cloud *cloud = edit->cloud;
+    unsigned char *keep = calloc((size_t)cloud->n + 1, 1);
     if (!keep) return fs_error_memory(err);
     int kept = 0;
-    for (int i = 0; i < cloud->n; i++) kept += keep[i] = sigmoid(cloud->field[CLOUD_OPACITIES][i]) >= OPACITY_MIN;
-    int rc = 0;
-    if (kept == 0)
-        rc = fs_error_set(err, FS_ERR_NUMERIC,
-                          "training: layer %s lost all its Gaussians at step %d; the last checkpoint is "
-                          "kept; check poses and flash photos",
-                          fs_layers[layer].name, trainer->step);
-    else {
-        fs_cloud_compact(cloud, keep);
-        fs_cloud_compact(&state->m, keep);
-        fs_cloud_compact(&state->v, keep);
-    }
+    for (int i = 0; i < cloud->n; i++)
+        kept += keep[i] = fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) >= OPACITY_MIN;
+    if (kept) fs_cloud_edit_compact(edit, keep);
     free(keep);
+    return kept ? 0 : fs_error_set(err, FS_ERR_NUMERIC, "all its Gaussians are transparent");
+}
+
+static void reset_opacity(Edit *edit)
+{
+    float most = fs_cloud_edit_logit(RESET_OPACITY), *opacity = edit->cloud->field[CLOUD_OPACITIES];
+    for (int i = 0; i < edit->cloud->n; i++)
+        if (opacity[i] > most) opacity[i] = most;
+    edit->forget |= 1u << CLOUD_OPACITIES;
+}
+
+int fs_fsgs_densify(Edit *edit, const FsgsArgs *args, Rng *rng, FsError *err)
+{
+    int rc;
+    TRY(clone_and_split(edit, args, rng, err));
+    if (args->step < UNPOOL_UNTIL) TRY(unpool(edit, args, err));
+    TRY(prune(edit, err));
+    if (args->step >= RESET_FROM && args->step % RESET_EVERY == 0) reset_opacity(edit);
+fail:
     return rc;
-}
-
-static void reset_opacity(Cloud *cloud, CloudState *state)
-{
-    float most = logit(RESET_OPACITY);
-    for (int i = 0; i < cloud->n; i++) {
-        if (cloud->field[CLOUD_OPACITIES][i] > most) cloud->field[CLOUD_OPACITIES][i] = most;
-        state->m.field[CLOUD_OPACITIES][i] = state->v.field[CLOUD_OPACITIES][i] = 0;
-    }
-}
-
-static int collect(Trainer *trainer, int layer, FsError *err)
-{
-    CloudState *state = &trainer->state[layer];
-    int n = trainer->scene.cloud[layer].n;
-    if (state->stats_capacity != n) {
-        free(state->screen_sum);
-        free(state->screen_count);
-        state->screen_sum = calloc((size_t)n + 1, sizeof(float));
-        state->screen_count = calloc((size_t)n + 1, sizeof(int));
-        if (!state->screen_sum || !state->screen_count) return fs_error_memory(err);
-        state->stats_capacity = n;
-    }
-    const RasterTask *task = &trainer->engine->task[layer];
-    for (int i = 0; i < n; i++)
-        if (task->seen[i]) {
-            state->screen_sum[i] += task->d_screen[i];
-            state->screen_count[i]++;
-        }
-    return 0;
-}
-
-int fs_fsgs_step(Trainer *trainer, FsError *err)
-{
-    int rc = 0;
-    LayerLight other = trainer->last_flash ? LIT_BY_AMBIENT : LIT_BY_FLASH;
-    for (int l = 0; l < LAYERS && rc == 0; l++)
-        if (trainer->scene.cloud[l].n && (trainer->scene.shared_geometry || fs_layers[l].light != other))
-            rc = collect(trainer, l, err);
-    if (rc < 0 || trainer->step < FROM || trainer->step > UNTIL || trainer->step % EVERY) return rc;
-    for (int l = 0; l < LAYERS && rc == 0; l++) {
-        if (!trainer->scene.cloud[l].n) continue;
-        rc = clone_and_split(trainer, l, err);
-        if (rc == 0 && trainer->step < UNPOOL_UNTIL) rc = unpool(trainer, l, err);
-        if (rc == 0) rc = prune(trainer, l, err);
-        trainer->state[l].stats_capacity = 0; // counts begin anew
-    }
-    for (int l = 0; l < LAYERS && rc == 0; l++)
-        if (trainer->step >= RESET_FROM && trainer->step % RESET_EVERY == 0)
-            reset_opacity(&trainer->scene.cloud[l], &trainer->state[l]);
-    return rc == 0 ? fs_gains_find_neighbours(trainer, err) : rc;
 }

@@ -1,5 +1,5 @@
 // What a person sees of training: the progress line, log.jsonl, contact sheets.
-#include <math.h>
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,17 +8,6 @@
 #include "image/sheet.h"
 #include "image/tone.h"
 #include "train/trainer.h"
-
-static int photo_image(const TrainView *view, Image *image, FsError *err)
-{
-    int rc = fs_image_new(image, view->photo.width, view->photo.height, 3, err);
-    for (int c = 0; c < 3 && rc == 0; c++)
-        for (int y = 0; y < image->height; y++)
-            for (int x = 0; x < image->width; x++)
-                image->px[3 * ((size_t)y * (size_t)image->width + (size_t)x) + (size_t)c] =
-                    fs_tone_decode(fs_planes_row(&view->photo, c, y)[x]);
-    return rc;
-}
 
 static void to_display(Image *image, float exposure)
 {
@@ -38,18 +27,18 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
     if (!dir || !path) TRY(fs_error_memory(err));
     TRY(fs_file_mkdirs(dir, err));
     for (int flash = 0; flash < 2; flash++) {
-        const TrainView *view = NULL;
+        const View *view = NULL;
         for (int i = 0, found = 0; i < trainer->n_views; i++)
-            if (trainer->views[i].view->flash == (flash == 1) && (!view || ++found <= trainer->n_views / 4))
-                view = &trainer->views[i];
+            if (trainer->views[i]->flash == (flash == 1) && (!view || ++found <= trainer->n_views / 4))
+                view = trainer->views[i];
         if (!view) continue;
-        TRY(fs_engine_render(trainer->engine, &trainer->scene, &view->view->camera, &renders[rows], err));
-        TRY(photo_image(view, &photo[rows], err));
+        TRY(fs_engine_render(trainer->engine, &view->camera, &renders[rows], err));
+        TRY(fs_dataset_load_view(trainer->project->out, view, &photo[rows], NULL, err));
         float exposure = fs_tone_pleasant_exposure(&photo[0], 1);
         RenderLayer layers[4] = {flash ? RENDER_I_F : RENDER_I_N, flash ? RENDER_T_F : RENDER_T_N, RENDER_R,
                                  RENDER_BETA};
         to_display(&photo[rows], exposure);
-        tiles[5 * rows] = (SheetTile){&photo[rows], view->view->name};
+        tiles[5 * rows] = (SheetTile){&photo[rows], view->name};
         for (int k = 0; k < 4; k++) {
             Image *image = &renders[rows].layer[layers[k]];
             if (layers[k] != RENDER_BETA) to_display(image, exposure);
@@ -68,28 +57,38 @@ fail:
     return rc;
 }
 
+// What is said while it goes on: speed, terms with a weight, splats.
+static char *progress_text(const Trainer *trainer, double seconds)
+{
+    double rate = seconds > 0 ? (trainer->step - trainer->first_step) / seconds : 0;
+    char *text = NULL;
+    size_t size;
+    FILE *f = open_memstream(&text, &size);
+    if (!f) return NULL;
+    fprintf(f, "%.1f steps/s, %.0f s left", rate, rate > 0 ? (trainer->set->steps - trainer->step) / rate : 0);
+    for (int k = 0; k < LOSS_TERMS; k++)
+        if (trainer->smoothed[k] != 0) fprintf(f, ", %s %.4f", fs_loss_terms[k].name, trainer->smoothed[k]);
+    fprintf(f, ", splats");
+    for (int l = 0; l < LAYERS; l++)
+        if (trainer->scene.cloud[l].n) fprintf(f, " %s %d", fs_layers[l].name, trainer->scene.cloud[l].n);
+    if (fclose(f) == 0) return text;
+    free(text);
+    return NULL;
+}
+
 int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
 {
-    char text[400];
-    int at = 0;
-    double rate = seconds > 0 ? (trainer->step - trainer->first_step) / seconds : 0;
-    double left = rate > 0 ? (trainer->set->steps - trainer->step) / rate : 0;
-    at += snprintf(text, sizeof text, "%.1f steps/s, %.0f s left", rate, left);
-    for (int k = 0; k < LOSS_TERMS; k++)
-        if (trainer->smoothed[k] != 0)
-            at += snprintf(text + at, sizeof text - (size_t)at, ", %s %.4f", fs_loss_names[k], trainer->smoothed[k]);
-    at += snprintf(text + at, sizeof text - (size_t)at, ", splats");
-    for (int l = 0; l < LAYERS; l++)
-        if (trainer->scene.cloud[l].n)
-            at += snprintf(text + at, sizeof text - (size_t)at, " %s %d", fs_layers[l].name, trainer->scene.cloud[l].n);
+    char *text = progress_text(trainer, seconds), *path = fs_file_path("%s/log.jsonl", trainer->project->out);
+    FILE *f = NULL;
+    int rc;
+    if (!text || !path) TRY(fs_error_memory(err));
+    TRY(fs_engine_scene_down(trainer->engine, 0, &trainer->scene, err));
     fs_log_progress(&trainer->project->log, "train", trainer->step, trainer->set->steps, text);
-    if (trainer->step % 100 && !last) return 0;
-    char *path = fs_file_path("%s/log.jsonl", trainer->project->out);
-    FILE *f = path ? fopen(path, trainer->step <= 100 ? "w" : "a") : NULL;
-    int rc = 0;
+    if (trainer->step % 100 && !last) goto fail;
+    f = fopen(path, trainer->step <= 100 ? "w" : "a");
     if (f) {
         fprintf(f, "{\"step\": %d, \"seconds\": %.2f", trainer->step, seconds);
-        for (int k = 0; k < LOSS_TERMS; k++) fprintf(f, ", \"%s\": %.6g", fs_loss_names[k], trainer->smoothed[k]);
+        for (int k = 0; k < LOSS_TERMS; k++) fprintf(f, ", \"%s\": %.6g", fs_loss_terms[k].name, trainer->smoothed[k]);
         for (int l = 0; l < LAYERS; l++)
             fprintf(f, ", \"splats_%s\": %d", fs_layers[l].name, trainer->scene.cloud[l].n);
         fprintf(f, ", \"gain_color\": [%.4f, %.4f, %.4f]", trainer->scene.gain_color[0], trainer->scene.gain_color[1],
@@ -98,7 +97,9 @@ int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
         fprintf(f, ", \"pane\": [%.4f, %.4f, %.4f], \"dimming\": %.4f, \"flash_return\": %.4f}\n", n[0], n[1], n[2],
                 trainer->scene.pane.dimming, trainer->scene.flash_return);
     }
-    if (!f || fclose(f) != 0) rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write", path ? path : "log.jsonl");
+    if (!f || fclose(f) != 0) rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno));
+fail:
+    free(text);
     free(path);
     return rc;
 }

@@ -16,45 +16,35 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int allocate_scratch(Trainer *trainer, FsError *err)
-{
-    int threads = fs_threads_count(trainer->engine->threads);
-    trainer->strip_sum = calloc((size_t)(trainer->tallest / 32 + 2) * LOSS_TERMS, sizeof(double));
-    trainer->photometric_scratch = calloc((size_t)threads, sizeof(void *));
-    if (!trainer->strip_sum || !trainer->photometric_scratch) return fs_error_memory(err);
-    for (int i = 0; i < threads; i++) {
-        size_t size = (fs_photometric_scratch(trainer->longest_width) + 63) / 64 * 64;
-        if (!(trainer->photometric_scratch[i] = aligned_alloc(64, size))) return fs_error_memory(err);
-    }
-    return 0;
-}
-
 static void free_trainer(Trainer *trainer)
 {
-    if (trainer->photometric_scratch)
-        for (int i = 0; i < fs_threads_count(trainer->engine->threads); i++) free(trainer->photometric_scratch[i]);
-    free(trainer->photometric_scratch);
-    free(trainer->strip_sum);
     fs_views_free(trainer);
-    fs_optimise_free(trainer);
+    fs_engine_state_free(&trainer->state);
+    free(trainer->neighbour);
     fs_scene_free(&trainer->scene);
     fs_engine_free(trainer->engine);
+    fs_threads_free(trainer->threads);
 }
 
+// From the start, or from the checkpoint where that is wanted and there is one.
 static int load_scene(Trainer *trainer, FsError *err)
 {
     const FsProject *project = trainer->project;
-    int rc = 0;
-    if (project->set.resume) {
-        rc = fs_checkpoint_read(trainer, err);
-        if (rc > 0) fs_log_info(&project->log, "train: goes on from the checkpoint at step %d", trainer->step);
-        if (rc == 0) fs_log_info(&project->log, "train: no checkpoint to resume; begins at step 0");
-        if (rc) return rc;
-    }
     char *start = fs_file_path("%s/start", project->out);
-    if (!start) return fs_error_memory(err);
-    TRY(fs_scene_read(&trainer->scene, start, err));
-    TRY(fs_optimise_init(trainer, err));
+    int rc = start ? 0 : fs_error_memory(err), resumed = 0;
+    if (rc < 0) return rc;
+    if (project->set.resume) {
+        TRY(resumed = fs_checkpoint_read(trainer, err));
+        if (resumed) fs_log_info(&project->log, "train: goes on from the checkpoint at step %d", trainer->step);
+        if (!resumed) fs_log_info(&project->log, "train: no checkpoint to resume; begins at step 0");
+    }
+    if (!resumed) TRY(fs_scene_read(&trainer->scene, start, err));
+    TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
+    if (resumed) TRY(fs_engine_state_up(trainer->engine, &trainer->state, err));
+    if (trainer->neighbour)
+        TRY(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
+    else
+        TRY(fs_densify_neighbours(trainer, err));
 fail:
     free(start);
     return rc;
@@ -64,11 +54,11 @@ fail:
 static int check_health(Trainer *trainer, FsError *err)
 {
     for (int k = 0; k < LOSS_TERMS; k++)
-        if (!isfinite(trainer->loss[k]))
+        if (!isfinite(trainer->last.loss[k]))
             return fs_error_set(err, FS_ERR_NUMERIC,
                                 "training: the %s term is not finite at step %d; the last checkpoint "
                                 "is kept; check the photos' exposure and masks",
-                                fs_loss_names[k], trainer->step);
+                                fs_loss_terms[k].name, trainer->step);
     return 0;
 }
 
@@ -79,8 +69,8 @@ static int keep_watch(Trainer *trainer, double begin, FsError *err)
     if (rc < 0) return rc;
     for (int k = 0; k < LOSS_TERMS; k++)
         trainer->smoothed[k] = trainer->step - trainer->first_step <= 1
-                                   ? trainer->loss[k]
-                                   : 0.97 * trainer->smoothed[k] + 0.03 * trainer->loss[k];
+                                   ? trainer->last.loss[k]
+                                   : 0.97 * trainer->smoothed[k] + 0.03 * trainer->last.loss[k];
     bool last = trainer->step == set->steps;
     if (trainer->step % 20 == 0 || last) rc = fs_progress_log(trainer, now() - begin, last, err);
     if (rc == 0 && set->progress_every && (trainer->step % set->progress_every == 0 || last))
@@ -95,7 +85,6 @@ static int train_loop(Trainer *trainer, FsError *err)
     int rc = 0;
     double begin = now();
     trainer->first_step = trainer->step;
-    if (!trainer->state[LAYER_T_N].neighbour) TRY(fs_gains_find_neighbours(trainer, err)); // else a checkpoint's
     while (trainer->step < trainer->set->steps) {
         if (fs_log_cancelled(&trainer->project->log)) {
             TRY(fs_checkpoint_write(trainer, err));
@@ -103,8 +92,11 @@ static int train_loop(Trainer *trainer, FsError *err)
                               trainer->set->steps);
             goto fail;
         }
-        fs_step_run(trainer, fs_views_at_step(trainer, trainer->step));
-        fs_optimise_step(trainer);
+        StepArgs args;
+        fs_schedule_step(trainer->set, &trainer->scene, trainer->step, &args);
+        args.view = fs_views_at_step(trainer, trainer->step);
+        TRY(fs_engine_step(trainer->engine, &args, &trainer->last, err));
+        trainer->step++;
         TRY(fs_densify_step(trainer, err));
         TRY(keep_watch(trainer, begin, err));
     }
@@ -131,17 +123,16 @@ int fs_train_run(FsProject *project, FsError *err)
     Trainer trainer = {.project = project, .set = &project->set};
     char *clouds = fs_file_path("%s/clouds", project->out);
     if (!clouds) return fs_error_memory(err);
-    TRY(fs_engine_new(&trainer.engine, project->set.cpu, project->set.threads, err));
+    TRY(fs_engine_new(&trainer.engine, project->set.device, project->set.cpu, project->set.threads, err));
+    if (!(trainer.threads = fs_threads_new(project->set.threads))) TRY(fs_error_memory(err));
     TRY(fs_views_load(&trainer, err));
-    TRY(allocate_scratch(&trainer, err));
     TRY(load_scene(&trainer, err));
-    rc = 0;
     fs_project_unmark(project, FS_STAGE_TRAIN);
     TRY(train_loop(&trainer, err));
+    TRY(fs_checkpoint_write(&trainer, err));
     fix_unit_of_R(&trainer.scene);
     TRY(fs_file_mkdirs(clouds, err));
     TRY(fs_scene_write(&trainer.scene, clouds, err));
-    TRY(fs_checkpoint_write(&trainer, err));
     TRY(fs_project_mark_done(project, FS_STAGE_TRAIN, err));
 fail:
     free(clouds);

@@ -1,0 +1,36 @@
+// What a device offers: one table. engine.c has checked all arguments before it calls one of these; see engine.h for
+// what they mean.
+#ifndef FS_ENGINE_DEVICE_H
+#define FS_ENGINE_DEVICE_H
+
+#include "engine/engine.h"
+
+typedef struct EngineDevice {
+    const char *name; // as the setting "device" says it
+    int (*open)(Engine **engine, const char *cpu, int threads, FsError *err);
+    void (*close)(Engine *engine);
+    int (*scene_up)(Engine *engine, const Scene *scene, FsError *err);
+    int (*scene_down)(Engine *engine, unsigned layers, Scene *scene, FsError *err);
+    int (*state_up)(Engine *engine, const TrainState *state, FsError *err);
+    int (*state_down)(Engine *engine, TrainState *state, FsError *err);
+    int (*edit)(Engine *engine, const CloudEdit *edit, FsError *err);
+    int (*neighbours)(Engine *engine, const int *neighbour, FsError *err);
+    int (*load_view)(Engine *engine, const EngineView *view, FsError *err);
+    int (*render)(Engine *engine, const Camera *camera, Renders *renders, FsError *err);
+    int (*step)(Engine *engine, const StepArgs *args, StepResult *result, FsError *err);
+} EngineDevice;
+
+extern const EngineDevice fs_device_cpu;       // tiles, SIMD, threads
+extern const EngineDevice fs_device_reference; // the scalar definition on one thread: what the others are held against
+
+// Every device's engine begins with this; engine.c keeps it.
+struct Engine {
+    const EngineDevice *device;
+    int n[LAYERS];                       // Gaussians of the scene that is up
+    int width[LAYERS][CLOUD_FIELDS];     // of their fields
+    bool shared_geometry, pane_beta, up; // up: there is a scene
+    int n_views;
+    bool flash_views, plain_views; // whether there are views of that lighting
+};
+
+#endif

@@ -1,0 +1,282 @@
+#include "engine/host_engine.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "image/tone.h"
+
+// ---- opening and closing ----
+
+static int open_host(Engine **out, const HostEngine *as, FsError *err)
+{
+    HostEngine *engine = malloc(sizeof *engine);
+    if (!engine) {
+        fs_threads_free(as->threads);
+        return fs_error_memory(err);
+    }
+    *engine = *as;
+    *out = &engine->base;
+    return 0;
+}
+
+static int open_cpu(Engine **out, const char *cpu, int threads, FsError *err)
+{
+    HostEngine engine = {.raster = &fs_raster_tiles, .strip = 32};
+    int rc = fs_kernels_choose(cpu, &engine.kernels, err);
+    if (rc < 0) return rc;
+    if (!(engine.threads = fs_threads_new(threads))) return fs_error_memory(err);
+    return open_host(out, &engine, err);
+}
+
+static int open_reference(Engine **out, const char *cpu, int threads, FsError *err)
+{
+    (void)cpu, (void)threads; // always the scalar definition on the caller's thread
+    HostEngine engine = {.raster = &fs_raster_plain, .kernels = fs_kernels_at(CPU_SCALAR)};
+    return open_host(out, &engine, err);
+}
+
+static void close_host(Engine *base)
+{
+    HostEngine *e = fs_host_engine(base);
+    for (int i = 0; i < HOST_TASKS; i++) fs_raster_task_free(&e->task[i]);
+    for (int i = 0; i < e->n_views; i++) free(e->views[i].memory);
+    free(e->views);
+    fs_gain_graph_free(&e->graph);
+    fs_engine_state_free(&e->state);
+    fs_scene_free(&e->scene);
+    fs_arena_free(&e->arena);
+    fs_threads_free(e->threads);
+    free(e);
+}
+
+// ---- the scene ----
+
+// What training keeps of a cloud, all zero.
+static int new_state(CloudState *state, const Cloud *cloud, FsError *err)
+{
+    int rc = fs_cloud_new(&state->m, cloud->n, cloud->width[CLOUD_COLORS], cloud->width[CLOUD_GAINS], err);
+    if (rc == 0) rc = fs_cloud_new(&state->v, cloud->n, cloud->width[CLOUD_COLORS], cloud->width[CLOUD_GAINS], err);
+    if (rc < 0) return rc;
+    state->screen_sum = calloc((size_t)cloud->n + 1, sizeof(float));
+    state->screen_count = calloc((size_t)cloud->n + 1, sizeof(int));
+    return state->screen_sum && state->screen_count ? 0 : fs_error_memory(err);
+}
+
+static int scene_up(Engine *base, const Scene *scene, FsError *err)
+{
+    HostEngine *e = fs_host_engine(base);
+    fs_scene_free(&e->scene);
+    fs_engine_state_free(&e->state);
+    fs_gain_graph_free(&e->graph);
+    e->scene = *scene;
+    memset(e->scene.cloud, 0, sizeof e->scene.cloud);
+    int rc = 0;
+    for (int l = 0; l < LAYERS && rc == 0; l++)
+        if (scene->cloud[l].n) rc = fs_cloud_copy(&e->scene.cloud[l], &scene->cloud[l], err);
+    return rc;
+}
+
+static int scene_down(Engine *base, unsigned layers, Scene *scene, FsError *err)
+{
+    const HostEngine *e = fs_host_engine(base);
+    Scene down = e->scene;
+    memcpy(down.cloud, scene->cloud, sizeof down.cloud);
+    *scene = down;
+    int rc = 0;
+    for (int l = 0; l < LAYERS && rc == 0; l++) {
+        if (!(layers >> l & 1)) continue;
+        fs_cloud_free(&scene->cloud[l]);
+        if (e->scene.cloud[l].n) rc = fs_cloud_copy(&scene->cloud[l], &e->scene.cloud[l], err);
+    }
+    return rc;
+}
+
+// ---- what training keeps ----
+
+static int copy_state(CloudState *to, const CloudState *from, int n, FsError *err)
+{
+    fs_cloud_free(&to->m);
+    fs_cloud_free(&to->v);
+    int rc = fs_cloud_copy(&to->m, &from->m, err);
+    if (rc == 0) rc = fs_cloud_copy(&to->v, &from->v, err);
+    if (rc < 0) return rc;
+    free(to->screen_sum);
+    free(to->screen_count);
+    to->screen_sum = calloc((size_t)n + 1, sizeof(float));
+    to->screen_count = calloc((size_t)n + 1, sizeof(int));
+    if (!to->screen_sum || !to->screen_count) return fs_error_memory(err);
+    if (from->screen_sum) memcpy(to->screen_sum, from->screen_sum, sizeof(float) * (size_t)n);
+    if (from->screen_count) memcpy(to->screen_count, from->screen_count, sizeof(int) * (size_t)n);
+    return 0;
+}
+
+static int copy_states(TrainState *to, const TrainState *from, const Scene *scene, FsError *err)
+{
+    memcpy(to->m, from->m, sizeof to->m);
+    memcpy(to->v, from->v, sizeof to->v);
+    for (int l = 0; l < LAYERS; l++) {
+        int n = scene->cloud[l].n, rc = n ? copy_state(&to->cloud[l], &from->cloud[l], n, err) : 0;
+        if (rc < 0) return rc;
+    }
+    return 0;
+}
+
+// The state of a scene that was never stepped is made when it is first asked for.
+int fs_host_engine_need_state(HostEngine *e, FsError *err)
+{
+    int rc = 0;
+    for (int l = 0; l < LAYERS && rc == 0; l++)
+        if (e->scene.cloud[l].n && !e->state.cloud[l].screen_count) {
+            fs_cloud_free(&e->state.cloud[l].m);
+            fs_cloud_free(&e->state.cloud[l].v);
+            free(e->state.cloud[l].screen_sum);
+            rc = new_state(&e->state.cloud[l], &e->scene.cloud[l], err);
+        }
+    return rc;
+}
+
+static int state_up(Engine *base, const TrainState *state, FsError *err)
+{
+    HostEngine *e = fs_host_engine(base);
+    return copy_states(&e->state, state, &e->scene, err);
+}
+
+static int state_down(Engine *base, TrainState *state, FsError *err)
+{
+    HostEngine *e = fs_host_engine(base);
+    int rc = fs_host_engine_need_state(e, err);
+    return rc < 0 ? rc : copy_states(state, &e->state, &e->scene, err);
+}
+
+// ---- edits ----
+
+static void take_rows(Cloud *to, const Cloud *from, const int *rows, unsigned forget)
+{
+    for (int f = 0; f < CLOUD_FIELDS; f++) {
+        size_t w = (size_t)to->width[f];
+        for (int i = 0; i < to->n && w && !(forget >> f & 1); i++)
+            if (rows[i] >= 0)
+                memcpy(to->field[f] + (size_t)i * w, from->field[f] + (size_t)rows[i] * w, sizeof(float) * w);
+    }
+}
+
+static int edit(Engine *base, const CloudEdit *edit, FsError *err)
+{
+    HostEngine *e = fs_host_engine(base);
+    Cloud cloud = {0};
+    CloudState state = {0}, *old = &e->state.cloud[edit->layer];
+    int rc;
+    TRY(fs_host_engine_need_state(e, err));
+    TRY(fs_cloud_copy(&cloud, edit->cloud, err));
+    TRY(new_state(&state, edit->cloud, err));
+    take_rows(&state.m, &old->m, edit->from, edit->forget);
+    take_rows(&state.v, &old->v, edit->from, edit->forget);
+    Cloud gone = e->scene.cloud[edit->layer];
+    CloudState gone_state = *old;
+    e->scene.cloud[edit->layer] = cloud;
+    *old = state;
+    cloud = gone;
+    state = gone_state;
+    if (edit->layer == LAYER_T_N) fs_gain_graph_free(&e->graph);
+fail:
+    fs_cloud_free(&cloud);
+    fs_cloud_free(&state.m);
+    fs_cloud_free(&state.v);
+    free(state.screen_sum);
+    free(state.screen_count);
+    return rc;
+}
+
+static int neighbours(Engine *base, const int *neighbour, FsError *err)
+{
+    HostEngine *e = fs_host_engine(base);
+    return fs_gain_graph_make(&e->graph, neighbour, e->scene.cloud[LAYER_T_N].n, err);
+}
+
+// ---- photos ----
+
+static void from_image(const Image *image, const Planes *planes, bool encode)
+{
+    for (int c = 0; c < planes->channels; c++)
+        for (int y = 0; y < planes->height; y++) {
+            float *row = fs_planes_row(planes, c, y);
+            const float *px = image->px + (size_t)y * (size_t)image->width * (size_t)image->channels + c;
+            for (int x = 0; x < planes->width; x++)
+                row[x] = encode ? fs_tone_encode(px[x * image->channels]) : px[x * image->channels];
+        }
+}
+
+static int load_view(Engine *base, const EngineView *view, FsError *err)
+{
+    HostEngine *e = fs_host_engine(base);
+    int w = view->camera->width, h = view->camera->height;
+    size_t three = fs_planes_floats(w, h, 3), one = fs_planes_floats(w, h, 1),
+           bytes = (3 * three + one) * sizeof(float);
+    if ((e->n_views & (e->n_views - 1)) == 0) { // grows at powers of two
+        HostView *grown = realloc(e->views, sizeof *grown * 2 * (size_t)(e->n_views + 1));
+        if (!grown) return fs_error_memory(err);
+        e->views = grown;
+    }
+    HostView *v = &e->views[e->n_views];
+    *v = (HostView){.camera = *view->camera, .flash = view->flash, .memory = aligned_alloc(64, bytes)};
+    void *scratch = aligned_alloc(64, (fs_photometric_scratch(w) + 63) / 64 * 64);
+    if (!v->memory || !scratch) {
+        free(v->memory);
+        free(scratch);
+        return fs_error_memory(err);
+    }
+    memset(v->memory, 0, bytes);
+    v->photo = fs_planes_over(v->memory, w, h, 3);
+    v->mu = fs_planes_over(v->memory + three, w, h, 3);
+    v->var = fs_planes_over(v->memory + 2 * three, w, h, 3);
+    v->mask = fs_planes_over(v->memory + 3 * three, w, h, 1);
+    from_image(view->photo, &v->photo, true);
+    from_image(view->mask, &v->mask, false);
+    PhotometricArgs args = {.I = &v->photo, .Y = &v->photo, .mu_Y = &v->mu, .var_Y = &v->var, .scratch = scratch};
+    e->kernels.photometric->target_stats(&args, 0, h);
+    free(scratch);
+    e->n_views++;
+    return 0;
+}
+
+// ---- rendering and training begin alike ----
+
+RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *part)
+{
+    RasterTask *t = &engine->task[task];
+    t->cloud = part->cloud;
+    t->light = part->lit ? &part->light : NULL;
+    t->colors = part->channels;
+    t->depth = t->train = t->use_d_transmittance = false;
+    return t;
+}
+
+const EngineDevice fs_device_cpu = {
+    .name = "cpu",
+    .open = open_cpu,
+    .close = close_host,
+    .scene_up = scene_up,
+    .scene_down = scene_down,
+    .state_up = state_up,
+    .state_down = state_down,
+    .edit = edit,
+    .neighbours = neighbours,
+    .load_view = load_view,
+    .render = fs_host_render,
+    .step = fs_host_step,
+};
+
+const EngineDevice fs_device_reference = {
+    .name = "reference",
+    .open = open_reference,
+    .close = close_host,
+    .scene_up = scene_up,
+    .scene_down = scene_down,
+    .state_up = state_up,
+    .state_down = state_down,
+    .edit = edit,
+    .neighbours = neighbours,
+    .load_view = load_view,
+    .render = fs_host_render,
+    .step = fs_host_step,
+};

@@ -1,0 +1,184 @@
+// One training step: render the layers at a photo's pose, form the photo, compare, send the gradients back, Adam.
+//
+//   I = encode(tau decode(T) + beta decode(R)),  T = T_F for a flash photo, T_N without    (Flash-Splat, section 3)
+//   L = the terms of engine/loss.h
+#include <string.h>
+
+#include "base/threads.h"
+#include "engine/host_engine.h"
+#include "engine/scratch.h"
+#include "engine/update.h"
+#include "engine/view_loss.h"
+
+typedef struct StripSums {
+    double loss[LOSS_TERMS];
+    PearsonSums pearson;
+    PaneGradient pane;
+} StripSums;
+
+typedef struct Step {
+    HostEngine *engine;
+    const StepArgs *args;
+    const HostView *view;
+    ViewImages images;
+    RasterPass pass, back; // what is rasterised; what gets gradients
+    ViewLoss loss;
+    Planes mask, other_linear;
+    PearsonSums pearson;
+    void **scratch;    // one per thread
+    StripSums *strips; // added up in their order
+    int n_strips;
+} Step;
+
+// ---- what takes part ----
+
+static RasterTask *add(Step *s, int number, const PlanPart *part)
+{
+    if (!part->cloud) return NULL;
+    RasterTask *task = fs_host_engine_task(s->engine, number, part);
+    LossLooks looks = fs_loss_looks(s->args->weight, part->layer);
+    task->train = true;
+    task->depth = looks.depth;
+    task->use_d_transmittance = looks.transmittance;
+    fs_raster_pass_add(&s->pass, task);
+    fs_raster_pass_add(&s->back, task);
+    return s->loss.task[part->layer] = task;
+}
+
+// The T of the other lighting, for the linearity term. It gets no gradients: its own photos step it.
+static void add_other(Step *s)
+{
+    ViewPlan plan = fs_view_plan(&s->engine->scene, &s->view->camera, !s->view->flash);
+    if (!plan.T.cloud || plan.T.layer == s->images.plan.T.layer) return;
+    RasterTask *task = fs_host_engine_task(s->engine, TASK_OTHER_T, &plan.T);
+    fs_raster_pass_add(&s->pass, task);
+    s->loss.other = task;
+    s->other_linear = fs_scratch_planes(&s->engine->arena, &s->view->camera, 3);
+}
+
+static int set_up(Step *s, FsError *err)
+{
+    HostEngine *e = s->engine;
+    const Camera *camera = &s->view->camera;
+    ViewPlan *plan = &s->images.plan;
+    fs_arena_reset(&e->arena);
+    s->pass = (RasterPass){&e->kernels, e->threads, {NULL}, 0, camera, (float)(FS_NEAR * e->scene.extent)};
+    s->back = s->pass;
+    *plan = fs_view_plan(&e->scene, camera, s->view->flash);
+    if (!plan->T.cloud)
+        return fs_error_set(err, FS_ERR_INPUT, "training: no cloud %s for photos of that lighting",
+                            fs_layers[plan->T.layer].name);
+    s->images.T = add(s, TASK_T, &plan->T);
+    s->images.R = add(s, TASK_R, &plan->R);
+    s->images.beta = add(s, TASK_BETA, &plan->beta);
+    s->images.slope_floor = (float)s->args->slope_floor;
+    fs_view_images_set_up(&s->images, &e->kernels, &e->arena, camera, true);
+    s->mask = fs_scratch_planes(&e->arena, camera, 1);
+    if (s->args->weight[LOSS_LINEARITY] > 0) add_other(s);
+    int threads = e->threads ? fs_threads_count(e->threads) : 1;
+    s->n_strips = fs_host_engine_strips(e, camera->height);
+    s->strips = ARENA_NEW(&e->arena, StripSums, s->n_strips);
+    s->scratch = ARENA_NEW(&e->arena, void *, threads);
+    for (int i = 0; i < threads && s->scratch; i++)
+        s->scratch[i] = fs_arena_alloc(&e->arena, fs_photometric_scratch(camera->width));
+    if (e->arena.failed) return fs_error_memory(err);
+    memset(s->strips, 0, sizeof *s->strips * (size_t)s->n_strips);
+    s->loss.kernels = &e->kernels;
+    s->loss.weight = s->args->weight;
+    s->loss.images = &s->images;
+    s->loss.photo = &s->view->photo;
+    s->loss.mu = &s->view->mu;
+    s->loss.var = &s->view->var;
+    s->loss.mask = &s->mask;
+    s->loss.other_linear = &s->other_linear;
+    s->loss.pearson = &s->pearson;
+    return 0;
+}
+
+// ---- jobs over strips of rows ----
+
+static void forward_job(void *context, int strip, int worker)
+{
+    (void)worker;
+    Step *s = context;
+    const Kernels *k = &s->engine->kernels;
+    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->view->camera.height);
+    fs_view_images_forward(&s->images, y0, y1);
+    k->pixelwise->clipped(&s->view->mask, &s->view->photo, &s->images.I, &s->mask, y0, y1);
+    if (!s->loss.other) return;
+    Planes other = fs_view_images_rgb(&s->loss.other->feature);
+    k->compose->decode(&other, &s->other_linear, y0, y1);
+    PearsonArgs args = {.X_linear = &s->images.T_linear, .Y_linear = &s->other_linear};
+    s->strips[strip].pearson = k->pearson->sums(&args, y0, y1);
+}
+
+static void zero_rows(const Planes *p, int y0, int y1)
+{
+    for (int c = 0; c < p->channels; c++)
+        memset(fs_planes_row(p, c, y0), 0, sizeof(float) * (size_t)p->stride * (size_t)(y1 - y0));
+}
+
+static void backward_job(void *context, int strip, int worker)
+{
+    Step *s = context;
+    ViewLoss loss = s->loss;
+    StripSums *sums = &s->strips[strip];
+    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->view->camera.height);
+    loss.scratch = s->scratch[worker];
+    for (int t = 0; t < s->back.n; t++) zero_rows(&s->back.task[t]->d_feature, y0, y1);
+    fs_view_images_zero(&s->images, y0, y1);
+    for (int k = 0; k < LOSS_TERMS; k++) {
+        // What d_I says goes back through the image equation as soon as the photo's terms are done.
+        if (k == LOSS_DSSIM + 1) fs_view_images_backward(&s->images, y0, y1);
+        bool wanted = s->args->weight[k] > 0 || k == LOSS_L1; // l1's row is dssim's too
+        if (wanted && fs_loss_terms[k].rows) fs_loss_terms[k].rows(&loss, y0, y1, sums->loss);
+    }
+    sums->pane = fs_view_images_backward_beta(&s->images, y0, y1);
+}
+
+// ---- sums ----
+
+static void add_pearson(Step *s)
+{
+    for (int i = 0; i < s->n_strips; i++) {
+        const PearsonSums *p = &s->strips[i].pearson;
+        PearsonSums *q = &s->pearson;
+        *q = (PearsonSums){q->n + p->n, q->x + p->x, q->y + p->y, q->xx + p->xx, q->yy + p->yy, q->xy + p->xy};
+    }
+}
+
+static PaneGradient add_strips(const Step *s, StepResult *result)
+{
+    PaneGradient pane = {0};
+    for (int i = 0; i < s->n_strips; i++) {
+        for (int k = 0; k < LOSS_TERMS; k++) result->loss[k] += s->strips[i].loss[k];
+        for (int k = 0; k < 3; k++) pane.normal[k] += s->strips[i].pane.normal[k];
+        pane.dimming += s->strips[i].pane.dimming;
+    }
+    if (s->pearson.n > 0) result->loss[LOSS_LINEARITY] = fs_pearson_fit(&s->pearson).loss;
+    for (int l = 0; l < LAYERS; l++) result->visible[l] = s->loss.task[l] ? s->loss.task[l]->n_visible : 0;
+    return pane;
+}
+
+int fs_host_step(Engine *base, const StepArgs *args, StepResult *result, FsError *err)
+{
+    HostEngine *e = fs_host_engine(base);
+    Step step = {.engine = e, .args = args, .view = &e->views[args->view]}, *s = &step;
+    int rc;
+    TRY(fs_host_engine_need_state(e, err));
+    TRY(set_up(s, err));
+    TRY(e->raster->forward(&s->pass, err));
+    fs_threads_for(e->threads, s->n_strips, forward_job, s);
+    add_pearson(s);
+    fs_threads_for(e->threads, s->n_strips, backward_job, s);
+    e->raster->backward(&s->back);
+    Update update = {.engine = e,
+                     .args = args,
+                     .flash = s->view->flash,
+                     .task = {[LAYER_R] = s->images.R, [LAYER_BETA] = s->images.beta},
+                     .pane = add_strips(s, result)};
+    update.task[s->images.plan.T.layer] = s->images.T;
+    TRY(fs_update_run(&update, result, err));
+fail:
+    return rc;
+}

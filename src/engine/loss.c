@@ -1,0 +1,183 @@
+#include "engine/loss.h"
+
+#include <math.h>
+
+#include "engine/view_loss.h"
+
+// ---- terms on images ----
+
+static void photo_rows(const ViewLoss *v, int y0, int y1, double *sum)
+{
+    double weight = v->weight[LOSS_L1] + v->weight[LOSS_DSSIM];
+    PhotometricArgs args = {.I = &v->images->I,
+                            .Y = v->photo,
+                            .mu_Y = v->mu,
+                            .var_Y = v->var,
+                            .mask = v->mask,
+                            .lambda = (float)(weight > 0 ? v->weight[LOSS_DSSIM] / weight : 0),
+                            .weight = (float)weight,
+                            .d_I = &v->images->d_I,
+                            .scratch = v->scratch};
+    PhotometricSums s = v->kernels->photometric->loss(&args, y0, y1);
+    sum[LOSS_L1] += s.l1;
+    sum[LOSS_DSSIM] += s.dssim;
+}
+
+// Minus Pearson's correlation of T_N and T_F; its value is known from the whole image alone (kernels/pearson.h).
+static void linearity_rows(const ViewLoss *v, int y0, int y1, double *sum)
+{
+    (void)sum;
+    if (!v->other) return;
+    Planes x = fs_view_images_rgb(&v->images->T->feature), y = fs_view_images_rgb(&v->other->feature);
+    Planes d_x = fs_view_images_rgb(&v->images->T->d_feature);
+    PearsonArgs args = {.X = &x,
+                        .Y = &y,
+                        .X_linear = &v->images->T_linear,
+                        .Y_linear = v->other_linear,
+                        .d_X = &d_x,
+                        .weight = (float)v->weight[LOSS_LINEARITY]};
+    v->kernels->pearson->gradient(&args, v->pearson, y0, y1);
+}
+
+#define SMOOTH_G 2.0f // the code's g for depth on every scene, and for beta on most (method of the paper's authors)
+
+static void depth_rows(const ViewLoss *v, int y0, int y1, double *sum)
+{
+    for (int l = 0; l < LAYERS; l++) {
+        RasterTask *task = v->task[l];
+        if (!task || !(fs_loss_terms[LOSS_DEPTH_SMOOTH].layers >> l & 1)) continue;
+        Planes depth = fs_view_images_depth(task, &task->feature),
+               d_depth = fs_view_images_depth(task, &task->d_feature);
+        SmoothArgs args = {
+            .map = &depth, .g = SMOOTH_G, .weight = (float)v->weight[LOSS_DEPTH_SMOOTH], .d_map = &d_depth};
+        sum[LOSS_DEPTH_SMOOTH] += v->kernels->smooth->loss(&args, y0, y1);
+    }
+}
+
+static void beta_rows(const ViewLoss *v, int y0, int y1, double *sum)
+{
+    SmoothArgs args = {.map = &v->images->beta_map,
+                       .g = SMOOTH_G,
+                       .weight = (float)v->weight[LOSS_BETA_SMOOTH],
+                       .d_map = &v->images->d_beta};
+    sum[LOSS_BETA_SMOOTH] += v->kernels->smooth->loss(&args, y0, y1);
+}
+
+static void opaque_rows(const ViewLoss *v, int y0, int y1, double *sum)
+{
+    for (int l = 0; l < LAYERS; l++) {
+        RasterTask *task = v->task[l];
+        if (!task || !task->use_d_transmittance) continue;
+        sum[LOSS_OPAQUE] += v->kernels->pixelwise->opaque(&task->transmittance, (float)v->weight[LOSS_OPAQUE],
+                                                          &task->d_transmittance, y0, y1);
+    }
+}
+
+// ---- terms on parameters ----
+
+static void gain_smooth_range(const CloudLoss *c, double *sum)
+{
+    if (!c->graph) return;
+    sum[LOSS_GAIN_SMOOTH] += c->kernels->gain->smooth(c->graph, c->cloud->field[CLOUD_GAINS], c->begin, c->end,
+                                                      (float)c->weight[LOSS_GAIN_SMOOTH], c->d_field[CLOUD_GAINS]);
+}
+
+static void gain_push_range(const CloudLoss *c, double *sum)
+{
+    sum[LOSS_GAIN_PUSH] +=
+        c->kernels->gain->push(c->cloud->field[CLOUD_GAINS], c->begin, c->end,
+                               (float)(c->weight[LOSS_GAIN_PUSH] / c->cloud->n), c->d_field[CLOUD_GAINS]) /
+        c->cloud->n;
+}
+
+// Mean opacity and mean scale (3DGS-MCMC, Kheradmand et al. 2024, eq. 8); of those not seen too: Adam passes them over.
+static void opacity_range(const CloudLoss *c, double *sum)
+{
+    float weight = (float)(c->weight[LOSS_OPACITY_REG] / c->cloud->n);
+    sum[LOSS_OPACITY_REG] +=
+        c->kernels->regularise->sigmoid(c->cloud->field[CLOUD_OPACITIES] + c->begin, (size_t)(c->end - c->begin),
+                                        weight, c->d_field[CLOUD_OPACITIES] + c->begin) /
+        c->cloud->n;
+}
+
+static void scale_range(const CloudLoss *c, double *sum)
+{
+    double n = 3.0 * c->cloud->n;
+    float weight = (float)(c->weight[LOSS_SCALE_REG] / n) / (float)c->scene->extent;
+    sum[LOSS_SCALE_REG] +=
+        c->kernels->regularise->exp(c->cloud->field[CLOUD_SCALES] + 3 * c->begin, 3 * (size_t)(c->end - c->begin),
+                                    weight, c->d_field[CLOUD_SCALES] + 3 * c->begin) /
+        (n * c->scene->extent);
+}
+
+// ---- the table ----
+
+#define T (1u << LAYER_T_N | 1u << LAYER_T_F)
+#define R (1u << LAYER_R)
+#define BETA (1u << LAYER_BETA)
+
+// What lies behind a surface by mistake of the start must fade before scenes are closed, so `opaque` sets in late.
+const LossInfo fs_loss_terms[LOSS_TERMS] = {
+    [LOSS_L1] = {.name = "l1", .setting = "rgb-weight", .layers = T | R | BETA, .rows = photo_rows},
+    [LOSS_DSSIM] = {.name = "dssim", .setting = "dssim", .layers = T | R | BETA},
+    [LOSS_LINEARITY] =
+        {.name = "linearity", .setting = "linearity", .needs = LOSS_NEEDS_TWO_T, .layers = T, .rows = linearity_rows},
+    [LOSS_DEPTH_SMOOTH] =
+        {.name = "depth_smooth", .setting = "depth-smooth", .layers = T | R, .depth = true, .rows = depth_rows},
+    [LOSS_BETA_SMOOTH] = {.name = "beta_smooth",
+                          .setting = "beta-smooth",
+                          .needs = LOSS_NEEDS_BETA_CLOUD,
+                          .layers = BETA,
+                          .rows = beta_rows},
+    [LOSS_OPAQUE] = {.name = "opaque",
+                     .setting = "opaque",
+                     .begin = 0.4,
+                     .full = 0.6,
+                     .layers = T | R,
+                     .transmittance = true,
+                     .rows = opaque_rows},
+    [LOSS_GAIN_SMOOTH] = {.name = "gain_smooth",
+                          .setting = "gain-smooth",
+                          .needs = LOSS_NEEDS_GAINS,
+                          .layers = 1u << LAYER_T_N,
+                          .gaussians = gain_smooth_range},
+    [LOSS_GAIN_PUSH] = {.name = "gain_push",
+                        .setting = "gain-push",
+                        .needs = LOSS_NEEDS_GAINS,
+                        .layers = 1u << LAYER_T_N,
+                        .gaussians = gain_push_range},
+    [LOSS_OPACITY_REG] = {.name = "opacity_reg",
+                          .setting = "opacity-reg",
+                          .layers = T | R | BETA,
+                          .gaussians = opacity_range},
+    [LOSS_SCALE_REG] = {.name = "scale_reg", .setting = "scale-reg", .layers = T | R | BETA, .gaussians = scale_range},
+};
+
+LossLooks fs_loss_looks(const double weight[LOSS_TERMS], Layer layer)
+{
+    LossLooks looks = {false, false};
+    for (int k = 0; k < LOSS_TERMS; k++) {
+        if (!(weight[k] > 0) || !(fs_loss_terms[k].layers >> layer & 1)) continue;
+        looks.depth |= fs_loss_terms[k].depth;
+        looks.transmittance |= fs_loss_terms[k].transmittance;
+    }
+    return looks;
+}
+
+static bool has_needs(const Scene *scene, unsigned needs)
+{
+    if (needs & LOSS_NEEDS_TWO_T && scene->shared_geometry) return false;
+    if (needs & LOSS_NEEDS_BETA_CLOUD && (scene->pane_beta || !scene->cloud[LAYER_BETA].n)) return false;
+    return !(needs & LOSS_NEEDS_GAINS) || (scene->shared_geometry && scene->separation == SEPARATION_FULL);
+}
+
+void fs_loss_weights(const Settings *set, const Scene *scene, double progress, double weight[LOSS_TERMS])
+{
+    for (int k = 0; k < LOSS_TERMS; k++) {
+        const LossInfo *term = &fs_loss_terms[k];
+        double ramp = term->full > 0 ? (progress - term->begin) / (term->full - term->begin) : 1;
+        weight[k] = has_needs(scene, term->needs) ? fs_settings_number(set, term->setting) * fmin(fmax(ramp, 0), 1) : 0;
+    }
+    weight[LOSS_L1] = set->rgb_weight * (1 - set->dssim); // dssim is a share of the photo term
+    weight[LOSS_DSSIM] = set->rgb_weight * set->dssim;
+}

@@ -1,0 +1,57 @@
+// The terms of the loss, as rows of one table: a new term is a row and its function. A term that works on an image is
+// called for strips of rows, one that works on parameters for ranges of a cloud's Gaussians.
+#ifndef FS_ENGINE_LOSS_H
+#define FS_ENGINE_LOSS_H
+
+#include "model/scene.h"
+#include "model/settings.h"
+
+typedef enum LossTerm {
+    LOSS_L1,    // of the photo against the composite, tone-mapped (Flash-Splat, section 4)
+    LOSS_DSSIM, // both are found in one pass over the image
+    LOSS_LINEARITY,
+    LOSS_DEPTH_SMOOTH,
+    LOSS_BETA_SMOOTH,
+    LOSS_OPAQUE,
+    LOSS_GAIN_SMOOTH,
+    LOSS_GAIN_PUSH,
+    LOSS_OPACITY_REG,
+    LOSS_SCALE_REG,
+    LOSS_TERMS
+} LossTerm;
+
+// What a scene must have for a term to mean anything.
+enum {
+    LOSS_NEEDS_TWO_T = 1 << 0,      // T_N and T_F as clouds of their own; both are rendered in every step
+    LOSS_NEEDS_BETA_CLOUD = 1 << 1, //
+    LOSS_NEEDS_GAINS = 1 << 2,      // flash gains that are learned
+};
+
+struct ViewLoss;  // engine/view_loss.h: a view's images, for terms on images
+struct CloudLoss; // and a range of Gaussians
+
+typedef struct LossInfo {
+    const char *name;    // in log.jsonl, on the progress line and on the page
+    const char *setting; // its weight
+    unsigned needs;      // of the scene
+    double begin, full;  // the weight rises between these shares of the steps; 0, 0: whole from the start
+    unsigned layers;     // bits 1 << Layer: whose renders or Gaussians it looks at
+    bool depth;          // it looks at the depth of those layers
+    bool transmittance;  // and at what light passes all of their splats
+    // Adds a strip's gradient, and the strip's part of the term (not weighted) to sum. NULL: the row above does it.
+    void (*rows)(const struct ViewLoss *view, int y0, int y1, double sum[LOSS_TERMS]);
+    void (*gaussians)(const struct CloudLoss *cloud, double sum[LOSS_TERMS]); // the same for a range of Gaussians
+} LossInfo;
+
+extern const LossInfo fs_loss_terms[LOSS_TERMS];
+
+// Whether a term with a weight looks at a layer's depth or transmittance.
+typedef struct LossLooks {
+    bool depth, transmittance;
+} LossLooks;
+LossLooks fs_loss_looks(const double weight[LOSS_TERMS], Layer layer);
+
+// Each term's weight at a share of the steps (0..1); 0 where the scene lacks what the term needs.
+void fs_loss_weights(const Settings *set, const Scene *scene, double progress, double weight[LOSS_TERMS]);
+
+#endif

@@ -1,0 +1,91 @@
+// Rasterises clouds: projection, depth order, forward, backward, gradients per Gaussian. There are two rasterisers: by
+// tiles, on all threads (raster_tiles.c), and plainly, as the definition reads (raster_plain.c).
+#ifndef FS_ENGINE_RASTER_PASS_H
+#define FS_ENGINE_RASTER_PASS_H
+
+#include "base/arena.h"
+#include "base/threads.h"
+#include "kernels/kernels.h"
+#include "kernels/planes.h"
+#include "model/camera.h"
+#include "model/cloud.h"
+
+// One cloud at one camera. Zero it once, set the inputs before each forward; memory is kept from step to step.
+typedef struct RasterTask {
+    // inputs
+    const Cloud *cloud;
+    const ShadeLight *light; // not NULL: colours as lit by the flash
+    int colors;              // colour channels to render: the cloud's width of CLOUD_COLORS (3 with light)
+    bool depth;              // also render z, as the last feature
+    bool train;              // keep what backward needs
+    bool count;              // count pairs
+    // results of forward: alpha-weighted sums over splats, and what light passes all of them
+    Planes feature;       // colors (+ 1) channels
+    Planes transmittance; // 1 channel
+    long pairs;           // (pixel, splat) pairs that contributed, if asked to count, else 0
+    int n_visible;
+    // for backward: gradients of the loss with respect to `feature` and, if used, `transmittance`; the caller fills
+    Planes d_feature, d_transmittance;
+    bool use_d_transmittance;
+    // results of backward, for the cloud's n Gaussians; zero for those not seen
+    float *d_field[CLOUD_FIELDS]; // like Cloud.field
+    float *d_screen;     // (N) length of the gradient with respect to the mean in NDC units (3DGS densification)
+    unsigned char *seen; // (N)
+    double d_tint[3];    // with light: gradient of its tint
+
+    // scratch
+    Arena arena;
+    struct RasterWork *work;
+} RasterTask;
+
+// Several clouds go through the phases together, so that all threads stay busy.
+enum { RASTER_TASKS_MAX = 8 };
+typedef struct RasterPass {
+    const Kernels *kernels;
+    Threads *threads;
+    RasterTask *task[RASTER_TASKS_MAX];
+    int n;
+    const Camera *camera;
+    float near; // near plane, world units
+} RasterPass;
+
+typedef struct Rasteriser {
+    int (*forward)(const RasterPass *pass, FsError *err); // out of memory, or more tile entries than can be numbered
+    void (*backward)(const RasterPass *pass);
+} Rasteriser;
+
+// Results do not depend on the number of threads.
+extern const Rasteriser fs_raster_tiles, fs_raster_plain;
+
+void fs_raster_pass_add(RasterPass *pass, RasterTask *task);
+void fs_raster_task_free(RasterTask *task);
+
+// ---- what both rasterisers do per Gaussian ----
+
+typedef struct RasterWork {
+    ProjectCamera camera;
+    int n;
+    Splat *splats; // (n)
+    float *shaded; // (n, 3) with light
+    float *moment; // (n, FS_RECORD) sums of gradient records
+    float *d_shaded, *d_depth;
+    double (*chunk_tint)[3];
+    int chunks;
+    struct TileLists *tiles; // raster_tiles.c
+    const TileEntry *entry;  // raster_plain.c: of every tile, and a tile's gradient records
+    float *records;
+} RasterWork;
+
+enum { RASTER_CHUNK = 1024 }; // Gaussians per job
+int fs_raster_chunk_end(const RasterWork *work, int chunk);
+// Memory for a pass from the task's arena; check arena.failed afterwards.
+void fs_raster_set_up(RasterTask *task, const Camera *camera, float near);
+void fs_raster_project(RasterTask *task, const Kernels *kernels, int chunk);   // fills splats and `seen`
+void fs_raster_gradients(RasterTask *task, const Kernels *kernels, int chunk); // from moments to d_field, d_screen
+void fs_raster_sum_tint(RasterTask *task);
+
+// A tile's pixels between the arrays of the kernels and the planes.
+void fs_raster_tile_forward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, long *pairs);
+void fs_raster_tile_backward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, float *records);
+
+#endif

@@ -1,0 +1,237 @@
+#include "engine/update.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "base/rng.h"
+#include "engine/view_loss.h"
+
+enum { CHUNK = 2048 }; // Gaussians per job
+
+// Within which parameters stay.
+#define GAIN_MIN -3.0f       // log: a twentieth of the usual gain
+#define GAIN_MAX 5.0f        // in deep shade the flash gives a hundred times the light that was there
+#define COLOR_MAX 4.0f       // tone-mapped
+#define SEARCHES -2.1972246f // logit of the opacity, a tenth, above which Gaussians do not wander (explore)
+
+// ---- over all clouds at once ----
+
+typedef struct Jobs {
+    const Update *update;
+    int first[LAYERS + 1];      // first job of each layer
+    double (*sums)[LOSS_TERMS]; // per job
+    bool lit;                   // the transmitted cloud is stepped as (T_F, gain)
+    ShadeLight light;           // of a flash amid the cameras
+    AdamRate rate[CLOUD_FIELDS];
+} Jobs;
+
+typedef struct Range {
+    int layer, begin, end;
+    Cloud *cloud;
+    CloudState *state;
+    RasterTask *task;
+} Range;
+
+static Range range_of(const Jobs *jobs, int job)
+{
+    HostEngine *e = jobs->update->engine;
+    int l = 0;
+    while (job >= jobs->first[l + 1]) l++;
+    int begin = (job - jobs->first[l]) * CHUNK, n = e->scene.cloud[l].n;
+    return (Range){
+        l, begin, begin + CHUNK < n ? begin + CHUNK : n, &e->scene.cloud[l], &e->state.cloud[l], jobs->update->task[l]};
+}
+
+// ---- loss terms on parameters ----
+
+static void loss_job(void *context, int job, int worker)
+{
+    (void)worker;
+    const Jobs *jobs = context;
+    const HostEngine *e = jobs->update->engine;
+    Range r = range_of(jobs, job);
+    CloudLoss loss = {.kernels = &e->kernels,
+                      .weight = jobs->update->args->weight,
+                      .scene = &e->scene,
+                      .cloud = r.cloud,
+                      .graph = e->graph.start ? &e->graph : NULL,
+                      .d_field = r.task->d_field,
+                      .begin = r.begin,
+                      .end = r.end};
+    for (int k = 0; k < LOSS_TERMS; k++) {
+        jobs->sums[job][k] = 0;
+        if (loss.weight[k] > 0 && fs_loss_terms[k].gaussians && fs_loss_terms[k].layers >> r.layer & 1)
+            fs_loss_terms[k].gaussians(&loss, jobs->sums[job]);
+    }
+}
+
+// ---- Adam ----
+
+// Noise on the means of nearly transparent Gaussians, so that they search (3DGS-MCMC, Kheradmand et al. 2024, eq. 9).
+static void explore(const Jobs *jobs, const Range *r)
+{
+    const StepArgs *args = jobs->update->args;
+    Cloud *cloud = r->cloud;
+    Rng rng = fs_rng_new((args->seed << 40) ^ ((uint64_t)(args->step + 1) << 20) ^ (uint64_t)(r->begin / CHUNK) ^
+                         ((uint64_t)r->layer << 60));
+    for (int i = r->begin; i < r->end; i++) {
+        float logit = cloud->field[CLOUD_OPACITIES][i];
+        if (logit > SEARCHES) continue;
+        float o = 1 / (1 + expf(-logit));
+        float size = (float)args->explore / (1 + expf(100 * (o - 0.005f)));
+        const float *q = cloud->field[CLOUD_QUATS] + 4 * i, *s = cloud->field[CLOUD_SCALES] + 3 * i;
+        double quat[4] = {q[0], q[1], q[2], q[3]}, rot[9];
+        fs_camera_quat_to_rotation(quat, rot);
+        float local[3];
+        for (int k = 0; k < 3; k++) { // covariance times noise = R S^2 R^T n; R^T n is as normal as n
+            float e = expf(s[k]);
+            local[k] = e * e * fs_rng_normal(&rng) * size;
+        }
+        for (int k = 0; k < 3; k++)
+            cloud->field[CLOUD_MEANS][3 * i + k] +=
+                (float)rot[3 * k] * local[0] + (float)rot[3 * k + 1] * local[1] + (float)rot[3 * k + 2] * local[2];
+    }
+}
+
+static void clamp_field(float *x, size_t n, float low, float high)
+{
+    for (size_t i = 0; i < n; i++) x[i] = x[i] < low ? low : x[i] > high ? high : x[i];
+}
+
+static void keep_statistics(const Range *r)
+{
+    for (int i = r->begin; i < r->end; i++)
+        if (r->task->seen[i]) {
+            r->state->screen_sum[i] += r->task->d_screen[i];
+            r->state->screen_count[i]++;
+        }
+}
+
+static void adam_job(void *context, int job, int worker)
+{
+    (void)worker;
+    const Jobs *jobs = context;
+    const Kernels *k = &jobs->update->engine->kernels;
+    const StepArgs *args = jobs->update->args;
+    Range r = range_of(jobs, job);
+    Cloud *cloud = r.cloud;
+    const unsigned char *seen = r.task->seen;
+    size_t n = (size_t)(r.end - r.begin);
+    bool enter = jobs->lit && r.layer == LAYER_T_N;
+    const float *means = cloud->field[CLOUD_MEANS];
+    float *colors = cloud->field[CLOUD_COLORS], *gains = cloud->field[CLOUD_GAINS];
+    if (enter)
+        k->shade->enter(&jobs->light, means, gains, seen, r.begin, r.end, colors, r.task->d_field[CLOUD_COLORS],
+                        r.task->d_field[CLOUD_GAINS]);
+    for (int f = 0; f < CLOUD_FIELDS; f++) {
+        size_t w = (size_t)cloud->width[f], at = w * (size_t)r.begin;
+        if (w && args->rate[f] > 0)
+            k->adam->step_sparse(cloud->field[f] + at, r.task->d_field[f] + at, r.state->m.field[f] + at,
+                                 r.state->v.field[f] + at, n, (int)w, seen + r.begin, jobs->rate[f]);
+    }
+    if (gains) clamp_field(gains + r.begin, n, GAIN_MIN, GAIN_MAX);
+    if (enter) k->shade->leave(&jobs->light, means, gains, seen, r.begin, r.end, colors);
+    if (r.layer != LAYER_BETA) clamp_field(colors + 3 * r.begin, 3 * n, (float)args->darkest[r.layer], COLOR_MAX);
+    if (args->explore > 0) explore(jobs, &r);
+    if (args->statistics) keep_statistics(&r);
+}
+
+// ---- the numbers of the whole scene ----
+
+// Which are learned, how fast, and within what; logarithmic ones are stepped as their logarithm.
+static const struct Number {
+    size_t offset; // in Scene
+    int n;
+    double rate;
+    bool pane, logarithmic; // pane: of a scene with one, in all photos; else of a lit scene, in flash photos
+    double min, max;
+} numbers[] = {
+    {offsetof(Scene, pane.normal), 3, 5e-3, true, false, -INFINITY, INFINITY},
+    {offsetof(Scene, pane.dimming), 1, 1e-3, true, false, 0.02, 0.5},
+    {offsetof(Scene, gain_color), 3, 1e-3, false, true, 0, INFINITY},
+    {offsetof(Scene, flash_return), 1, 5e-3, false, true, 0.01, 1},
+};
+
+static void adam_number(double *x, double g, double *m, double *v, double rate, int step)
+{
+    *m = 0.9 * *m + 0.1 * g;
+    *v = 0.999 * *v + 0.001 * g * g;
+    *x -= rate * (*m / (1 - pow(0.9, step))) / (sqrt(*v / (1 - pow(0.999, step))) + 1e-15);
+}
+
+// Gradients in the order of the table.
+static void number_gradients(const Update *u, double g[ENGINE_NUMBERS])
+{
+    const Scene *scene = &u->engine->scene;
+    const RasterTask *T = u->task[LAYER_T_N], *R = u->task[LAYER_R];
+    for (int k = 0; k < 3; k++) {
+        g[k] = u->pane.normal[k];
+        g[4 + k] = T ? T->d_tint[k] : 0;
+    }
+    g[3] = u->pane.dimming;
+    g[7] = 0;
+    for (int k = 0; k < 3; k++) g[7] += R ? R->d_tint[k] * scene->gain_color[k] : 0;
+}
+
+static void update_numbers(const Update *u)
+{
+    HostEngine *e = u->engine;
+    Scene *scene = &e->scene;
+    double g[ENGINE_NUMBERS];
+    if (scene->separation == SEPARATION_NONE) return;
+    number_gradients(u, g);
+    for (int i = 0, at = 0; i < (int)(sizeof numbers / sizeof *numbers); at += numbers[i].n, i++) {
+        const struct Number *number = &numbers[i];
+        bool learned = number->pane ? scene->pane_beta : fs_scene_lit(scene) && u->flash;
+        if (number->offset == offsetof(Scene, flash_return) && !u->task[LAYER_R]) learned = false;
+        if (!learned) continue;
+        double *x = (double *)((char *)scene + number->offset);
+        for (int k = 0; k < number->n; k++) {
+            double y = number->logarithmic ? log(x[k]) : x[k], d = g[at + k] * (number->logarithmic ? x[k] : 1);
+            adam_number(&y, d, &e->state.m[at + k], &e->state.v[at + k], number->rate, u->args->step + 1);
+            x[k] = fmin(fmax(number->logarithmic ? exp(y) : y, number->min), number->max);
+        }
+    }
+    double *n = scene->pane.normal, length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    for (int i = 0; i < 3 && scene->pane_beta; i++) n[i] /= length;
+}
+
+// ---- the update ----
+
+static ShadeLight middle_light(const HostEngine *e)
+{
+    ShadeLight light = {.flash_distance = (float)e->scene.flash_distance};
+    double sum[3] = {0}, centre[3];
+    for (int i = 0; i < e->n_views; i++) {
+        fs_camera_centre(&e->views[i].camera, centre);
+        for (int k = 0; k < 3; k++) sum[k] += centre[k];
+    }
+    for (int k = 0; k < 3; k++) {
+        light.centre[k] = (float)(sum[k] / e->n_views);
+        light.tint[k] = (float)e->scene.gain_color[k];
+    }
+    return light;
+}
+
+int fs_update_run(const Update *update, StepResult *result, FsError *err)
+{
+    HostEngine *e = update->engine;
+    Jobs jobs = {.update = update};
+    int n = 0;
+    for (int l = 0; l < LAYERS; l++) {
+        jobs.first[l] = n;
+        if (update->task[l]) n += (e->scene.cloud[l].n + CHUNK - 1) / CHUNK;
+    }
+    jobs.first[LAYERS] = n;
+    jobs.sums = fs_arena_alloc(&e->arena, sizeof *jobs.sums * (size_t)n);
+    if (!jobs.sums) return fs_error_memory(err);
+    fs_threads_for(e->threads, n, loss_job, &jobs);
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < LOSS_TERMS; k++) result->loss[k] += jobs.sums[i][k];
+    update_numbers(update);
+    jobs.lit = fs_scene_lit(&e->scene) && e->scene.separation == SEPARATION_FULL;
+    if (jobs.lit) jobs.light = middle_light(e);
+    for (int f = 0; f < CLOUD_FIELDS; f++) jobs.rate[f] = fs_adam_rate(update->args->rate[f], update->args->step + 1);
+    fs_threads_for(e->threads, n, adam_job, &jobs);
+    return 0;
+}

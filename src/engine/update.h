@@ -1,0 +1,18 @@
+// What a step does to the parameters, once it has their gradients: the loss terms on parameters alone, Adam, and the
+// limits within which parameters stay.
+#ifndef FS_ENGINE_UPDATE_H
+#define FS_ENGINE_UPDATE_H
+
+#include "engine/host_engine.h"
+
+typedef struct Update {
+    HostEngine *engine;
+    const StepArgs *args;
+    bool flash;               // the photo was taken with the flash
+    RasterTask *task[LAYERS]; // that hold the gradients of the clouds to step; NULL: not stepped
+    PaneGradient pane;
+} Update;
+
+int fs_update_run(const Update *update, StepResult *result, FsError *err);
+
+#endif

@@ -1,0 +1,84 @@
+#include "engine/view_images.h"
+
+#include <string.h>
+
+#include "engine/scratch.h"
+
+static void zero_rows(const Planes *p, int y0, int y1)
+{
+    for (int c = 0; c < p->channels; c++)
+        memset(fs_planes_row(p, c, y0), 0, sizeof(float) * (size_t)p->stride * (size_t)(y1 - y0));
+}
+
+void fs_view_images_set_up(ViewImages *v, const Kernels *kernels, Arena *arena, const Camera *camera, bool train)
+{
+    v->kernels = kernels;
+    Planes *const one[] = {&v->beta_map, &v->tau, &v->d_beta, &v->d_tau};
+    Planes *const three[] = {&v->T_linear, &v->R_linear, &v->I_linear, &v->I, &v->d_I};
+    for (int i = 0; i < (train ? 4 : 2); i++) *one[i] = fs_scratch_planes(arena, camera, 1);
+    for (int i = 0; i < (train ? 5 : 4); i++) *three[i] = fs_scratch_planes(arena, camera, 3);
+    if (!v->R) v->black = fs_scratch_planes(arena, camera, 3);
+    if (!v->R && train) v->d_black = fs_scratch_planes(arena, camera, 3);
+}
+
+typedef struct Wiring {
+    Planes T, R, d_T, d_R;
+    ComposeArgs args;
+} Wiring;
+
+static const ComposeArgs *wire(const ViewImages *v, Wiring *w)
+{
+    w->T = fs_view_images_rgb(&v->T->feature);
+    w->R = v->R ? fs_view_images_rgb(&v->R->feature) : v->black;
+    w->d_T = fs_view_images_rgb(&v->T->d_feature);
+    w->d_R = v->R ? fs_view_images_rgb(&v->R->d_feature) : v->d_black;
+    bool pane = v->plan.pane_beta;
+    w->args = (ComposeArgs){.T = &w->T,
+                            .R = &w->R,
+                            .beta = &v->beta_map,
+                            .tau = pane ? &v->tau : NULL,
+                            .T_linear = &v->T_linear,
+                            .R_linear = &v->R_linear,
+                            .I_linear = &v->I_linear,
+                            .I = &v->I,
+                            .d_I = &v->d_I,
+                            .d_T = &w->d_T,
+                            .d_R = &w->d_R,
+                            .d_beta = &v->d_beta,
+                            .d_tau = pane ? &v->d_tau : NULL,
+                            .slope_floor = v->slope_floor};
+    return &w->args;
+}
+
+void fs_view_images_forward(const ViewImages *v, int y0, int y1)
+{
+    Wiring w;
+    if (v->plan.pane_beta)
+        v->kernels->pane->forward(&v->plan.pane, &v->beta_map, &v->tau, y0, y1);
+    else if (v->beta)
+        v->kernels->pixelwise->sigmoid(&v->beta->feature, &v->beta_map, y0, y1);
+    else
+        zero_rows(&v->beta_map, y0, y1);
+    if (!v->R) zero_rows(&v->black, y0, y1);
+    v->kernels->compose->forward(wire(v, &w), y0, y1);
+}
+
+void fs_view_images_zero(const ViewImages *v, int y0, int y1)
+{
+    zero_rows(&v->d_beta, y0, y1);
+    zero_rows(&v->d_tau, y0, y1);
+    if (!v->R) zero_rows(&v->d_black, y0, y1);
+}
+
+void fs_view_images_backward(const ViewImages *v, int y0, int y1)
+{
+    Wiring w;
+    v->kernels->compose->backward(wire(v, &w), y0, y1);
+}
+
+PaneGradient fs_view_images_backward_beta(const ViewImages *v, int y0, int y1)
+{
+    if (v->plan.pane_beta) return v->kernels->pane->backward(&v->plan.pane, &v->d_beta, &v->d_tau, y0, y1);
+    if (v->beta) v->kernels->pixelwise->sigmoid_backward(&v->beta_map, &v->d_beta, &v->beta->d_feature, y0, y1);
+    return (PaneGradient){0};
+}

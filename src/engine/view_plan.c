@@ -1,0 +1,54 @@
+#include "engine/view_plan.h"
+
+#include <math.h>
+
+PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera)
+{
+    const double *m = camera->w2c, *n = pane->normal;
+    double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    PaneView v = {.f0 = (float)pane->f0, .dimming = (float)pane->dimming, .most = (float)FS_PANE_MOST};
+    for (int k = 0; k < 3; k++) { // R^T K^-1 (x, y, 1)
+        v.dx[k] = (float)(m[k] / camera->fx);
+        v.dy[k] = (float)(m[4 + k] / camera->fy);
+        v.base[k] =
+            (float)(m[8 + k] + (0.5 - camera->cx) / camera->fx * m[k] + (0.5 - camera->cy) / camera->fy * m[4 + k]);
+        v.normal[k] = (float)(n[k] / (length > 0 ? length : 1));
+    }
+    return v;
+}
+
+// The flash at a camera. share: of its light, on what is rendered.
+static ShadeLight flash_at(const Scene *scene, const Camera *camera, float share)
+{
+    ShadeLight light = {.flash_distance = (float)scene->flash_distance, .even = scene->separation == SEPARATION_LINEAR};
+    double centre[3];
+    fs_camera_centre(camera, centre);
+    for (int k = 0; k < 3; k++) {
+        light.centre[k] = (float)centre[k];
+        light.tint[k] = (float)scene->gain_color[k] * share;
+    }
+    return light;
+}
+
+static PlanPart part_of(const Scene *scene, Layer layer)
+{
+    const Cloud *cloud = &scene->cloud[layer];
+    return (PlanPart){.cloud = cloud->n ? cloud : NULL, .layer = layer, .channels = fs_layers[layer].channels};
+}
+
+ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash)
+{
+    ViewPlan plan = {.T = part_of(scene, flash && !scene->shared_geometry ? LAYER_T_F : LAYER_T_N),
+                     .R = part_of(scene, LAYER_R),
+                     .pane_beta = scene->pane_beta};
+    if (scene->pane_beta)
+        plan.pane = fs_view_plan_pane(&scene->pane, camera);
+    else
+        plan.beta = part_of(scene, LAYER_BETA);
+    if (flash && fs_scene_lit(scene)) {
+        plan.T.lit = plan.R.lit = true;
+        plan.T.light = flash_at(scene, camera, 1);
+        plan.R.light = flash_at(scene, camera, (float)scene->flash_return); // what comes back by the room
+    }
+    return plan;
+}

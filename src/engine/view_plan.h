@@ -1,0 +1,32 @@
+// What a view of a scene is made of: which clouds are rendered, by which light, with how many channels; and the pane as
+// the camera sees it. Training, rendering and whatever else shows a scene ask here.
+#ifndef FS_ENGINE_VIEW_PLAN_H
+#define FS_ENGINE_VIEW_PLAN_H
+
+#include "kernels/pane.h"
+#include "kernels/shade.h"
+#include "model/camera.h"
+#include "model/scene.h"
+
+typedef struct PlanPart {
+    const Cloud *cloud; // NULL: the view has no such part
+    Layer layer;        // whose cloud it is
+    bool lit;           // colours are brightened by `light`
+    ShadeLight light;
+    int channels; // of its colours
+} PlanPart;
+
+// I = tau T + beta R (Flash-Splat, section 3).
+typedef struct ViewPlan {
+    PlanPart T, R;
+    PlanPart beta; // NULL cloud: beta and tau follow `pane`, or there is no R
+    bool pane_beta;
+    PaneView pane;
+} ViewPlan;
+
+ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash);
+PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera);
+
+#define FS_NEAR 0.1 // near plane, in scene extents
+
+#endif

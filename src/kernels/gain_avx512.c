@@ -1,0 +1,1 @@
+#include "kernels/gain_simd.h"

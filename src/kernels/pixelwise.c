@@ -1,0 +1,6 @@
+// Scalar definition.
+#include "kernels/pixelwise.h"
+
+#include "kernels/pixelwise_body.h"
+
+const PixelwiseKernels fs_pixelwise_scalar = {sigmoid, sigmoid_backward, clipped, opaque};

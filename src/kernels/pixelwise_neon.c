@@ -1,0 +1,1 @@
+#include "kernels/pixelwise_simd.h"
