@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/owned.h"
 #include "bench/bench.h"
 #include "evaluate/evaluate.h"
 #include "export/export.h"
@@ -36,6 +37,7 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
     }
     for (size_t n = strlen(p->out); n > 1 && p->out[n - 1] == '/'; n--) p->out[n - 1] = 0;
     TRY(fs_file_mkdirs(p->out, err));
+    fs_owned_open(p->out, "project", NULL); // what is only read need not be ours; a stage that writes asks again
     TRY(fs_warnings_new(&p->warnings, p->out, callbacks, &p->log, err));
     *project = p;
     return 0;
@@ -91,7 +93,7 @@ int fs_train(FsProject *project, FsError *err)
 static int refresh_report(FsProject *project, FsError *err)
 {
     char *index = fs_file_path("%s/index.html", project->out);
-    int rc = !index ? fs_error_memory(err) : fs_file_exists(index) ? stage(project, NULL, fs_report_run, err) : 0;
+    int rc = !index ? fs_error_memory(err) : fs_owned_is_result(index) ? stage(project, NULL, fs_report_run, err) : 0;
     free(index);
     return rc;
 }
@@ -119,6 +121,7 @@ int fs_export(FsProject *project, FsError *err)
 int fs_run(FsProject *project, const char *photos, FsError *err)
 {
     int rc;
+    project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
     TRY(fs_ingest(project, photos, err));
     TRY(fs_poses(project, err));
     TRY(fs_initialise(project, err));
@@ -128,6 +131,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     TRY(stage(project, NULL, fs_report_run, err));
     fs_info_results(project->out, &project->log);
 fail:
+    project->planned = 0;
     return rc;
 }
 

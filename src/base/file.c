@@ -12,6 +12,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/owned.h"
+
 int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, FsError *err)
 {
     *data = NULL;
@@ -101,7 +103,8 @@ void fs_file_remove(const char *path)
 
 int fs_file_rename(const char *temp, const char *path, FsError *err)
 {
-    int rc = fs_file_is_dir(temp) ? fs_file_sync_names(err) : 0; // what is in it comes before it
+    int rc = fs_owned_record(temp, path, err);
+    if (rc == 0 && fs_file_is_dir(temp)) rc = fs_file_sync_names(err); // what is in it comes before it
     if (rc == 0 && rename(temp, path) != 0)
         rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno));
     if (rc < 0)
@@ -133,12 +136,12 @@ static ssize_t put_cookie(void *file, const char *data, size_t size)
 
 int fs_file_begin(AtomicFile *file, const char *path, FsError *err)
 {
-    *file = (AtomicFile){.fd = -1, .path = strdup(path), .temp = fs_file_path("%s.part%ld", path, (long)getpid())};
+    *file = (AtomicFile){.fd = -1, .path = strdup(path), .temp = fs_owned_temp(path)};
     if (!file->path || !file->temp) {
         fs_file_abort(file);
         return fs_error_memory(err);
     }
-    file->fd = open(file->temp, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    file->fd = open(file->temp, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     file->f = file->fd < 0 ? NULL : fopencookie(file, "w", (cookie_io_functions_t){.write = put_cookie});
     if (!file->f) {
         file->error = errno;
@@ -186,6 +189,35 @@ int fs_file_write(const char *path, const void *data, size_t size, FsError *err)
     return fs_file_commit(&file, err);
 }
 
+int fs_file_link(const char *from, const char *path, FsError *err)
+{
+    char *data;
+    size_t size;
+    int rc = fs_owned_record(from, path, err);
+    if (rc < 0) return rc;
+    unlink(path);
+    if (link(from, path) == 0) {
+        name_changed(path);
+        return 0;
+    }
+    rc = fs_file_read(from, (size_t)4 << 30, &data, &size, err);
+    if (rc == 0) rc = fs_file_write(path, data, size, err);
+    free(data);
+    return rc;
+}
+
+int fs_file_append(const char *path, const char *text, FsError *err)
+{
+    char *data = NULL;
+    size_t size = 0;
+    int rc = fs_file_exists(path) ? fs_file_read(path, (size_t)1 << 30, &data, &size, err) : 0;
+    char *all = rc == 0 ? fs_file_path("%.*s%s", (int)size, data ? data : "", text) : NULL;
+    if (rc == 0) rc = all ? fs_file_write(path, all, size + strlen(text), err) : fs_error_memory(err);
+    free(data);
+    free(all);
+    return rc;
+}
+
 int fs_file_mkdirs(const char *path, FsError *err)
 {
     char *copy = strdup(path);
@@ -196,7 +228,7 @@ int fs_file_mkdirs(const char *path, FsError *err)
         char c = *p;
         *p = 0;
         if (mkdir(copy, 0777) == 0)
-            name_changed(copy);
+            name_changed(copy), rc = fs_owned_record_dir(copy, err);
         else if (errno != EEXIST)
             rc = fs_error_set(err, FS_ERR_IO, "%s: cannot make folder: %s", copy, strerror(errno));
         *p = c;

@@ -8,7 +8,7 @@
 
 // Reads a whole file (a 0 byte is appended, not counted). *data is the caller's to free().
 int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, FsError *err);
-// Writes a whole file under a temporary name beside it, then renames.
+// Writes a whole file under a temporary name, then renames. A user's file is not overwritten (owned.h).
 int fs_file_write(const char *path, const void *data, size_t size, FsError *err);
 
 // The same for a stream: begin, write to f (or with fs_file_put), then commit or abort. The struct must not move
@@ -25,15 +25,19 @@ int fs_file_commit(AtomicFile *file, FsError *err);                // syncs and 
 void fs_file_abort(AtomicFile *file);                              // frees; harmless on {0} or after commit
 // When a library failed to write: the disk's reason, or the library's, with FS_ERR_IO (FS_ERR_MEMORY for ENOMEM).
 int fs_file_failed(const AtomicFile *file, const char *why, FsError *err);
-void fs_file_remove(const char *path);                                // one file, where there is one
+void fs_file_remove(const char *path);                                // one file, where there is one; for owned.c
 int fs_file_rename(const char *temp, const char *path, FsError *err); // a file or a folder; removes temp on failure
 // Files are on the disk once they have their names; the names are after this call. Before a done mark.
 int fs_file_sync_names(FsError *err);
 
+// The same bytes under another name: a link where the file system can, else a copy.
+int fs_file_link(const char *from, const char *path, FsError *err);
+int fs_file_append(const char *path, const char *text, FsError *err); // whole or not at all
+
 int fs_file_mkdirs(const char *path, FsError *err); // like mkdir -p
 bool fs_file_exists(const char *path);
 bool fs_file_is_dir(const char *path);
-void fs_file_remove_tree(const char *path);
+void fs_file_remove_tree(const char *path); // whatever it is: for scratch and tests, the rest takes fs_owned_remove
 
 __attribute__((format(printf, 1, 2))) char *fs_file_path(const char *format, ...); // asprintf; NULL when out of memory
 const char *fs_file_name(const char *path);                                        // after the last '/'

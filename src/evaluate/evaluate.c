@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "evaluate/score_table.h"
 
 static const struct {
@@ -146,7 +147,8 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     int rc;
     char *cameras = fs_file_path("%s/cameras.json", truth);
     TRY(cameras ? fs_dataset_read(&e.cameras, cameras, err) : fs_error_memory(err));
-    fs_project_unmark(project, FS_STAGE_EVALUATE);
+    if (*project->set.json) TRY(fs_owned_check(project->set.json, err));
+    TRY(fs_project_begin(project, FS_STAGE_EVALUATE, NULL, 0, err));
     e.context.threads = fs_threads_new(project->set.threads);
     TRY(e.context.threads ? 0 : fs_error_memory(err));
     TRY(open_lpips(&e, err));

@@ -100,11 +100,7 @@ static int export_layer(const FsProject *project, const Scene *scene, Layer laye
         rc = fs_error_memory(err);
         goto fail;
     }
-    if (!cloud) { // nothing to show: no stale file either
-        unlink(ply);
-        unlink(splat);
-        goto fail;
-    }
+    if (!cloud) goto fail; // nothing to show
     fs_colors_display(scene, layer, development, srgb);
     TRY(fs_inria_write(cloud, srgb, ply, err));
     TRY(fs_splat_write(cloud, srgb, splat, err));
@@ -132,7 +128,7 @@ int fs_export_run(FsProject *project, FsError *err)
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: missing: train the scene first", model);
         goto fail;
     }
-    fs_project_unmark(project, FS_STAGE_EXPORT);
+    TRY(fs_project_begin(project, FS_STAGE_EXPORT, NULL, 0, err));
     TRY(fs_scene_read(&scene, clouds, err));
     TRY(fs_file_mkdirs(dir, err));
     TRY(develop(project, &scene, &development, err));

@@ -15,7 +15,7 @@
 static const struct {
     const char *stage, *folders[4];
 } stages[] = {
-    {"ingest", {"linear"}},           {"poses", {"images", "sparse", "colmap"}},
+    {"ingest", {"linear"}},           {"poses", {"images", "sparse"}},
     {"initialise", {"start"}},        {"train", {"clouds", "checkpoint", "progress"}},
     {"render", {"renders", "video"}}, {"evaluate", {NULL}},
     {"export", {"export"}},

@@ -4,7 +4,6 @@
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/file.h"
 #include "image/raw.h"
@@ -131,17 +130,18 @@ static int write_json(const FsProject *project, const Shots *shots, FsError *err
     return rc;
 }
 
-static int start_clean(const FsProject *project, const char *dir, FsError *err)
+// Nothing has been touched so far.
+static int begin(FsProject *project, const Shots *shots, const char *dir, FsError *err)
 {
-    char *json = fs_file_path("%s/ingest.json", project->out);
-    if (!json) return fs_error_memory(err);
-    fs_project_unmark(project, FS_STAGE_INGEST);
-    unlink(json);
-    free(json);
-    fs_file_remove_tree(dir);
     char *features = fs_file_path("%s/features", dir);
-    int rc = features ? fs_file_mkdirs(features, err) : fs_error_memory(err);
+    const char **name = calloc((size_t)shots->n, sizeof *name);
+    int rc = features && name ? fs_project_check_input(project, shots->folder, err) : fs_error_memory(err);
+    for (int i = 0; i < shots->n && rc == 0; i++) name[i] = shots->shot[i].name;
+    if (rc == 0 && *project->set.flash_list) rc = fs_project_check_input(project, project->set.flash_list, err);
+    if (rc == 0) rc = fs_project_begin(project, FS_STAGE_INGEST, name, shots->n, err);
+    if (rc == 0) rc = fs_file_mkdirs(features, err);
     free(features);
+    free(name);
     return rc;
 }
 
@@ -176,7 +176,7 @@ int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
     TRY(fs_shots_drop_failed(&shots, log, err));
     TRY(fs_shots_find_flash(&shots, &project->set, log, err));
     fs_shots_level(&shots, log);
-    TRY(start_clean(project, dir, err));
+    TRY(begin(project, &shots, dir, err));
     TRY(develop_all(project, &shots, dir, threads, err));
     TRY(fs_shots_drop_failed(&shots, log, err));
     TRY(fs_shots_check_groups(&shots, err));

@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "base/hash.h"
+#include "base/owned.h"
 #include "image/photo.h"
 
 static const struct {
@@ -99,7 +100,10 @@ int fs_shots_scan(Shots *shots, const char *folder, const Log *log, FsError *err
     }
     for (int i = 0; i < list.n; i++) {
         int kind = kind_of(list.name[i]);
-        if (kind < 0) {
+        char *path = kind < 0 ? NULL : fs_file_path("%s/%s", folder, list.name[i]);
+        bool result = path && fs_owned_is_result(path); // photos and results in one folder
+        free(path);
+        if (kind < 0 || result) {
             others++, other = list.name[i];
             continue;
         }

@@ -133,8 +133,8 @@ fail:
 int fs_initialise_run(FsProject *project, FsError *err)
 {
     if (fs_project_done(project, FS_STAGE_INITIALISE)) return 0;
-    fs_project_unmark(project, FS_STAGE_INITIALISE);
-    int rc = 0;
+    int rc = fs_project_begin(project, FS_STAGE_INITIALISE, NULL, 0, err);
+    if (rc < 0) return rc;
     const Log *log = &project->log;
     SmallViews views = {0};
     SparsePoints points = {0};

@@ -6,10 +6,11 @@
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "model/fingerprint.h"
+#include "model/layers.h"
 
 #define MAX_MARK_BYTES (1 << 20)
 
@@ -20,15 +21,25 @@
 
 // clang-format off
 const ProjectStage fs_project_stages[PROJECT_STAGES] = {
-    {"ingest", FS_STAGE_INGEST, 0, {NULL}},
-    {"poses", FS_STAGE_POSES, INGEST, {"ingest.json", "linear"}},
-    {"initialise", FS_STAGE_INITIALISE, POSES, {"views.json", "images", "sparse"}},
-    {"train", FS_STAGE_TRAIN, INITIALISE, {"views.json", "images", "start"}},
-    {"render", FS_STAGE_RENDER, TRAIN, {"views.json", "images", "clouds"}},
-    {"evaluate", FS_STAGE_EVALUATE, TRAIN | FS_STAGE_RENDER, {NULL}}, // always measures anew
-    {"export", FS_STAGE_EXPORT, TRAIN, {"views.json", "images", "clouds", "ingest.json"}},
+    {"ingest", FS_STAGE_INGEST, 0, {NULL},
+     {"ingest.json", "linear/%.tif", "linear/%_mask.png", "linear/features/%.png"}},
+    {"poses", FS_STAGE_POSES, INGEST, {"ingest.json", "linear"},
+     {"views.json", "images/%.tif", "images/%_mask.png", "sparse/*.txt", "sparse/*.bin"}},
+    {"initialise", FS_STAGE_INITIALISE, POSES, {"views.json", "images", "sparse"},
+     {"start/&.ply", "start/model.json", "start/transmitted.ply", "start/transmitted_surface.ply",
+      "start/reflected.ply", "start/reflected_surface.ply"}},
+    {"train", FS_STAGE_TRAIN, INITIALISE, {"views.json", "images", "start"},
+     {"=clouds/&.ply", "=clouds/model.json", "log.jsonl", "progress/*.png", "checkpoint/*", "checkpoint.new/*",
+      "checkpoint.old/*"}},
+    {"render", FS_STAGE_RENDER, TRAIN, {"views.json", "images", "clouds"},
+     {"=renders/*/%.png", "=renders/*/%.tif", "=sheet.png", "=video/*.mp4"}},
+    {"evaluate", FS_STAGE_EVALUATE, TRAIN | FS_STAGE_RENDER, {NULL}, {"=evaluate.json"}}, // always measures anew
+    {"export", FS_STAGE_EXPORT, TRAIN, {"views.json", "images", "clouds", "ingest.json"},
+     {"export/&.ply", "export/&.splat"}},
 };
 // clang-format on
+static const char *const shared_output[] = {"=index.html", "=report/*.jpg", "=warnings/*.txt", "=done/*.json"};
+#define N_SHARED ((int)(sizeof shared_output / sizeof *shared_output))
 
 const ProjectStage *fs_project_stage(unsigned stage)
 {
@@ -117,19 +128,180 @@ fail:
     return rc;
 }
 
+static void remove_in(const FsProject *project, const char *name)
+{
+    char *path = fs_file_path("%s/%s", project->out, name);
+    if (path) fs_owned_remove(path);
+    free(path);
+}
+
 void fs_project_unmark(const FsProject *project, unsigned stage)
 {
     for (int i = 0; i < PROJECT_STAGES; i++) {
         const ProjectStage *row = &fs_project_stages[i];
         if (row->stage != stage && !(row->after & stage)) continue;
         char *path = mark_path(project, row->stage);
-        if (path) fs_file_remove(path);
+        if (path) fs_owned_remove(path);
         free(path);
     }
     fs_file_sync_names(NULL); // before results that they are not about
-    if (stage & INITIALISE) { // no training can go on from another start
-        char *checkpoint = fs_file_path("%s/checkpoint", project->out);
-        if (checkpoint) fs_file_remove_tree(checkpoint);
-        free(checkpoint);
+    if (!(stage & INITIALISE)) return;
+    remove_in(project, "checkpoint.old"); // no training can go on from another start
+    remove_in(project, "checkpoint.new");
+    remove_in(project, "checkpoint");
+}
+
+// ---- before a stage touches anything ----
+
+typedef struct Names {
+    const char *const *view;
+    int n;
+} Names;
+
+static int check_one(const char *dir, const char *before, int n_before, const char *name, const char *after,
+                     FsError *err)
+{
+    char *path = fs_file_path("%s/%.*s%s%s", dir, n_before, before, name, after);
+    int rc = path ? fs_owned_check(path, err) : fs_error_memory(err);
+    free(path);
+    return rc;
+}
+
+// The files of a folder that a pattern without folder means.
+static int check_files(const char *dir, const char *leaf, const Names *names, FsError *err)
+{
+    int rc = 0, at = (int)strcspn(leaf, "%&*");
+    FileList list = {0};
+    const char *after = leaf + at + (leaf[at] != 0);
+    if (leaf[at] == '%') {
+        for (int i = 0; i < names->n && rc == 0; i++) rc = check_one(dir, leaf, at, names->view[i], after, err);
+    } else if (leaf[at] == '&') {
+        for (int l = 0; l < LAYERS && rc == 0; l++) rc = check_one(dir, leaf, at, fs_layers[l].name, after, err);
+    } else {
+        rc = check_one(dir, leaf, at, leaf + at, "", err); // of a pattern: whether a folder is a link
+        if (leaf[at] && fs_file_list(dir, &list, NULL) < 0) list.n = 0;
+        for (int i = 0; i < list.n && rc == 0; i++) {
+            size_t n = strlen(list.name[i]), m = strlen(after);
+            if (n >= m && strcmp(list.name[i] + n - m, after) == 0)
+                rc = check_one(dir, list.name[i], (int)n, "", "", err);
+        }
+        fs_file_list_free(&list);
     }
+    return rc;
+}
+
+static int check_output(const FsProject *project, const char *pattern, const Names *names, FsError *err)
+{
+    pattern += *pattern == '=';
+    const char *leaf = fs_file_name(pattern), *star = strstr(pattern, "*/");
+    size_t n = (size_t)((star ? star : leaf) - pattern);
+    char *dir = fs_file_path("%s/%.*s", project->out, (int)(n ? n - 1 : 0), pattern);
+    FileList list = {0};
+    int rc = dir ? 0 : fs_error_memory(err);
+    if (rc == 0 && !star) rc = check_files(dir, leaf, names, err);
+    if (rc == 0 && star) rc = check_one(dir, star, 1, "", "", err);
+    if (rc == 0 && star && fs_file_list(dir, &list, NULL) < 0) list.n = 0;
+    for (int i = 0; i < list.n && rc == 0; i++) {
+        char *folder = fs_file_path("%s/%s", dir, list.name[i]);
+        rc = folder ? check_files(folder, leaf, names, err) : fs_error_memory(err);
+        free(folder);
+    }
+    fs_file_list_free(&list);
+    free(dir);
+    return rc;
+}
+
+// What earlier versions left would be taken for the user's, file by file.
+static int check_marks(const FsProject *project, FsError *err)
+{
+    int rc = 0;
+    for (int i = 0; i < PROJECT_STAGES && rc == 0; i++) {
+        char *path = mark_path(project, fs_project_stages[i].stage);
+        if (!path || fs_owned_check(path, NULL) < 0)
+            rc = fs_error_set(err, FS_ERR_INPUT,
+                              "%s: not a mark that this version wrote: the results of other versions are left as they "
+                              "are; let these go to another folder",
+                              path ? path : project->out);
+        free(path);
+    }
+    return rc;
+}
+
+int fs_project_check_input(const FsProject *project, const char *path, FsError *err)
+{
+    char *input = realpath(path, NULL), *out = realpath(project->out, NULL);
+    int rc = input ? 0 : fs_error_set(err, FS_ERR_INPUT, "%s: no such file or folder", path);
+    size_t n = out ? strlen(out) : 0;
+    bool inside = input && n && strncmp(input, out, n) == 0 && input[n] == '/';
+    for (int i = 0; i < PROJECT_STAGES * PROJECT_OUTPUTS + N_SHARED && inside && rc == 0; i++) {
+        const char *output =
+            i < N_SHARED ? shared_output[i]
+                         : fs_project_stages[(i - N_SHARED) / PROJECT_OUTPUTS].output[(i - N_SHARED) % PROJECT_OUTPUTS];
+        if (!output) continue;
+        output += *output == '=';
+        size_t m = strcspn(output, "/");
+        if (strncmp(input + n + 1, output, m) == 0 && (input[n + 1 + m] == 0 || input[n + 1 + m] == '/'))
+            rc = fs_error_set(err, FS_ERR_INPUT,
+                              "%s: is where results go (%s/%.*s): name another folder for the results", path,
+                              project->out, (int)m, output);
+    }
+    free(input);
+    free(out);
+    return rc;
+}
+
+static int check_plan(const FsProject *project, unsigned stages, const Names *names, FsError *err)
+{
+    int rc;
+    TRY(check_marks(project, err));
+    if ((stages & FS_STAGE_POSES) && *project->set.poses) TRY(fs_project_check_input(project, project->set.poses, err));
+    for (int i = 0; i < N_SHARED; i++) TRY(check_output(project, shared_output[i], names, err));
+    for (int i = 0; i < PROJECT_STAGES; i++)
+        for (int k = 0; k < PROJECT_OUTPUTS && fs_project_stages[i].output[k]; k++)
+            if (fs_project_stages[i].stage & stages)
+                TRY(check_output(project, fs_project_stages[i].output[k], names, err));
+fail:
+    return rc;
+}
+
+// What the last run left; not what a training is to go on from.
+static void clear(const FsProject *project, const ProjectStage *stage)
+{
+    char *now = fs_file_path("%s/checkpoint", project->out), *old = fs_file_path("%s/checkpoint.old", project->out);
+    bool goes_on = stage->stage == FS_STAGE_TRAIN && project->set.resume && now && old &&
+                   (fs_file_exists(now) || fs_file_exists(old));
+    for (int k = 0; k < PROJECT_OUTPUTS && stage->output[k] && !goes_on; k++) {
+        char *name = strndup(stage->output[k], strcspn(stage->output[k], "/"));
+        if (name && *name != '=') remove_in(project, name);
+        free(name);
+    }
+    free(now);
+    free(old);
+}
+
+int fs_project_begin(FsProject *project, unsigned stage, const char *const *view, int n, FsError *err)
+{
+    Names names = {view, n};
+    const char **ingested = NULL;
+    char *path = fs_file_path("%s/ingest.json", project->out);
+    json_t *root = view || !path ? NULL : json_load_file(path, 0, NULL), *photos = json_object_get(root, "photos");
+    int rc = path ? fs_owned_open(project->out, "project", err) : fs_error_memory(err);
+    if (rc == 0 && json_array_size(photos)) {
+        ingested = calloc(json_array_size(photos), sizeof *ingested);
+        for (size_t i = 0; ingested && i < json_array_size(photos); i++) {
+            const char *name = json_string_value(json_object_get(json_array_get(photos, i), "name"));
+            if (name) ingested[names.n++] = name;
+        }
+        names.view = ingested;
+        if (!ingested) rc = fs_error_memory(err);
+    }
+    if (rc == 0) rc = check_plan(project, stage | project->planned, &names, err);
+    if (rc == 0) {
+        fs_project_unmark(project, stage);
+        clear(project, fs_project_stage(stage));
+    }
+    json_decref(root);
+    free(ingested);
+    free(path);
+    return rc;
 }

@@ -11,7 +11,10 @@
 //   export/                                                      by export
 //   index.html, report/                                          by report
 //   warnings/<stage>.txt                                         by each stage, as it runs
-//   done/<stage>.json                                            by each stage, last: the settings it ran with
+//   done/<stage>.json                                            by each stage, last: what its results follow from
+//   .flashsplat/                                                 what in OUT is ours (owned.h), COLMAP's work
+//
+// fs_project_stages says the same to the program.
 //
 // linear/ and images/ hold 32-bit float RGB TIFF, white-balanced camera RGB, linear, 1.0 = sensor white, negative
 // noise kept; masks are 8-bit grey PNG, 255 where the pixel may be trusted, 0 where clipped or outside the photo.
@@ -31,14 +34,18 @@ struct FsProject {
     char photos[17];            // hash of the photos, which ingest fills in; "": not there
     char *fingerprint;          // of the stage that is looked at: fs_project_done takes it before the stage reads
     unsigned fingerprint_stage; // which that is
+    unsigned planned;           // FS_STAGE_*: all that are to run, where more than one
 };
 
 // The stages of a project in their order, one row each.
-enum { PROJECT_STAGES = 7, PROJECT_INPUTS = 5 };
+enum { PROJECT_STAGES = 7, PROJECT_INPUTS = 5, PROJECT_OUTPUTS = 8 };
 typedef struct ProjectStage {
     const char *name;
     unsigned stage, after;             // FS_STAGE_*; the stages whose results it reads, directly or not
     const char *input[PROJECT_INPUTS]; // files and folders in OUT that it reads
+    // What it writes: % is each view, & each cloud, * whatever is there. With "=" it stays until it is overwritten,
+    // else a stage that starts removes it.
+    const char *output[PROJECT_OUTPUTS];
 } ProjectStage;
 extern const ProjectStage fs_project_stages[PROJECT_STAGES];
 const ProjectStage *fs_project_stage(unsigned stage); // the row of one FS_STAGE_*
@@ -47,7 +54,13 @@ const ProjectStage *fs_project_stage(unsigned stage); // the row of one FS_STAGE
 // was made from; logs that the stage is skipped. A change makes it false and says which.
 bool fs_project_done(FsProject *project, unsigned stage);
 int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err);
-void fs_project_unmark(const FsProject *project, unsigned stage); // at the start of a stage's work, and of later ones
+void fs_project_unmark(const FsProject *project, unsigned stage); // and the stages that read its results
+// At the start of a stage's work, before it touches anything: checks that nothing of the user's is where this stage and
+// those planned after it will write, then unmarks the stage and removes what it left. view: the names of the n views;
+// NULL: those that were ingested.
+int fs_project_begin(FsProject *project, unsigned stage, const char *const *view, int n, FsError *err);
+// An error when a file or folder of the user's that a stage reads is not there, or is where results go.
+int fs_project_check_input(const FsProject *project, const char *path, FsError *err);
 
 // For what a stage leaves to go on from: settings and inputs as one text, taken when fs_project_done was asked. Store
 // it beside the work; then see whether work of `was` belongs to it: an error that says what differs.

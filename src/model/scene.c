@@ -5,9 +5,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 
 #define VERSION 2 // 1: flash_return was a constant factor on R
 
@@ -192,10 +192,10 @@ int fs_scene_write(const Scene *scene, const char *dir, FsError *err)
         if (scene->cloud[l].n) TRY(fs_file_rename(part[l], path[l], err));
     TRY(write_model(scene, model, err));
     for (int l = 0; l < LAYERS; l++)
-        if (!scene->cloud[l].n) unlink(path[l]);
+        if (!scene->cloud[l].n) fs_owned_remove(path[l]);
 fail:
     for (int l = 0; l < LAYERS; l++) {
-        if (rc < 0 && part[l]) unlink(part[l]);
+        if (rc < 0 && part[l]) fs_owned_remove(part[l]);
         free(part[l]);
         free(path[l]);
     }

@@ -4,9 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "model/project.h"
 
 #define MAX_BYTES 65536 // of a stage's warnings; later ones are not kept
@@ -43,12 +43,9 @@ static void keep(const Warnings *warnings, const char *message)
     if (fs_file_exists(path) && fs_file_read(path, MAX_BYTES, &text, &size, NULL) < 0) goto out;
     if (size + strlen(line) + 1 > MAX_BYTES || has_line(text, line)) goto out;
     if (fs_file_mkdirs(dir, NULL) < 0) goto out;
-    FILE *f = fopen(path, "a");
-    if (!f && errno == ENOMEM) fs_error_memory(NULL);
-    if (f) {
-        fprintf(f, "%s\n", line);
-        fclose(f);
-    }
+    char *whole = fs_owned_check(path, NULL) < 0 ? NULL : fs_file_path("%s\n", line);
+    if (whole) fs_file_append(path, whole, NULL);
+    free(whole);
 out:
     free(path);
     free(dir);
@@ -105,7 +102,7 @@ void fs_warnings_stage(Warnings *warnings, const char *stage)
 void fs_warnings_forget(const char *out, const char *stage)
 {
     char *path = file_of(out, stage);
-    if (path) unlink(path);
+    if (path) fs_owned_remove(path);
     free(path);
 }
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "image/photo.h"
 #include "image/tone.h"
 #include "model/camera.h"
@@ -129,12 +130,10 @@ static void subtract(PairPhoto *flash, const PairPhoto *noflash, double ratio, c
             "the flash photo is hardly brighter: the difference is mostly noise (photos swapped, or a weak flash)");
 }
 
-static int write_difference(Image *difference, const char *out, bool linear, const Log *log, FsError *err)
+static int write_difference(Image *difference, const char *out, const char *tiff, const Log *log, FsError *err)
 {
     int rc = 0;
-    char *tiff = fs_file_path("%.*s.tif", (int)(strlen(out) - 4), out);
-    if (!tiff) return fs_error_memory(err);
-    if (linear) {
+    if (tiff) {
         TRY(fs_tiff_write_float(tiff, difference, err));
         fs_log_info(log, "pair: %s, linear", tiff);
     }
@@ -142,7 +141,6 @@ static int write_difference(Image *difference, const char *out, bool linear, con
     TRY(fs_png_write(out, difference, 8, err));
     fs_log_info(log, "pair: %s, %d x %d", out, difference->width, difference->height);
 fail:
-    free(tiff);
     return rc;
 }
 
@@ -155,6 +153,9 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
     if (!fs_file_has_ext(out, "png"))
         return fs_error_set(err, FS_ERR_USAGE, "%s: the difference is written as PNG: give a name that ends in .png",
                             out);
+    char *tiff = fs_file_path("%.*s.tif", (int)(strlen(out) - 4), out);
+    TRY(tiff ? fs_owned_check(out, err) : fs_error_memory(err));
+    if (settings->linear) TRY(fs_owned_check(tiff, err));
     TRY(fs_photo_read_info(flash.path, &flash.exif, flash.white_balance, err));
     TRY(fs_photo_read_info(noflash.path, &noflash.exif, noflash.white_balance, err));
     common_white_balance(&flash, &noflash, white_balance, log);
@@ -169,8 +170,9 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
         goto fail;
     }
     subtract(&flash, &noflash, exposure_ratio(&flash, &noflash, log), log);
-    TRY(write_difference(&flash.rgb, out, settings->linear, log, err));
+    TRY(write_difference(&flash.rgb, out, settings->linear ? tiff : NULL, log, err));
 fail:
+    free(tiff);
     free_photo(&flash);
     free_photo(&noflash);
     return rc;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "image/image.h"
 #include "image/tone.h"
 
@@ -142,7 +143,7 @@ int fs_capture_read(const char *out, Capture *capture, FsError *err)
     probe = fs_file_path("%s/%s", capture->pictures, capture->photo[0].picture);
     if (probe && !fs_file_exists(probe)) {
         free(capture->pictures);
-        capture->pictures = fs_file_path("%s/colmap/images", out);
+        capture->pictures = fs_file_path("%s/" FS_OWNED_DIR "/colmap/images", out);
         if (!capture->pictures) {
             rc = fs_error_memory(err);
             goto fail;

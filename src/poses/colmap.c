@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "base/process.h"
 #include "base/threads.h"
 #include "poses/match.h"
@@ -139,9 +140,9 @@ int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capt
                             "%s: program not found; install COLMAP (Debian: apt-get install colmap), name it "
                             "with --colmap, or give a model with poses and points with --poses",
                             program);
-    colmap->dir = fs_file_path("%s/colmap", project->out);
-    colmap->database = fs_file_path("%s/colmap/database.db", project->out);
-    colmap->log_path = fs_file_path("%s/colmap/log.txt", project->out);
+    colmap->dir = fs_file_path("%s/" FS_OWNED_DIR "/colmap", project->out);
+    colmap->database = fs_file_path("%s/" FS_OWNED_DIR "/colmap/database.db", project->out);
+    colmap->log_path = fs_file_path("%s/" FS_OWNED_DIR "/colmap/log.txt", project->out);
     colmap->image_id = calloc((size_t)capture->n + 1, sizeof *colmap->image_id);
     if (!colmap->dir || !colmap->database || !colmap->log_path || !colmap->image_id) {
         rc = fs_error_memory(err);

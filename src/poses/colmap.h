@@ -10,13 +10,13 @@
 typedef struct Colmap {
     const FsProject *project;
     const Capture *capture;
-    char *dir, *database, *log_path; // OUT/colmap, its database.db and log.txt
+    char *dir, *database, *log_path; // OUT/.flashsplat/colmap, its database.db and log.txt
     bool renamed_options;            // COLMAP 3.13 calls them FeatureExtraction and FeatureMatching
     Database *db;
     int *image_id; // per photo of the capture
 } Colmap;
 
-// Checks that the program is there, starts OUT/colmap and enters the photos.
+// Checks that the program is there, starts its folder and enters the photos.
 int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capture, FsError *err);
 void fs_colmap_close(Colmap *colmap);
 

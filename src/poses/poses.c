@@ -2,9 +2,9 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "model/dataset.h"
 #include "poses/adjust.h"
 #include "poses/align.h"
@@ -171,22 +171,6 @@ static void log_points(const FsProject *project, const Capture *capture, const S
                     "only %d points were found: the scene has little texture, or the poses do not fit the photos", n);
 }
 
-static int start_clean(const FsProject *project, FsError *err)
-{
-    static const char *const parts[] = {"views.json", "images", "sparse", "colmap"};
-    fs_project_unmark(project, FS_STAGE_POSES);
-    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
-        char *path = fs_file_path("%s/%s", project->out, parts[i]);
-        if (!path) return fs_error_memory(err);
-        if (fs_file_is_dir(path))
-            fs_file_remove_tree(path);
-        else
-            unlink(path);
-        free(path);
-    }
-    return 0;
-}
-
 // Which photos are held out is no reason to pose them again.
 static int update_held_out(const FsProject *project, FsError *err)
 {
@@ -212,7 +196,10 @@ int fs_poses_run(FsProject *project, FsError *err)
     int rc = 0;
     Capture capture = {0};
     Sparse sparse = {0};
-    TRY(start_clean(project, err));
+    char *scratch = NULL;
+    TRY(fs_project_begin(project, FS_STAGE_POSES, NULL, 0, err));
+    scratch = fs_file_path("%s/" FS_OWNED_DIR "/colmap", project->out);
+    if (scratch) fs_owned_remove(scratch);
     TRY(fs_capture_read(project->out, &capture, err));
     TRY(fs_sparse_new(&sparse, &capture, err));
     TRY(reconstruct(project, &capture, &sparse, err));
@@ -220,6 +207,7 @@ int fs_poses_run(FsProject *project, FsError *err)
     log_points(project, &capture, &sparse);
     TRY(fs_project_mark_done(project, FS_STAGE_POSES, err));
 fail:
+    free(scratch);
     fs_sparse_free(&sparse);
     fs_capture_free(&capture);
     return rc;

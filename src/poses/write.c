@@ -1,7 +1,6 @@
 // What poses leaves on disk: undistorted photos and masks, the sparse model, the views.
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/file.h"
 #include "poses/sparse.h"
@@ -15,19 +14,6 @@ typedef struct Work {
     int first;
     FsError *failure; // per photo
 } Work;
-
-// The same bytes under another name: a link where the file system can, else a copy.
-static int link_or_copy(const char *from, const char *to, FsError *err)
-{
-    char *data;
-    size_t size;
-    unlink(to);
-    if (link(from, to) == 0) return 0;
-    int rc = fs_file_read(from, (size_t)4 << 30, &data, &size, err);
-    if (rc == 0) rc = fs_file_write(to, data, size, err);
-    free(data);
-    return rc;
-}
 
 static int write_undistorted(const char *const from[2], const char *const to[2], const Lens *lens, const Camera *camera,
                              FsError *err)
@@ -69,7 +55,7 @@ static void write_photo(void *context, int job, int worker)
     }
     TRY(fs_lens_camera(&lens, photo->name, &camera, err));
     if (fs_lens_is_pinhole(&lens)) {
-        for (int k = 0; k < 2; k++) TRY(link_or_copy(from[k], to[k], err));
+        for (int k = 0; k < 2; k++) TRY(fs_file_link(from[k], to[k], err));
     } else {
         TRY(write_undistorted((const char *const *)from, (const char *const *)to, &lens, &camera, err));
     }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "image/colormap.h"
 #include "image/sheet.h"
 #include "model/preview.h"
@@ -121,8 +122,8 @@ int fs_pictures_films_begin(Films **result, const char *dir, int width, int heig
     for (int i = 0; i < FILMS; i++) {
         char *path = fs_file_path("%s/%s.mp4", dir, films_table[i].name);
         int film_width = i == FILM_SIDE_BY_SIDE ? FILM_LAYERS * width : width;
-        rc = path ? fs_video_open(&films->video[i], path, film_width, height, FRAMES_PER_SECOND, log, err)
-                  : fs_error_memory(err);
+        rc = path ? fs_owned_check(path, err) : fs_error_memory(err);
+        if (rc == 0) rc = fs_video_open(&films->video[i], path, film_width, height, FRAMES_PER_SECOND, log, err);
         free(path);
         if (rc < 0) goto fail;
     }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "base/threads.h"
 #include "engine/engine.h"
 #include "image/colormap.h"
@@ -183,10 +184,26 @@ static int check_film_sizes(const Run *run, const Dataset *views, FsError *err)
     return 0;
 }
 
+// Nothing of the user's is where the layers go.
+static int check_files(const Run *run, const Dataset *views, FsError *err)
+{
+    int rc = 0;
+    for (int i = 0; i < views->n * RENDER_LAYERS * 2 && rc == 0; i++) {
+        int l = i / 2 % RENDER_LAYERS;
+        char *path = fs_file_path("%s/%s/%s.%s", run->dir, fs_render_layers[l].name,
+                                  views->view[i / 2 / RENDER_LAYERS].name, i % 2 ? "tif" : "png");
+        if (run->wanted[l]) rc = path ? fs_owned_check(path, err) : fs_error_memory(err);
+        free(path);
+    }
+    return rc;
+}
+
 static int walk_views(Run *run, const Walk *walk, FsError *err)
 {
     Films *films = NULL;
     int rc = 0;
+    if (walk->files) TRY(check_files(run, walk->views, err));
+    if (*run->project->set.output) TRY(fs_owned_open(run->dir, "renders", err));
     if (walk->films) {
         const Camera *first = &walk->views->view[0].camera;
         TRY(check_film_sizes(run, walk->views, err));
@@ -324,7 +341,8 @@ int fs_render_run(FsProject *project, FsError *err)
         return fs_error_set(err, FS_ERR_USAGE, "--path spiral and --cameras: give one of them, both say which views");
     if (usual && fs_project_done(project, FS_STAGE_RENDER)) return 0;
     TRY(open_run(&run, err));
-    if (usual) fs_project_unmark(project, FS_STAGE_RENDER);
+    if (usual) TRY(fs_project_begin(project, FS_STAGE_RENDER, NULL, 0, err));
+    if (!*set->output) TRY(fs_owned_open(project->out, "project", err));
     if (!*set->output) drop_outdated(&run);
     TRY(probe_depth(&run, err));
     TRY(find_exposure(&run, err));

@@ -3,9 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "image/tone.h"
 
 #define DEPTH_MAX_MM 65535.0
@@ -35,7 +35,10 @@ int fs_save_drop_older(const char *dir, const char *than)
         for (int i = 0; i < list.n; i++) {
             char *path = fs_file_path("%s/%s", folder, list.name[i]);
             bool ours = path && (fs_file_has_ext(path, "png") || fs_file_has_ext(path, "tif"));
-            if (ours && stat(path, &st) == 0 && is_older(&st.st_mtim, &limit.st_mtim)) dropped += unlink(path) == 0;
+            if (ours && stat(path, &st) == 0 && is_older(&st.st_mtim, &limit.st_mtim)) {
+                fs_owned_remove(path);
+                dropped += !fs_file_exists(path);
+            }
             free(path);
         }
         fs_file_list_free(&list);
@@ -83,8 +86,8 @@ int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Im
     }
     if (as_png) TRY(save_png(png, layer, image, metres_per_unit, err));
     if (as_float) TRY(fs_tiff_write_float(tiff, image, err));
-    if (!as_png) unlink(png); // of an earlier run, it would contradict
-    if (!as_float) unlink(tiff);
+    if (!as_png) fs_owned_remove(png); // of an earlier run, it would contradict
+    if (!as_float) fs_owned_remove(tiff);
 fail:
     free(png);
     free(tiff);

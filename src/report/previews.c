@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "image/colormap.h"
 #include "image/tone.h"
 #include "model/preview.h"
@@ -133,7 +134,7 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     char *dir = fs_file_path("%s/report", project->out);
     int rc = 0;
     if (!dir) return fs_error_memory(err);
-    fs_file_remove_tree(dir);
+    fs_owned_remove(dir);
     TRY(fs_file_mkdirs(dir, err));
     if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) < 0)
         fs_log_warn(&project->log, "report: no exposure for the pictures: %s", why.message);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "synth/bake.h"
 #include "synth/photo_file.h"
 #include "synth/truth_files.h"
@@ -43,28 +44,23 @@ fail:
 // An earlier capture in the same folder is replaced, anything else there is left alone.
 static int make_folders(const Synth *s, FsError *err)
 {
-    static const char *const folders[] = {"capture/raw", "capture/jpeg", "truth", "capture"};
-    char *path[4] = {0}, *cameras = fs_file_path("%s/cameras.json", s->truth);
+    static const char *const folders[] = {"capture", "truth", "capture/raw", "capture/jpeg"};
+    char *path[4] = {0}, *all[2] = {0};
     int rc = 0;
-    for (int i = 0; i < 4; i++) path[i] = fs_file_path("%s/%s", s->out, folders[i]);
-    if (!cameras || !path[0] || !path[1] || !path[2] || !path[3]) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
-    if (fs_file_exists(cameras)) {
-        fs_file_remove_tree(path[3]);
-        fs_file_remove_tree(path[2]);
-    } else if (fs_file_exists(path[3]) || fs_file_exists(path[2])) {
-        rc = fs_error_set(err, FS_ERR_INPUT,
-                          "%s: has a capture or truth folder that synth did not make; name another folder", s->out);
-        goto fail;
-    }
-    for (int i = 0; i < 3; i++) TRY(fs_file_mkdirs(path[i], err));
+    for (int i = 0; i < 2; i++)
+        if (!(all[i] = fs_file_path("%s/%s/.", s->out, folders[i]))) rc = fs_error_memory(err);
+    for (int i = 0; i < 4; i++)
+        if (!(path[i] = fs_file_path("%s/%s", s->out, folders[i]))) rc = fs_error_memory(err);
+    for (int i = 0; i < 2 && rc == 0; i++) rc = fs_owned_check_tree(path[i], err);
+    for (int i = 0; i < 2 && rc == 0; i++) rc = fs_owned_open(path[i], "capture", err);
+    for (int i = 0; i < 2 && rc == 0; i++) fs_owned_remove(all[i]);
+    for (int i = 0; i < 4 && rc == 0; i++) rc = fs_file_mkdirs(path[i], err);
+    if (rc < 0) goto fail;
     TRY(fs_truth_files_cameras(s->truth, s->layout.name, s->shot, s->n, &s->spec, err));
     TRY(fs_truth_files_folders(s->truth, err));
 fail:
     for (int i = 0; i < 4; i++) free(path[i]);
-    free(cameras);
+    for (int i = 0; i < 2; i++) free(all[i]);
     return rc;
 }
 

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "train/trainer.h"
 
 static int each_moment(TrainState *state, const Scene *scene, const char *dir, bool write, FsError *err)
@@ -110,18 +111,18 @@ int fs_checkpoint_write(Trainer *trainer, FsError *err)
     if (rc < 0) goto fail;
     TRY(fs_engine_scene_down(trainer->engine, (1u << LAYERS) - 1, &trainer->scene, err));
     TRY(fs_engine_state_down(trainer->engine, &trainer->state, err));
-    fs_file_remove_tree(fresh);
+    fs_owned_remove(fresh);
     TRY(fs_file_mkdirs(fresh, err));
     TRY(fs_scene_write(&trainer->scene, fresh, err));
     TRY(each_moment(&trainer->state, &trainer->scene, fresh, true, err));
     TRY(each_statistic(trainer, fresh, true, err));
     TRY(write_state(trainer, fresh, err));
-    fs_file_remove_tree(old);
+    fs_owned_remove(old);
     if (fs_file_exists(dir)) TRY(fs_file_rename(dir, old, err));
     TRY(fs_file_rename(fresh, dir, err));
-    fs_file_remove_tree(old);
+    fs_owned_remove(old);
 fail:
-    if (rc < 0 && fresh) fs_file_remove_tree(fresh);
+    if (rc < 0 && fresh) fs_owned_remove(fresh);
     free(dir);
     free(fresh);
     free(old);

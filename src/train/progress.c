@@ -79,13 +79,15 @@ static char *progress_text(const Trainer *trainer, double seconds)
 int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
 {
     char *text = progress_text(trainer, seconds), *path = fs_file_path("%s/log.jsonl", trainer->project->out);
+    char *line = NULL;
+    size_t size;
     FILE *f = NULL;
     int rc;
     if (!text || !path) TRY(fs_error_memory(err));
     TRY(fs_engine_scene_down(trainer->engine, 0, &trainer->scene, err));
     fs_log_progress(&trainer->project->log, "train", trainer->step, trainer->set->steps, text);
     if (trainer->step % 100 && !last) goto fail;
-    f = fopen(path, trainer->step <= 100 ? "w" : "a");
+    f = open_memstream(&line, &size);
     if (f) {
         fprintf(f, "{\"step\": %d, \"seconds\": %.2f", trainer->step, seconds);
         for (int k = 0; k < LOSS_TERMS; k++) fprintf(f, ", \"%s\": %.6g", fs_loss_terms[k].name, trainer->smoothed[k]);
@@ -97,9 +99,10 @@ int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
         fprintf(f, ", \"pane\": [%.4f, %.4f, %.4f], \"dimming\": %.4f, \"flash_return\": %.4f}\n", n[0], n[1], n[2],
                 trainer->scene.pane.dimming, trainer->scene.flash_return);
     }
-    if (!f || fclose(f) != 0) rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno));
+    rc = f && fclose(f) == 0 ? fs_file_append(path, line, err) : fs_error_memory(err);
 fail:
     free(text);
+    free(line);
     free(path);
     return rc;
 }

@@ -127,7 +127,7 @@ int fs_train_run(FsProject *project, FsError *err)
     if (!(trainer.threads = fs_threads_new(project->set.threads))) TRY(fs_error_memory(err));
     TRY(fs_views_load(&trainer, err));
     TRY(load_scene(&trainer, err));
-    fs_project_unmark(project, FS_STAGE_TRAIN);
+    TRY(fs_project_begin(project, FS_STAGE_TRAIN, NULL, 0, err));
     TRY(train_loop(&trainer, err));
     TRY(fs_checkpoint_write(&trainer, err));
     fix_unit_of_R(&trainer.scene);

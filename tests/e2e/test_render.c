@@ -246,6 +246,7 @@ static void write_model(const char *path, int width, double k1)
     char *points = fs_file_path("%s/points3D.txt", path);
     int n = snprintf(text, sizeof text, "1 SIMPLE_RADIAL %d %d %g %g %g %g\n", width, width * 2 / 3, width * 50.0 / 48,
                      width / 2.0, width / 3.0, k1);
+    remove(cameras), remove(images), remove(points);
     assert_int_equal(fs_file_write(cameras, text, (size_t)n, NULL), 0);
     n = snprintf(text, sizeof text, "1 1 0 0 0 -0.1 0 0 1 in/IMG_3.JPG\n\n2 1 0 0 0 0.02 0 0 1 TEST_01.png\n\n");
     assert_int_equal(fs_file_write(images, text, (size_t)n, NULL), 0);
@@ -318,7 +319,7 @@ static void wrong_requests_are_named(void **state)
     set(capture, "cameras", "");
     char *views = fs_file_path("%s/views.json", capture->out);
     set(capture, "output", views); // a file where a folder should be
-    assert_int_equal(render(capture, &err), FS_ERR_IO);
+    assert_int_equal(render(capture, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, views));
     set(capture, "output", "");
     capture->cancel = true;
@@ -326,6 +327,7 @@ static void wrong_requests_are_named(void **state)
     capture->cancel = false;
     assert_int_equal(render(capture, &err), 0); // what was stopped is not marked done
     assert_null(strstr(capture->log, "skipped"));
+    remove(views);
     fs_file_write(views, "{\"views\": []}", 13, NULL);
     set(capture, "force", "true");
     assert_true(render(capture, &err) < 0);

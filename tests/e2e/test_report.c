@@ -173,7 +173,7 @@ static void it_makes_do_with_little(void **state)
     char *index = fs_file_path("%s/index.html", out);
     assert_int_equal(remove(index), 0);
     assert_int_equal(fs_file_mkdirs(index, NULL), 0); // in the way
-    assert_int_equal(report(out, &err), FS_ERR_IO);
+    assert_int_equal(report(out, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "index.html"));
     free(index);
     free(broken);

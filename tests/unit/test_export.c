@@ -8,6 +8,8 @@
 
 #include <cmocka.h>
 
+#include "base/owned.h"
+
 #include "base/rng.h"
 #include "export/colors.h"
 #include "export/export.h"
@@ -134,6 +136,7 @@ static int export_scene(const char *out, const Scene *scene, FsError *err)
     FsSettings *set = fs_settings_new();
     char *clouds = fs_file_path("%s/clouds", out);
     struct FsProject project = {.out = (char *)out, .set = *set, .log = {.log = on_log}};
+    assert_int_equal(fs_owned_open(out, "project", NULL), 0);
     if (scene) assert_int_equal(fs_scene_write(scene, clouds, NULL), 0);
     int rc = fs_export_run(&project, err);
     free(clouds);

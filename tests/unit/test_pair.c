@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -59,6 +60,10 @@ static void test_difference(void **state)
     assert_int_equal(fs_tiff_write_float(f, &a, NULL) | fs_tiff_write_float(n, &b, NULL), 0);
     assert_int_equal(pair(f, n, out, false, NULL, &said, NULL), 0);
     assert_false(fs_file_exists(tif));
+    FsError err = {0};
+    assert_int_equal(pair(f, n, out, true, NULL, &said, &err), FS_ERR_INPUT); // a file is there already
+    assert_non_null(strstr(err.message, out));
+    unlink(out);
     assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
     assert_non_null(strstr(said.text, "taken to be the same"));
     assert_int_equal(fs_tiff_read(tif, &linear, NULL) | fs_png_read(out, &shown, NULL), 0);
@@ -75,6 +80,7 @@ static void test_difference(void **state)
     assert_true(fabs(gain / (sum_a / sum_b - 1) - 1) < 5e-3);
     // At a smaller size: the mean of the difference stays.
     fs_image_free(&linear);
+    unlink(out), unlink(tif);
     assert_int_equal(pair(f, n, out, true, "10", &said, NULL), 0);
     assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
     assert_int_equal(linear.width, 10);
@@ -82,6 +88,7 @@ static void test_difference(void **state)
     for (int i = 0; i < linear.width * linear.height * 3; i++) small += linear.px[i];
     assert_true(fabs(small / (linear.width * linear.height * 3) - (sum_a - sum_b) / (31 * 17 * 3)) < 1e-4);
     // The wrong way round: said so.
+    unlink(out);
     assert_int_equal(pair(n, f, out, false, NULL, &said, NULL), 0);
     assert_non_null(strstr(said.text, "hardly brighter"));
     fs_image_free(&a), fs_image_free(&b), fs_image_free(&linear), fs_image_free(&shown);
@@ -133,6 +140,7 @@ static void test_exposure(void **state)
     assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
     float expected = decode_srgb(0.8f) - 4 * decode_srgb(0.4f);
     assert_true(fabsf(linear.px[500] - expected) < 5e-3f);
+    unlink(out), unlink(tif);
     assert_int_equal(pair(n, f, out, true, NULL, &said, NULL), 0); // swapped
     assert_non_null(strstr(said.text, "EXIF says that the flash did not fire"));
     assert_non_null(strstr(said.text, "EXIF says that the flash fired"));

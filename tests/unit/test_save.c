@@ -4,6 +4,8 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
+
+#include "base/owned.h"
 #include <string.h>
 
 #include "render/save.h"
@@ -73,6 +75,7 @@ static void depth_is_millimetres_where_the_scale_is_known(void **state)
     const float units[5] = {0, 1.2344f, 3.00026f, 40000, NAN};
     const double mm[5] = {0, 2469, 6001, 0, 0}; // 2 metres a unit; beyond 65.5 m there is no value
     memcpy(image.px, units, sizeof units);
+    assert_int_equal(fs_owned_open(*state, "renders", NULL), 0);
     Image back = saved(*state, RENDER_DEPTH_T, &image, 2, false, "png");
     for (int i = 0; i < 5; i++) assert_float_equal(back.px[i] * 65535, mm[i], 0.01);
     assert_false(exists(*state, "depth_T/view 1.tif"));

@@ -362,19 +362,21 @@ static void test_refusals(void **state)
     assert_int_equal(fs_settings_set(set, "width", "32", NULL) | fs_settings_set(set, "height", "32", NULL), 0);
     Log log = {.cancelled = stop};
     char *out = in(state, "cap"), *file = in(state, "file"), *below = in(state, "file/cap"), *own = in(state, "own");
-    char *capture = in(state, "own/capture");
+    char *capture = in(state, "own/capture"), *photo = in(state, "own/capture/photo.jpg");
     assert_int_equal(fs_synth_run(out, set, &log, &err), FS_ERR_CANCELLED);
     assert_int_equal(fs_file_write(file, "x", 1, NULL), 0);
     assert_int_equal(fs_synth_run(below, set, NULL, &err), FS_ERR_IO);
-    assert_int_equal(fs_file_mkdirs(capture, NULL), 0); // somebody's own folder is not overwritten
+    assert_int_equal(fs_file_mkdirs(capture, NULL) | fs_file_write(photo, "x", 1, NULL),
+                     0); // somebody's own folder is not overwritten
     assert_int_equal(fs_synth_run(own, set, NULL, &err), FS_ERR_INPUT);
-    assert_non_null(strstr(err.message, "own"));
+    assert_non_null(strstr(err.message, photo));
     fs_settings_free(set);
     free(out);
     free(file);
     free(below);
     free(own);
     free(capture);
+    free(photo);
 }
 
 int main(void)

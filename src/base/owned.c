@@ -1,0 +1,367 @@
+#include "base/owned.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "base/hash.h"
+
+#define LIST FS_OWNED_DIR "/made"
+#define MAX_LIST ((size_t)1 << 30)
+
+// Where a path is: the nearest folder of ours above it, and the name below that.
+typedef struct Place {
+    char *root;        // NULL: in none of ours
+    const char *below; // in path, what follows root
+    char *key;         // the same as in the list
+} Place;
+
+static void free_place(Place *place)
+{
+    free(place->root);
+    free(place->key);
+    *place = (Place){0};
+}
+
+static bool is_root(const char *dir)
+{
+    struct stat st, list;
+    char *own = fs_file_path("%s/" FS_OWNED_DIR, dir), *path = fs_file_path("%s/" LIST, dir);
+    bool yes =
+        own && path && lstat(own, &st) == 0 && S_ISDIR(st.st_mode) && lstat(path, &list) == 0 && S_ISREG(list.st_mode);
+    free(own);
+    free(path);
+    return yes;
+}
+
+// One spelling for a name, on one line. A folder's .new or .old is that folder before or after its time.
+static char *key_of(const char *name)
+{
+    char *key = malloc(2 * strlen(name) + 2), *to = key;
+    for (const char *p = name; key && *p;) {
+        size_t n = strcspn(p, "/");
+        if (n && !(n == 1 && *p == '.')) {
+            if (to > key) *to++ = '/';
+            for (size_t i = 0; i < n; i++) {
+                if (p[i] == '\n' || p[i] == '\\') *to++ = '\\';
+                *to++ = p[i] == '\n' ? 'n' : p[i];
+            }
+            if (p[n] && n > 4 && (strncmp(p + n - 4, ".new", 4) == 0 || strncmp(p + n - 4, ".old", 4) == 0)) to -= 4;
+        }
+        p += n + (p[n] == '/');
+    }
+    if (key) *to = 0;
+    return key;
+}
+
+// -1: out of memory
+static int find(const char *path, bool folder, Place *place)
+{
+    size_t n = strlen(path);
+    *place = (Place){0};
+    while (n > 1 && path[n - 1] == '/') n--;
+    while (n) {
+        size_t name = n;
+        while (name && path[name - 1] != '/') name--;
+        if (n - name == 2 && strncmp(path + name, "..", 2) == 0) return 0;
+        for (n = name; n > 1 && path[n - 1] == '/';) n--;
+        if (!(place->root = n ? strndup(path, n) : strdup("."))) return -1;
+        if (is_root(place->root)) {
+            char *below = fs_file_path("%s%s", path + name, folder ? "/" : "");
+            place->key = below ? key_of(below) : NULL;
+            place->below = path + name;
+            free(below);
+            return place->key ? 0 : -1;
+        }
+        free_place(place);
+        if (n == 1 && *path == '/') n = 0;
+    }
+    return 0;
+}
+
+static bool is_private(const Place *place)
+{
+    return strncmp(place->key, FS_OWNED_DIR "/", sizeof FS_OWNED_DIR) == 0;
+}
+
+// The first folder of path, from the name below on, that is a link; the caller frees. NULL: none.
+static char *find_link(const char *path, const char *below)
+{
+    struct stat st;
+    for (const char *p = below; (p = strchr(p, '/')); p++) {
+        char *folder = strndup(path, (size_t)(p - path));
+        if (folder && lstat(folder, &st) == 0 && S_ISLNK(st.st_mode)) return folder;
+        free(folder);
+    }
+    return NULL;
+}
+
+static char *line_of(const char *path, const char *key)
+{
+    uint64_t hash = FS_HASH_EMPTY, size;
+    if (fs_hash_file(path, false, &hash, &size) < 0) return NULL;
+    return fs_file_path("\n%016" PRIx64 " %" PRIu64 " %s\n", hash, size, key);
+}
+
+static char *read_list(const char *root)
+{
+    char *path = fs_file_path("%s/" LIST, root), *text = NULL;
+    size_t size;
+    if (path) fs_file_read(path, MAX_LIST, &text, &size, NULL);
+    free(path);
+    return text;
+}
+
+static bool is_listed(const Place *place, const char *path)
+{
+    char *line = line_of(path, place->key), *list = line ? read_list(place->root) : NULL;
+    bool yes = list && strstr(list, line);
+    free(line);
+    free(list);
+    return yes;
+}
+
+bool fs_owned_is_result(const char *path)
+{
+    Place place;
+    bool yes = find(path, false, &place) == 0 && place.root && !strchr(place.key, '/') && is_listed(&place, path);
+    free_place(&place);
+    return yes;
+}
+
+static int check(const Place *place, const char *path, FsError *err)
+{
+    struct stat st;
+    char *linked = place->root && !is_private(place) ? find_link(path, place->below) : NULL;
+    int rc = 0;
+    if (linked)
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: is a link; results are not written through links: remove it", linked);
+    else if (lstat(path, &st) != 0)
+        rc = errno == ENOTDIR ? fs_error_set(err, FS_ERR_INPUT, "%s: a file is where a folder must be", path) : 0;
+    else if (!place->root || (!is_private(place) && !is_listed(place, path)))
+        rc = fs_error_set(err, FS_ERR_INPUT,
+                          "%s: is in the way: it is not as flashsplat wrote it, if it did; move it, or let the results "
+                          "go elsewhere",
+                          path);
+    free(linked);
+    return rc;
+}
+
+int fs_owned_check(const char *path, FsError *err)
+{
+    Place place;
+    int rc = find(path, false, &place) < 0 ? fs_error_memory(err) : check(&place, path, err);
+    free_place(&place);
+    return rc;
+}
+
+int fs_owned_check_tree(const char *dir, FsError *err)
+{
+    struct stat st;
+    FileList list;
+    int rc = lstat(dir, &st) != 0 ? 1 : S_ISDIR(st.st_mode) ? fs_file_list(dir, &list, err) : fs_owned_check(dir, err);
+    if (rc || !S_ISDIR(st.st_mode)) return rc < 0 ? rc : 0;
+    for (int i = 0; i < list.n && rc == 0; i++) {
+        char *inside = fs_file_path("%s/%s", dir, list.name[i]);
+        rc = inside ? fs_owned_check_tree(inside, err) : fs_error_memory(err);
+        free(inside);
+    }
+    fs_file_list_free(&list);
+    return rc;
+}
+
+// ---- writing ----
+
+// A line more. It begins with a new line: one that a full disk cut short does not spoil it.
+static int append(const Place *place, const char *line, FsError *err)
+{
+    char *path = fs_file_path("%s/" LIST, place->root);
+    int fd = path ? open(path, O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC) : -1, rc = 0;
+    errno = fd < 0 ? errno : ENOSPC;
+    if (fd < 0 || write(fd, line, strlen(line)) != (ssize_t)strlen(line) || fdatasync(fd) != 0)
+        rc = path ? fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno)) : fs_error_memory(err);
+    if (fd >= 0) close(fd);
+    free(path);
+    return rc;
+}
+
+int fs_owned_record(const char *made, const char *path, FsError *err)
+{
+    Place place;
+    char *line = NULL;
+    int rc = find(path, false, &place) < 0 ? fs_error_memory(err) : 0;
+    if (rc == 0 && place.root && !is_private(&place)) {
+        rc = check(&place, path, err);
+        if (rc == 0 && !fs_file_is_dir(made)) { // a folder has its lines
+            line = line_of(made, place.key);
+            rc = line ? append(&place, line, err) : fs_error_set(err, FS_ERR_IO, "%s: cannot read back", made);
+        }
+    }
+    free(line);
+    free_place(&place);
+    return rc;
+}
+
+int fs_owned_record_dir(const char *path, FsError *err)
+{
+    Place place;
+    int rc = find(path, true, &place) < 0 ? fs_error_memory(err) : 0;
+    if (rc == 0 && place.root && !is_private(&place)) {
+        char *line = fs_file_path("\n%016d 0 %s/\n", 0, place.key);
+        rc = line ? append(&place, line, err) : fs_error_memory(err);
+        free(line);
+    }
+    free_place(&place);
+    return rc;
+}
+
+static bool same_disk(const char *root, const char *path)
+{
+    struct stat a, b;
+    char *folder = strdup(path), *slash = folder ? strrchr(folder, '/') : NULL;
+    if (slash) *slash = 0;
+    bool same = slash && stat(root, &a) == 0 && stat(folder, &b) == 0 && a.st_dev == b.st_dev;
+    free(folder);
+    return same;
+}
+
+char *fs_owned_temp(const char *path)
+{
+    static atomic_int number;
+    Place place;
+    char *temp = NULL;
+    int n = atomic_fetch_add(&number, 1);
+    if (find(path, false, &place) == 0)
+        temp = place.root && same_disk(place.root, path)
+                   ? fs_file_path("%s/" FS_OWNED_DIR "/%ld-%d", place.root, (long)getpid(), n)
+                   : fs_file_path("%s.part%ld-%d", path, (long)getpid(), n);
+    free_place(&place);
+    return temp;
+}
+
+// What a process that is gone was writing when it ended.
+static void sweep(const char *own)
+{
+    FileList list;
+    if (fs_file_list(own, &list, NULL) < 0) return;
+    for (int i = 0; i < list.n; i++) {
+        char *end, *path = fs_file_path("%s/%s", own, list.name[i]);
+        long pid = strtol(list.name[i], &end, 10);
+        if (path && pid > 0 && *end == '-' && kill((pid_t)pid, 0) != 0 && errno == ESRCH) unlink(path);
+        free(path);
+    }
+    fs_file_list_free(&list);
+}
+
+int fs_owned_open(const char *dir, const char *kind, FsError *err)
+{
+    Place above = {0};
+    char *own = fs_file_path("%s/" FS_OWNED_DIR, dir), *path = fs_file_path("%s/" LIST, dir), *list = NULL;
+    char *first = fs_file_path("flashsplat %s\n", kind);
+    int rc = own && path && first && find(dir, false, &above) == 0 ? 0 : fs_error_memory(err);
+    if (rc < 0) goto fail;
+    bool inside = !is_root(dir) && strcmp(kind, "renders") == 0 && above.root;
+    if (is_root(dir) || inside) {
+        if (!(list = read_list(inside ? above.root : dir)))
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s: cannot be read", path);
+        else if (inside ? !strncmp(list, "flashsplat capture\n", 19) : strncmp(list, first, strlen(first)) != 0)
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s: belongs to a %.*s that flashsplat made: name another folder", dir,
+                              (int)strcspn(list, "\n") - 11, list + 11);
+        else if (!inside)
+            sweep(own);
+    } else {
+        TRY(fs_file_mkdirs(own, err));
+        TRY(fs_file_write(path, first, strlen(first), err));
+    }
+fail:
+    free_place(&above);
+    free(own);
+    free(path);
+    free(first);
+    free(list);
+    return rc;
+}
+
+// ---- removing ----
+
+// The file or folder that a line means when place's folder or file is path; the caller frees. NULL: another.
+static char *path_of(const Place *place, const char *path, const char *key)
+{
+    size_t n = strlen(place->key);
+    if (strncmp(key, place->key, n) != 0 || (n && key[n] && key[n] != '/')) return NULL;
+    char *full = fs_file_path("%s%s%s", path, n ? "" : "/", key + n), *to = full ? full + strlen(path) : NULL;
+    for (const char *p = to; p && *p; p++) {
+        bool escaped = *p == '\\' && p[1];
+        if (escaped) p++;
+        *to++ = escaped && *p == 'n' ? '\n' : *p;
+    }
+    if (to) *to = 0;
+    return full;
+}
+
+// Removes what a line means. True when the line has done its duty; plain: nothing else has the same lines.
+static bool remove_line(const Place *place, const char *path, const char *line, bool plain)
+{
+    struct stat st;
+    const char *key = strchr(line, ' ');
+    key = key ? strchr(key + 1, ' ') : NULL;
+    char *file = key ? path_of(place, path, ++key) : NULL;
+    char *linked = file ? find_link(file, file + (place->below - path)) : NULL;
+    bool done = false;
+    if (file && !linked && file[strlen(file) - 1] == '/') {
+        done = rmdir(file) == 0;
+    } else if (file && !linked) {
+        char *now = line_of(file, key);
+        done = now && strcspn(now + 1, "\n") == strlen(line) && strncmp(now + 1, line, strlen(line)) == 0;
+        if (done) fs_file_remove(file);
+        free(now);
+    }
+    done |= plain && file && lstat(file, &st) != 0 && errno == ENOENT;
+    free(file);
+    free(linked);
+    return done;
+}
+
+// From the last line to the first: what a folder holds before the folder.
+static void remove_listed(const Place *place, const char *path, char *list)
+{
+    bool plain = strcmp(place->key, place->below) == 0, changed = false; // else checkpoint.old, say
+    size_t end = strlen(list), size = end + 2, kept = size;
+    char *left = malloc(size), *file = fs_file_path("%s/" LIST, place->root);
+    while (left && file && end) {
+        size_t line = end;
+        list[end] = 0;
+        while (line && list[line - 1] != '\n') line--;
+        if (line && remove_line(place, path, list + line, plain)) {
+            changed = true;
+        } else if (end > line) {
+            left[--kept] = '\n';
+            kept -= end - line;
+            memcpy(left + kept, list + line, end - line);
+        }
+        end = line ? line - 1 : 0;
+    }
+    if (changed) fs_file_write(file, left + kept, size - kept, NULL);
+    free(left);
+    free(file);
+}
+
+void fs_owned_remove(const char *path)
+{
+    Place place;
+    char *list = NULL;
+    if (find(path, false, &place) < 0) return;
+    if (place.root && is_private(&place))
+        fs_file_remove_tree(path);
+    else if (place.root && (list = read_list(place.root)))
+        remove_listed(&place, path, list);
+    free(list);
+    free_place(&place);
+}

@@ -1,0 +1,31 @@
+// What is ours on disk. A folder that this program writes into holds .flashsplat/made: a first line that says what the
+// folder is, then a line for every file before it gets its name (hash and size of its content, its name below the
+// folder) and for every folder that was made. A file is ours while its content is that of such a line: it can be made
+// again, so it may be removed and overwritten. All else is the user's, whatever its name, and stays as it is. Contents,
+// not times: copies of a folder and archives keep them, and an edited file is the user's. A line that lies, because a
+// crash kept the file from its name, harms nobody. What lies in .flashsplat itself (files being written, COLMAP's work)
+// is ours by its place. Inside such a folder nothing is written or removed through a link.
+#ifndef FS_BASE_OWNED_H
+#define FS_BASE_OWNED_H
+
+#include "base/error.h"
+
+#define FS_OWNED_DIR ".flashsplat"
+
+// Makes dir a folder of ours, of a kind: "project", "capture", "renders" (a folder inside one of ours, but not inside a
+// capture, will do for renders). An error when it is one of another kind.
+int fs_owned_open(const char *dir, const char *kind, FsError *err);
+// 0 when path may be written: nothing is there, or a file of ours. Else an error that says what is in the way.
+int fs_owned_check(const char *path, FsError *err);
+int fs_owned_check_tree(const char *dir, FsError *err); // every file below dir is ours; 0 where nothing is there
+bool fs_owned_is_result(const char *path);              // a file of ours, right in a folder of ours
+
+// For file.c. Where made is to be: a name for it until it is whole (the caller frees).
+char *fs_owned_temp(const char *path);
+// Checks, and writes down that path gets the content of the file made. Outside our folders nothing is checked.
+int fs_owned_record(const char *made, const char *path, FsError *err);
+int fs_owned_record_dir(const char *path, FsError *err);
+// Removes path, and what is below it, as far as it is ours. "DIR/." means all in a folder of ours.
+void fs_owned_remove(const char *path);
+
+#endif
