@@ -1,5 +1,4 @@
 // What a person sees of training: the progress line, log.jsonl, contact sheets.
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
