@@ -2,7 +2,7 @@
 #ifndef FS_INGEST_DEVELOP_H
 #define FS_INGEST_DEVELOP_H
 
-#include "ingest/shots.h"
+#include "ingest/photos.h"
 
 #define FS_FEATURES_LONG_EDGE 1600 // pixels; of the pictures in which poses looks for features
 

@@ -8,7 +8,7 @@
 #include "base/file.h"
 #include "image/raw.h"
 #include "ingest/develop.h"
-#include "ingest/shots.h"
+#include "ingest/photos.h"
 
 typedef struct Work {
     Shots *shots;

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "base/order.h"
-#include "ingest/shots.h"
+#include "ingest/photos.h"
 
 // Of the n values that are above 0; the lower one of two in the middle, so that it is some photo's own. 0: none.
 static double median(const double *value, int n)

@@ -1,6 +1,6 @@
 // The photos of a capture, from file names to what is known of each.
-#ifndef FS_INGEST_SHOTS_H
-#define FS_INGEST_SHOTS_H
+#ifndef FS_INGEST_PHOTOS_H
+#define FS_INGEST_PHOTOS_H
 
 #include "base/threads.h"
 #include "image/exif.h"

@@ -1,5 +1,5 @@
 // Finds the photos of a folder.
-#include "ingest/shots.h"
+#include "ingest/photos.h"
 
 #include <stdlib.h>
 #include <string.h>
