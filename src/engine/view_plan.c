@@ -6,7 +6,7 @@ PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera)
 {
     const double *m = camera->w2c, *n = pane->normal;
     double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    PaneView v = {.f0 = (float)pane->f0, .dimming = (float)pane->dimming, .most = (float)FS_PANE_MOST};
+    PaneView v = {.f0 = (float)pane->f0, .dimming = (float)pane->dimming, .most = (float)FS_OPTICS_MOST};
     for (int k = 0; k < 3; k++) { // R^T K^-1 (x, y, 1)
         v.dx[k] = (float)(m[k] / camera->fx);
         v.dy[k] = (float)(m[4 + k] / camera->fy);

@@ -2,6 +2,8 @@
 #include "image/photo.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
 
 #include "base/file.h"
 #include "image/raw.h"
@@ -10,16 +12,31 @@
 #define CLIP_LINEAR 0.98f  // of white
 #define CLIP_ENCODED 0.99f // of 255: a camera's curve is flat long before
 
-PhotoKind fs_photo_kind(const char *path)
+int fs_photo_kind(const char *path)
 {
     static const struct {
-        const char *ext;
         PhotoKind kind;
-    } known[] = {{"jpg", PHOTO_JPEG}, {"jpeg", PHOTO_JPEG}, {"jpe", PHOTO_JPEG},
-                 {"png", PHOTO_PNG},  {"tif", PHOTO_TIFF},  {"tiff", PHOTO_TIFF}};
+        const char *extensions;
+    } known[] = {{PHOTO_RAW, "dng cr2 cr3 crw nef nrw arw sr2 srf raf orf rw2 pef srw x3f 3fr fff iiq erf mrw kdc dcr "
+                             "mef mos rwl gpr"},
+                 {PHOTO_JPEG, "jpg jpeg jpe"},
+                 {PHOTO_PNG, "png"},
+                 {PHOTO_TIFF, "tif tiff"}};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++)
-        if (fs_file_has_ext(path, known[i].ext)) return known[i].kind;
-    return PHOTO_RAW;
+        for (const char *at = known[i].extensions; *at; at += strspn(at, " ")) {
+            char extension[8];
+            size_t n = strcspn(at, " ");
+            snprintf(extension, sizeof extension, "%.*s", (int)n, at);
+            if (fs_file_has_ext(path, extension)) return (int)known[i].kind;
+            at += n;
+        }
+    return -1;
+}
+
+static bool is_raw(const char *path)
+{
+    int kind = fs_photo_kind(path);
+    return kind < 0 || kind == PHOTO_RAW;
 }
 
 int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], FsError *err)
@@ -27,7 +44,7 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
     RawInfo raw;
     int rc = fs_exif_read(path, exif, err);
     for (int c = 0; c < 3; c++) white_balance[c] = 0;
-    if (rc < 0 || fs_photo_kind(path) != PHOTO_RAW) return rc;
+    if (rc < 0 || !is_raw(path)) return rc;
     rc = fs_raw_read_info(path, &raw, err);
     if (rc < 0) return rc;
     bool known = raw.white_balance[0] > 0;
@@ -82,7 +99,7 @@ int fs_photo_read(const char *path, const double white_balance[3], Image *rgb, I
                   FsError *err)
 {
     *encoded = false;
-    if (fs_photo_kind(path) == PHOTO_RAW) return fs_raw_read(path, white_balance, false, rgb, clipped, err);
+    if (is_raw(path)) return fs_raw_read(path, white_balance, false, rgb, clipped, err);
     Image image = {0};
     int rc = read_display(path, &image, encoded, err);
     if (rc == 0) rc = linearise(&image, *encoded, rgb, clipped, err);

@@ -5,8 +5,8 @@
 #include "image/exif.h"
 #include "image/image.h"
 
-typedef enum PhotoKind { PHOTO_RAW, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind; // PHOTO_RAW: any other extension
-PhotoKind fs_photo_kind(const char *path);
+typedef enum PhotoKind { PHOTO_RAW, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind;
+int fs_photo_kind(const char *path); // by the one table of extensions; -1: none of a photo (then read as RAW)
 
 // exif: with the gaps filled from what LibRaw knows. white_balance: as shot (or daylight), green 1; 0 where unknown.
 int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], FsError *err);

@@ -5,12 +5,12 @@
 
 float fs_tone_encode(float linear)
 {
-    return linear > 0 ? powf(linear, FS_TONE_GAMMA) : 0.0f;
+    return linear > 0 ? powf(linear, FS_OPTICS_GAMMA) : 0.0f;
 }
 
 float fs_tone_decode(float encoded)
 {
-    return encoded > 0 ? powf(encoded, 1.0f / FS_TONE_GAMMA) : 0.0f;
+    return encoded > 0 ? powf(encoded, 1.0f / FS_OPTICS_GAMMA) : 0.0f;
 }
 
 void fs_tone_encode_image(Image *image)

@@ -2,11 +2,10 @@
 #ifndef FS_IMAGE_TONE_H
 #define FS_IMAGE_TONE_H
 
+#include "base/optics.h"
 #include "image/image.h"
 
-// gamma(x) = x^0.22 (Flash-Splat, section 3): the encoding of the models' colours, of targets and of layer PNGs.
-#define FS_TONE_GAMMA 0.22f
-
+// FS_OPTICS_GAMMA. (The image equation goes on below black: kernels/tone_curve.h.)
 float fs_tone_encode(float linear);  // max(linear, 0)^0.22
 float fs_tone_decode(float encoded); // max(encoded, 0)^(1/0.22)
 void fs_tone_encode_image(Image *image);

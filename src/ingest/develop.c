@@ -13,47 +13,48 @@ static size_t pixels(const Image *image)
 }
 
 // Upright working image and mask (1 = trusted).
-static int shrink(Shot *shot, Image *rgb, Image *clipped, int long_edge, Image *photo, Image *mask, FsError *err)
+static int shrink(PhotoFile *photo, Image *rgb, Image *clipped, int long_edge, Image *working, Image *mask,
+                  FsError *err)
 {
     int rc = 0;
     Camera full = {.width = rgb->width, .height = rgb->height}, small = fs_camera_limited(&full, long_edge);
-    TRY(fs_image_resize_area(rgb, small.width, small.height, photo, err));
+    TRY(fs_image_resize_area(rgb, small.width, small.height, working, err));
     TRY(fs_image_resize_area(clipped, small.width, small.height, mask, err));
-    TRY(fs_image_orient(photo, shot->exif.orientation, err));
-    TRY(fs_image_orient(mask, shot->exif.orientation, err));
-    bool turned = shot->exif.orientation > 4;
-    shot->orig_width = turned ? rgb->height : rgb->width;
-    shot->orig_height = turned ? rgb->width : rgb->height;
-    shot->width = photo->width;
-    shot->height = photo->height;
+    TRY(fs_image_orient(working, photo->exif.orientation, err));
+    TRY(fs_image_orient(mask, photo->exif.orientation, err));
+    bool turned = photo->exif.orientation > 4;
+    photo->orig_width = turned ? rgb->height : rgb->width;
+    photo->orig_height = turned ? rgb->width : rgb->height;
+    photo->width = working->width;
+    photo->height = working->height;
     double sum = 0, lost = 0;
-    for (size_t i = 0; i < pixels(photo) * 3; i++) {
-        photo->px[i] *= (float)shot->gain;
-        sum += photo->px[i];
+    for (size_t i = 0; i < pixels(working) * 3; i++) {
+        working->px[i] *= (float)photo->gain;
+        sum += working->px[i];
     }
     for (size_t i = 0; i < pixels(mask); i++) {
         mask->px[i] = mask->px[i] < 1e-4f;
         lost += 1 - mask->px[i];
     }
-    shot->mean = sum / (3.0 * (double)pixels(photo));
-    shot->clipped = lost / (double)pixels(mask);
+    photo->mean = sum / (3.0 * (double)pixels(working));
+    photo->clipped = lost / (double)pixels(mask);
 fail:
     return rc;
 }
 
 // The photo as the pose finder wants it: larger than the working image where the photo is, 8 bits, dark parts raised.
-static int write_features(const Shot *shot, const Image *rgb, const char *dir, FsError *err)
+static int write_features(const PhotoFile *photo, const Image *rgb, const char *dir, FsError *err)
 {
     const float exponent = 0.35f; // between display values and linear light: flash and no-flash photos look alike
     int rc = 0;
     Image image = {0};
     Camera full = {.width = rgb->width, .height = rgb->height}, small = fs_camera_limited(&full, FS_FEATURES_LONG_EDGE);
-    char *path = fs_file_path("%s/features/%s.png", dir, shot->name);
+    char *path = fs_file_path("%s/features/%s.png", dir, photo->name);
     if (!path) return fs_error_memory(err);
     TRY(fs_image_resize_area(rgb, small.width, small.height, &image, err));
-    TRY(fs_image_orient(&image, shot->exif.orientation, err));
+    TRY(fs_image_orient(&image, photo->exif.orientation, err));
     for (size_t i = 0; i < pixels(&image) * 3; i++) {
-        float v = image.px[i] * (float)shot->gain;
+        float v = image.px[i] * (float)photo->gain;
         image.px[i] = v > 0 ? powf(v, exponent) : 0;
     }
     TRY(fs_png_write(path, &image, 8, err));
@@ -63,22 +64,22 @@ fail:
     return rc;
 }
 
-void fs_develop_shot(const Shots *shots, Shot *shot, const char *dir, int long_edge)
+void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, int long_edge)
 {
-    FsError *err = &shot->failure;
-    Image rgb = {0}, clipped = {0}, photo = {0}, mask = {0};
-    char *path = fs_file_path("%s/%s", shots->folder, shot->file);
-    char *photo_path = fs_file_path("%s/%s.tif", dir, shot->name),
-         *mask_path = fs_file_path("%s/%s_mask.png", dir, shot->name);
+    FsError *err = &photo->failure;
+    Image rgb = {0}, clipped = {0}, working = {0}, mask = {0};
+    char *path = fs_file_path("%s/%s", photos->folder, photo->file);
+    char *photo_path = fs_file_path("%s/%s.tif", dir, photo->name),
+         *mask_path = fs_file_path("%s/%s_mask.png", dir, photo->name);
     int rc = path && photo_path && mask_path ? 0 : fs_error_memory(err);
-    if (rc == 0) rc = fs_photo_read(path, shots->white_balance, &rgb, &clipped, &shot->encoded, err);
-    if (rc == 0) rc = shrink(shot, &rgb, &clipped, long_edge, &photo, &mask, err);
-    if (rc == 0) rc = write_features(shot, &rgb, dir, err);
+    if (rc == 0) rc = fs_photo_read(path, photos->white_balance, &rgb, &clipped, &photo->encoded, err);
+    if (rc == 0) rc = shrink(photo, &rgb, &clipped, long_edge, &working, &mask, err);
+    if (rc == 0) rc = write_features(photo, &rgb, dir, err);
     fs_image_free(&rgb);
     fs_image_free(&clipped);
-    if (rc == 0) rc = fs_tiff_write_float(photo_path, &photo, err);
+    if (rc == 0) rc = fs_tiff_write_float(photo_path, &working, err);
     if (rc == 0) rc = fs_png_write(mask_path, &mask, 8, err);
-    fs_image_free(&photo);
+    fs_image_free(&working);
     fs_image_free(&mask);
     free(path);
     free(photo_path);

@@ -6,8 +6,8 @@
 
 #define FS_FEATURES_LONG_EDGE 1600 // pixels; of the pictures in which poses looks for features
 
-// Writes <dir>/<name>.tif, <dir>/<name>_mask.png and <dir>/features/<name>.png; fills the shot's sizes and figures, or
+// Writes <dir>/<name>.tif, <dir>/<name>_mask.png and <dir>/features/<name>.png; fills the photo's sizes and figures, or
 // its failure.
-void fs_develop_shot(const Shots *shots, Shot *shot, const char *dir, int long_edge);
+void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, int long_edge);
 
 #endif

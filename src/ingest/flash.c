@@ -10,30 +10,30 @@
 
 static const char what_to_do[] = "name the flash photos with --flash-glob PATTERN or --flash-list FILE";
 
-static int mark_by_glob(Shots *shots, const char *glob, FsError *err)
+static int mark_by_glob(Photos *photos, const char *glob, FsError *err)
 {
     int matched = 0;
-    for (int i = 0; i < shots->n; i++) {
-        Shot *shot = &shots->shot[i];
-        if (fnmatch(glob, shot->file, FNM_EXTMATCH) == 0) shot->flash = 1, matched++;
+    for (int i = 0; i < photos->n; i++) {
+        PhotoFile *photo = &photos->photo[i];
+        if (fnmatch(glob, photo->file, FNM_EXTMATCH) == 0) photo->flash = 1, matched++;
     }
     if (matched) return 0;
     return fs_error_set(err, FS_ERR_INPUT, "%s: no photo's name matches --flash-glob '%s' (the first photo is %s)",
-                        shots->folder, glob, shots->shot[0].file);
+                        photos->folder, glob, photos->photo[0].file);
 }
 
 // A line of the list names a photo with or without its extension, or by the file that was dropped for a RAW one.
-static bool is_named(const Shot *shot, const char *line)
+static bool is_named(const PhotoFile *photo, const char *line)
 {
-    if (strcmp(line, shot->file) == 0 || strcmp(line, shot->name) == 0) return true;
+    if (strcmp(line, photo->file) == 0 || strcmp(line, photo->name) == 0) return true;
     char *stem = fs_file_stem(line);
     bool same =
-        stem && strcmp(stem, shot->name) == 0 && strcmp(fs_file_name(line), line) == 0 && fs_file_has_ext(line, "jpg");
+        stem && strcmp(stem, photo->name) == 0 && strcmp(fs_file_name(line), line) == 0 && fs_file_has_ext(line, "jpg");
     free(stem);
     return same;
 }
 
-static int mark_by_list(Shots *shots, const char *path, const Log *log, FsError *err)
+static int mark_by_list(Photos *photos, const char *path, const Log *log, FsError *err)
 {
     char *text, *rest;
     size_t size;
@@ -46,75 +46,75 @@ static int mark_by_list(Shots *shots, const char *path, const Log *log, FsError 
         for (size_t n = strlen(line); n > 0 && strchr(" \t", line[n - 1]); n--) line[n - 1] = 0;
         if (!*line) continue;
         int found = 0;
-        for (int i = 0; i < shots->n; i++)
-            if (is_named(&shots->shot[i], line)) shots->shot[i].flash = 1, found = 1;
+        for (int i = 0; i < photos->n; i++)
+            if (is_named(&photos->photo[i], line)) photos->photo[i].flash = 1, found = 1;
         named += found;
         if (!found && !lost++) snprintf(first_lost, sizeof first_lost, "%s", line);
     }
     free(text);
     if (!named)
         return fs_error_set(err, FS_ERR_INPUT, "%s: names no photo of %s (the first photo there is %s)", path,
-                            shots->folder, shots->shot[0].file);
+                            photos->folder, photos->photo[0].file);
     if (lost)
-        fs_log_warn(log, "%s: %d of its names are no photos of %s, e.g. %s", path, lost, shots->folder, first_lost);
+        fs_log_warn(log, "%s: %d of its names are no photos of %s, e.g. %s", path, lost, photos->folder, first_lost);
     return 0;
 }
 
-static int mark_by_exif(Shots *shots, FsError *err)
+static int mark_by_exif(Photos *photos, FsError *err)
 {
     int unknown = 0;
-    for (int i = 0; i < shots->n; i++) {
-        Shot *shot = &shots->shot[i];
-        shot->flash = fs_exif_flash_fired(&shot->exif);
-        if (shot->flash >= 0) continue;
+    for (int i = 0; i < photos->n; i++) {
+        PhotoFile *photo = &photos->photo[i];
+        photo->flash = fs_exif_flash_fired(&photo->exif);
+        if (photo->flash >= 0) continue;
         unknown++;
-        fs_error_set(&shot->failure, FS_ERR_INPUT, "%s/%s: its EXIF does not tell whether the flash fired: %s",
-                     shots->folder, shot->file, what_to_do);
+        fs_error_set(&photo->failure, FS_ERR_INPUT, "%s/%s: its EXIF does not tell whether the flash fired: %s",
+                     photos->folder, photo->file, what_to_do);
     }
-    if (unknown < shots->n) return 0;
+    if (unknown < photos->n) return 0;
     return fs_error_set(err, FS_ERR_INPUT, "%s: none of the %d photos tells (EXIF Flash) whether the flash fired: %s",
-                        shots->folder, shots->n, what_to_do);
+                        photos->folder, photos->n, what_to_do);
 }
 
-int fs_shots_check_groups(const Shots *shots, FsError *err)
+int fs_photos_check_groups(const Photos *photos, FsError *err)
 {
     int flash = 0;
-    for (int i = 0; i < shots->n; i++) flash += shots->shot[i].flash == 1;
-    if (shots->n < 2)
+    for (int i = 0; i < photos->n; i++) flash += photos->photo[i].flash == 1;
+    if (photos->n < 2)
         return fs_error_set(
             err, FS_ERR_INPUT,
             "%s: one photo (%s): at least one with and one without flash are needed, and 15 of each for "
             "a good separation",
-            shots->folder, shots->n ? shots->shot[0].file : "none");
+            photos->folder, photos->n ? photos->photo[0].file : "none");
     if (flash == 0)
         return fs_error_set(
             err, FS_ERR_INPUT,
             "%s: no flash photos: the flash fired in none of the %d photos; take some with the flash, or "
             "%s",
-            shots->folder, shots->n, what_to_do);
-    if (flash == shots->n)
+            photos->folder, photos->n, what_to_do);
+    if (flash == photos->n)
         return fs_error_set(err, FS_ERR_INPUT,
                             "%s: only flash photos: the flash fired in all of the %d photos; take some without, or %s",
-                            shots->folder, shots->n, what_to_do);
+                            photos->folder, photos->n, what_to_do);
     return 0;
 }
 
-int fs_shots_find_flash(Shots *shots, const Settings *set, const Log *log, FsError *err)
+int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, FsError *err)
 {
     bool by_glob = set->flash_glob && *set->flash_glob, by_list = set->flash_list && *set->flash_list;
     int rc = 0;
     if (by_glob || by_list) {
-        for (int i = 0; i < shots->n; i++) shots->shot[i].flash = 0;
-        if (by_glob) TRY(mark_by_glob(shots, set->flash_glob, err));
-        if (by_list) TRY(mark_by_list(shots, set->flash_list, log, err));
+        for (int i = 0; i < photos->n; i++) photos->photo[i].flash = 0;
+        if (by_glob) TRY(mark_by_glob(photos, set->flash_glob, err));
+        if (by_list) TRY(mark_by_list(photos, set->flash_list, log, err));
     } else {
-        if (shots->n >= 2) TRY(mark_by_exif(shots, err));
-        TRY(fs_shots_drop_failed(shots, log, err));
+        if (photos->n >= 2) TRY(mark_by_exif(photos, err));
+        TRY(fs_photos_drop_failed(photos, log, err));
     }
-    TRY(fs_shots_check_groups(shots, err));
+    TRY(fs_photos_check_groups(photos, err));
     int flash = 0;
-    for (int i = 0; i < shots->n; i++) flash += shots->shot[i].flash;
-    fs_log_info(log, "%d photos: %d with flash, %d without (%s)", shots->n, flash, shots->n - flash,
+    for (int i = 0; i < photos->n; i++) flash += photos->photo[i].flash;
+    fs_log_info(log, "%d photos: %d with flash, %d without (%s)", photos->n, flash, photos->n - flash,
                 by_glob   ? "--flash-glob"
                 : by_list ? "--flash-list"
                           : "EXIF");

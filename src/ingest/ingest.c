@@ -11,7 +11,7 @@
 #include "ingest/photos.h"
 
 typedef struct Work {
-    Shots *shots;
+    Photos *photos;
     const char *dir;
     int long_edge, first;
 } Work;
@@ -20,16 +20,16 @@ static void develop_one(void *context, int i, int worker)
 {
     (void)worker;
     Work *work = context;
-    fs_develop_shot(work->shots, &work->shots->shot[work->first + i], work->dir, work->long_edge);
+    fs_develop_photo(work->photos, &work->photos->photo[work->first + i], work->dir, work->long_edge);
 }
 
 // Photos at once: no more than fit in some memory, by the largest photo whose size is known.
-static int at_once(const Shots *shots, const Threads *threads)
+static int at_once(const Photos *photos, const Threads *threads)
 {
     const double budget = 4e9, bytes_a_pixel = 24;
     double largest = 24e6;
-    for (int i = 0; i < shots->n; i++) {
-        const ExifInfo *exif = &shots->shot[i].exif;
+    for (int i = 0; i < photos->n; i++) {
+        const ExifInfo *exif = &photos->photo[i].exif;
         double size = (double)exif->exif_width * exif->exif_height;
         if (size > largest) largest = size;
     }
@@ -37,32 +37,33 @@ static int at_once(const Shots *shots, const Threads *threads)
     return n < 1 ? 1 : n > fs_threads_count(threads) ? fs_threads_count(threads) : n;
 }
 
-static int develop_all(const FsProject *project, Shots *shots, const char *dir, Threads *threads, FsError *err)
+static int develop_all(const FsProject *project, Photos *photos, const char *dir, Threads *threads, FsError *err)
 {
-    int step = at_once(shots, threads);
-    Work work = {.shots = shots, .dir = dir, .long_edge = project->set.long_edge};
-    for (; work.first < shots->n; work.first += step) {
-        fs_log_progress(&project->log, "ingest", work.first, shots->n, shots->shot[work.first].file);
+    int step = at_once(photos, threads);
+    Work work = {.photos = photos, .dir = dir, .long_edge = project->set.long_edge};
+    for (; work.first < photos->n; work.first += step) {
+        fs_log_progress(&project->log, "ingest", work.first, photos->n, photos->photo[work.first].file);
         if (fs_log_cancelled(&project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "ingest: cancelled after %d of %d photos", work.first, shots->n);
-        fs_threads_for(threads, step < shots->n - work.first ? step : shots->n - work.first, develop_one, &work);
+            return fs_error_set(err, FS_ERR_CANCELLED, "ingest: cancelled after %d of %d photos", work.first,
+                                photos->n);
+        fs_threads_for(threads, step < photos->n - work.first ? step : photos->n - work.first, develop_one, &work);
     }
-    fs_log_progress(&project->log, "ingest", shots->n, shots->n, "");
+    fs_log_progress(&project->log, "ingest", photos->n, photos->n, "");
     return 0;
 }
 
 // What the pictures themselves give away.
-static void check_pictures(const Shots *shots, const Log *log)
+static void check_pictures(const Photos *photos, const Log *log)
 {
     double mean[2] = {0}, clipped = 0;
     int count[2] = {0}, encoded = 0, sizes = 0;
-    for (int i = 0; i < shots->n; i++) {
-        const Shot *shot = &shots->shot[i];
-        mean[shot->flash] += shot->mean;
-        count[shot->flash]++;
-        clipped += shot->clipped / shots->n;
-        encoded += shot->encoded;
-        sizes += shot->width != shots->shot[0].width || shot->height != shots->shot[0].height;
+    for (int i = 0; i < photos->n; i++) {
+        const PhotoFile *photo = &photos->photo[i];
+        mean[photo->flash] += photo->mean;
+        count[photo->flash]++;
+        clipped += photo->clipped / photos->n;
+        encoded += photo->encoded;
+        sizes += photo->width != photos->photo[0].width || photo->height != photos->photo[0].height;
     }
     double off = mean[0] / count[0], on = mean[1] / count[1];
     if (encoded)
@@ -72,7 +73,7 @@ static void check_pictures(const Shots *shots, const Log *log)
                     encoded);
     if (sizes)
         fs_log_warn(log, "%d photos have another size than %s (%d x %d): use one camera, one zoom and one orientation",
-                    sizes, shots->shot[0].file, shots->shot[0].width, shots->shot[0].height);
+                    sizes, photos->photo[0].file, photos->photo[0].width, photos->photo[0].height);
     if (on < 1.02 * off)
         fs_log_warn(log,
                     "the flash photos are no brighter (mean %.4f) than the others (%.4f): is the flash state right, "
@@ -82,23 +83,24 @@ static void check_pictures(const Shots *shots, const Log *log)
         fs_log_warn(log, "%.0f %% of the pixels are clipped and will not be used: expose less", 100 * clipped);
 }
 
-static json_t *photo_json(const Shot *shot)
+static json_t *photo_json(const PhotoFile *photo)
 {
-    double focal = fs_exif_focal_px(&shot->exif, shot->orig_width, shot->orig_height) * shot->width / shot->orig_width;
-    return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:s, s:f}", "name", shot->name, "file",
-                     shot->file, "flash", shot->flash, "width", shot->width, "height", shot->height, "orig_width",
-                     shot->orig_width, "orig_height", shot->orig_height, "exposure_s", shot->exif.exposure_s, "iso",
-                     shot->exif.iso, "f_number", shot->exif.f_number, "focal_px", focal, "quality",
-                     shot->encoded ? "reduced" : "raw", "clipped_fraction", shot->clipped);
+    double focal =
+        fs_exif_focal_px(&photo->exif, photo->orig_width, photo->orig_height) * photo->width / photo->orig_width;
+    return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:s, s:f}", "name", photo->name, "file",
+                     photo->file, "flash", photo->flash, "width", photo->width, "height", photo->height, "orig_width",
+                     photo->orig_width, "orig_height", photo->orig_height, "exposure_s", photo->exif.exposure_s, "iso",
+                     photo->exif.iso, "f_number", photo->exif.f_number, "focal_px", focal, "quality",
+                     photo->encoded ? "reduced" : "raw", "clipped_fraction", photo->clipped);
 }
 
 // What the camera's colours mean, for pictures that people look at: of the first RAW photo that knows.
-static void put_matrix(json_t *root, const Shots *shots)
+static void put_matrix(json_t *root, const Photos *photos)
 {
-    for (int i = 0; i < shots->n; i++) {
+    for (int i = 0; i < photos->n; i++) {
         RawInfo info = {0};
-        char *path = fs_file_path("%s/%s", shots->folder, shots->shot[i].file);
-        bool known = path && shots->shot[i].kind == SHOT_RAW && fs_raw_read_info(path, &info, NULL) == 0;
+        char *path = fs_file_path("%s/%s", photos->folder, photos->photo[i].file);
+        bool known = path && photos->photo[i].kind == PHOTO_RAW && fs_raw_read_info(path, &info, NULL) == 0;
         free(path);
         if (!known || info.srgb_from_camera[0] == 0) continue;
         json_t *matrix = json_array();
@@ -108,19 +110,19 @@ static void put_matrix(json_t *root, const Shots *shots)
     }
 }
 
-static int write_json(const FsProject *project, const Shots *shots, FsError *err)
+static int write_json(const FsProject *project, const Photos *photos, FsError *err)
 {
-    const double *wb = shots->white_balance;
-    json_t *photos = json_array();
-    for (int i = 0; photos && i < shots->n; i++)
-        if (json_array_append_new(photos, photo_json(&shots->shot[i])) != 0) {
-            json_decref(photos);
-            photos = NULL;
+    const double *wb = photos->white_balance;
+    json_t *list = json_array();
+    for (int i = 0; list && i < photos->n; i++)
+        if (json_array_append_new(list, photo_json(&photos->photo[i])) != 0) {
+            json_decref(list);
+            list = NULL;
         }
-    json_t *root = photos ? json_pack("{s:i, s:[f,f,f], s:o}", "long_edge", project->set.long_edge, "white_balance",
-                                      wb[0], wb[1], wb[2], "photos", photos)
-                          : NULL;
-    if (root) put_matrix(root, shots);
+    json_t *root = list ? json_pack("{s:i, s:[f,f,f], s:o}", "long_edge", project->set.long_edge, "white_balance",
+                                    wb[0], wb[1], wb[2], "photos", list)
+                        : NULL;
+    if (root) put_matrix(root, photos);
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
     char *path = fs_file_path("%s/ingest.json", project->out);
     int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
@@ -131,14 +133,14 @@ static int write_json(const FsProject *project, const Shots *shots, FsError *err
 }
 
 // Nothing has been touched so far.
-static int begin(FsProject *project, const Shots *shots, const char *dir, FsError *err)
+static int begin(FsProject *project, const Photos *photos, const char *dir, FsError *err)
 {
     char *features = fs_file_path("%s/features", dir);
-    const char **name = calloc((size_t)shots->n, sizeof *name);
-    int rc = features && name ? fs_project_check_input(project, shots->folder, err) : fs_error_memory(err);
-    for (int i = 0; i < shots->n && rc == 0; i++) name[i] = shots->shot[i].name;
+    const char **name = calloc((size_t)photos->n, sizeof *name);
+    int rc = features && name ? fs_project_check_input(project, photos->folder, err) : fs_error_memory(err);
+    for (int i = 0; i < photos->n && rc == 0; i++) name[i] = photos->photo[i].name;
     if (rc == 0 && *project->set.flash_list) rc = fs_project_check_input(project, project->set.flash_list, err);
-    if (rc == 0) rc = fs_project_begin(project, FS_STAGE_INGEST, name, shots->n, err);
+    if (rc == 0) rc = fs_project_begin(project, FS_STAGE_INGEST, name, photos->n, err);
     if (rc == 0) rc = fs_file_mkdirs(features, err);
     free(features);
     free(name);
@@ -148,44 +150,44 @@ static int begin(FsProject *project, const Shots *shots, const char *dir, FsErro
 // Photos that are gone do not matter once they are ingested; a folder that is there must hold photos.
 static bool is_done(FsProject *project, const char *folder)
 {
-    Shots shots;
+    Photos photos;
     *project->photos = 0;
-    if (fs_shots_scan(&shots, folder, &(Log){0}, NULL) == 0) {
-        fs_shots_fingerprint(&shots, project->set.flash_list, project->photos);
-        fs_shots_free(&shots);
+    if (fs_photos_scan(&photos, folder, &(Log){0}, NULL) == 0) {
+        fs_photos_fingerprint(&photos, project->set.flash_list, project->photos);
+        fs_photos_free(&photos);
     } else if (fs_file_exists(folder)) {
         return false;
     }
     return fs_project_done(project, FS_STAGE_INGEST);
 }
 
-int fs_ingest_run(FsProject *project, const char *photos, FsError *err)
+int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
 {
-    if (is_done(project, photos)) return 0;
+    if (is_done(project, folder)) return 0;
     int rc = 0;
     const Log *log = &project->log;
-    Shots shots = {0};
+    Photos photos = {0};
     char *dir = fs_file_path("%s/linear", project->out);
     Threads *threads = fs_threads_new(project->set.threads);
     if (!dir || !threads) {
         rc = fs_error_memory(err);
         goto fail;
     }
-    TRY(fs_shots_scan(&shots, photos, log, err));
-    fs_shots_read_headers(&shots, threads);
-    TRY(fs_shots_drop_failed(&shots, log, err));
-    TRY(fs_shots_find_flash(&shots, &project->set, log, err));
-    fs_shots_level(&shots, log);
-    TRY(begin(project, &shots, dir, err));
-    TRY(develop_all(project, &shots, dir, threads, err));
-    TRY(fs_shots_drop_failed(&shots, log, err));
-    TRY(fs_shots_check_groups(&shots, err));
-    check_pictures(&shots, log);
-    TRY(write_json(project, &shots, err));
+    TRY(fs_photos_scan(&photos, folder, log, err));
+    fs_photos_read_headers(&photos, threads);
+    TRY(fs_photos_drop_failed(&photos, log, err));
+    TRY(fs_photos_find_flash(&photos, &project->set, log, err));
+    fs_photos_level(&photos, log);
+    TRY(begin(project, &photos, dir, err));
+    TRY(develop_all(project, &photos, dir, threads, err));
+    TRY(fs_photos_drop_failed(&photos, log, err));
+    TRY(fs_photos_check_groups(&photos, err));
+    check_pictures(&photos, log);
+    TRY(write_json(project, &photos, err));
     TRY(fs_project_mark_done(project, FS_STAGE_INGEST, err));
 fail:
     fs_threads_free(threads);
-    fs_shots_free(&shots);
+    fs_photos_free(&photos);
     free(dir);
     return rc;
 }

@@ -4,6 +4,6 @@
 
 #include "model/project.h"
 
-int fs_ingest_run(FsProject *project, const char *photos, FsError *err);
+int fs_ingest_run(FsProject *project, const char *folder, FsError *err);
 
 #endif

@@ -21,25 +21,25 @@ static double median(const double *value, int n)
     return m;
 }
 
-static void level_white_balance(Shots *shots, double *value, const Log *log)
+static void level_white_balance(Photos *photos, double *value, const Log *log)
 {
-    const Shot *odd = NULL;
+    const PhotoFile *odd = NULL;
     int raws = 0;
-    for (int i = 0; i < shots->n; i++) raws += shots->shot[i].kind == SHOT_RAW;
+    for (int i = 0; i < photos->n; i++) raws += photos->photo[i].kind == PHOTO_RAW;
     if (raws == 0) return;
-    if (raws < shots->n)
+    if (raws < photos->n)
         fs_log_warn(log,
                     "%d photos are RAW and %d are not: their colours and brightness cannot be matched well; use one "
                     "kind only",
-                    raws, shots->n - raws);
+                    raws, photos->n - raws);
     for (int c = 0; c < 3; c++) {
-        for (int i = 0; i < shots->n; i++) value[i] = shots->shot[i].white_balance[c];
-        double m = median(value, shots->n);
-        shots->white_balance[c] = m > 0 ? m : 1;
-        for (int i = 0; i < shots->n; i++)
-            if (value[i] > 0 && fabs(value[i] / shots->white_balance[c] - 1) > 0.03) odd = &shots->shot[i];
+        for (int i = 0; i < photos->n; i++) value[i] = photos->photo[i].white_balance[c];
+        double m = median(value, photos->n);
+        photos->white_balance[c] = m > 0 ? m : 1;
+        for (int i = 0; i < photos->n; i++)
+            if (value[i] > 0 && fabs(value[i] / photos->white_balance[c] - 1) > 0.03) odd = &photos->photo[i];
     }
-    const double *wb = shots->white_balance;
+    const double *wb = photos->white_balance;
     if (odd)
         fs_log_warn(log,
                     "white balance as shot differs between photos (%s: %.3f 1 %.3f); all are developed with the "
@@ -58,40 +58,40 @@ static double exposure(const ExifInfo *e)
     return e->exposure_s * (e->iso > 0 ? e->iso : 100) / (n * n);
 }
 
-static void level_exposure(Shots *shots, double *value, const Log *log)
+static void level_exposure(Photos *photos, double *value, const Log *log)
 {
-    for (int i = 0; i < shots->n; i++) value[i] = exposure(&shots->shot[i].exif);
-    double m = median(value, shots->n);
+    for (int i = 0; i < photos->n; i++) value[i] = exposure(&photos->photo[i].exif);
+    double m = median(value, photos->n);
     int unknown = 0, differ = 0;
     bool flash_differs = false;
-    const Shot *odd = NULL;
-    for (int i = 0; i < shots->n; i++) {
-        Shot *shot = &shots->shot[i];
+    const PhotoFile *odd = NULL;
+    for (int i = 0; i < photos->n; i++) {
+        PhotoFile *photo = &photos->photo[i];
         unknown += value[i] == 0;
         if (m == 0 || value[i] == 0 || fabs(value[i] / m - 1) < 0.01) continue;
-        shot->gain = m / value[i];
-        flash_differs |= shot->flash == 1;
+        photo->gain = m / value[i];
+        flash_differs |= photo->flash == 1;
         differ++;
-        odd = shot;
+        odd = photo;
     }
     if (differ)
         fs_log_warn(log,
                     "%d of %d photos have another shutter time, ISO or aperture (e.g. %s: %g s, ISO %g, f/%g); they "
                     "are brought to the median exposure%s",
-                    differ, shots->n, odd->file, odd->exif.exposure_s, odd->exif.iso, odd->exif.f_number,
+                    differ, photos->n, odd->file, odd->exif.exposure_s, odd->exif.iso, odd->exif.f_number,
                     flash_differs ? ", but the flash's light does not follow the shutter: use one manual exposure"
                                   : "");
-    if (unknown == shots->n)
+    if (unknown == photos->n)
         fs_log_warn(log, "the photos do not tell their exposure: taken to be the same for all");
     else if (unknown)
-        fs_log_warn(log, "%d of %d photos do not tell their exposure: taken to be the median", unknown, shots->n);
+        fs_log_warn(log, "%d of %d photos do not tell their exposure: taken to be the median", unknown, photos->n);
 }
 
-void fs_shots_level(Shots *shots, const Log *log)
+void fs_photos_level(Photos *photos, const Log *log)
 {
-    double *value = calloc((size_t)shots->n + 1, sizeof *value);
+    double *value = calloc((size_t)photos->n + 1, sizeof *value);
     if (!value) return;
-    level_white_balance(shots, value, log);
-    level_exposure(shots, value, log);
+    level_white_balance(photos, value, log);
+    level_exposure(photos, value, log);
     free(value);
 }

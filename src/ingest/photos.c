@@ -9,97 +9,77 @@
 #include "base/owned.h"
 #include "image/photo.h"
 
-static const struct {
-    const char *ext;
-    ShotKind kind;
-} extensions[] = {
-    {"dng", SHOT_RAW},  {"cr2", SHOT_RAW},   {"cr3", SHOT_RAW},   {"crw", SHOT_RAW},  {"nef", SHOT_RAW},
-    {"nrw", SHOT_RAW},  {"arw", SHOT_RAW},   {"sr2", SHOT_RAW},   {"srf", SHOT_RAW},  {"raf", SHOT_RAW},
-    {"orf", SHOT_RAW},  {"rw2", SHOT_RAW},   {"pef", SHOT_RAW},   {"srw", SHOT_RAW},  {"x3f", SHOT_RAW},
-    {"3fr", SHOT_RAW},  {"fff", SHOT_RAW},   {"iiq", SHOT_RAW},   {"erf", SHOT_RAW},  {"mrw", SHOT_RAW},
-    {"kdc", SHOT_RAW},  {"dcr", SHOT_RAW},   {"mef", SHOT_RAW},   {"mos", SHOT_RAW},  {"rwl", SHOT_RAW},
-    {"gpr", SHOT_RAW},  {"jpg", SHOT_JPEG},  {"jpeg", SHOT_JPEG}, {"jpe", SHOT_JPEG}, {"png", SHOT_PNG},
-    {"tif", SHOT_TIFF}, {"tiff", SHOT_TIFF},
-};
-
 static const char formats[] = "RAW (DNG, CR2, CR3, NEF, ARW, RAF, ORF, RW2...), JPEG, PNG or TIFF";
 
-static int kind_of(const char *name)
+static void free_photo(PhotoFile *photo)
 {
-    for (size_t i = 0; i < sizeof extensions / sizeof *extensions; i++)
-        if (fs_file_has_ext(name, extensions[i].ext)) return (int)extensions[i].kind;
-    return -1;
+    free(photo->file);
+    free(photo->name);
+    *photo = (PhotoFile){0};
 }
 
-static void free_shot(Shot *shot)
+void fs_photos_free(Photos *photos)
 {
-    free(shot->file);
-    free(shot->name);
-    *shot = (Shot){0};
+    for (int i = 0; i < photos->n; i++) free_photo(&photos->photo[i]);
+    free(photos->photo);
+    free(photos->folder);
+    *photos = (Photos){0};
 }
 
-void fs_shots_free(Shots *shots)
+static int compare_photos(const void *a, const void *b)
 {
-    for (int i = 0; i < shots->n; i++) free_shot(&shots->shot[i]);
-    free(shots->shot);
-    free(shots->folder);
-    *shots = (Shots){0};
-}
-
-static int compare_shots(const void *a, const void *b)
-{
-    const Shot *s = a, *t = b;
+    const PhotoFile *s = a, *t = b;
     int by_name = strcmp(s->name, t->name);
     if (by_name) return by_name;
     return s->kind != t->kind ? (int)s->kind - (int)t->kind : strcmp(s->file, t->file);
 }
 
 // Photos of one name stand together, RAW first.
-static int drop_doubles(Shots *shots, const Log *log, FsError *err)
+static int drop_doubles(Photos *photos, const Log *log, FsError *err)
 {
     int kept = 0, doubles = 0;
-    for (int i = 0; i < shots->n; i++) {
-        Shot *shot = &shots->shot[i], *last = kept ? &shots->shot[kept - 1] : NULL;
-        if (last && strcmp(last->name, shot->name) == 0) {
-            if (last->kind != SHOT_RAW || shot->kind != SHOT_JPEG)
+    for (int i = 0; i < photos->n; i++) {
+        PhotoFile *photo = &photos->photo[i], *last = kept ? &photos->photo[kept - 1] : NULL;
+        if (last && strcmp(last->name, photo->name) == 0) {
+            if (last->kind != PHOTO_RAW || photo->kind != PHOTO_JPEG)
                 return fs_error_set(err, FS_ERR_INPUT,
                                     "%s: %s and %s would both become the view %s: rename or remove one of them",
-                                    shots->folder, last->file, shot->file, shot->name);
+                                    photos->folder, last->file, photo->file, photo->name);
             doubles++;
-            free_shot(shot);
+            free_photo(photo);
         } else {
             if (kept != i) {
-                shots->shot[kept] = *shot;
-                *shot = (Shot){0};
+                photos->photo[kept] = *photo;
+                *photo = (PhotoFile){0};
             }
             kept++;
         }
     }
-    shots->n = kept;
+    photos->n = kept;
     if (doubles) fs_log_info(log, "%d photos are there as RAW and as JPEG: the RAW files are used", doubles);
     return 0;
 }
 
-int fs_shots_scan(Shots *shots, const char *folder, const Log *log, FsError *err)
+int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *err)
 {
-    *shots = (Shots){.folder = strdup(folder), .white_balance = {1, 1, 1}};
+    *photos = (Photos){.folder = strdup(folder), .white_balance = {1, 1, 1}};
     FileList list = {0};
     int rc = 0, others = 0;
     const char *other = NULL;
-    if (!shots->folder) return fs_error_memory(err);
-    for (size_t n = strlen(shots->folder); n > 1 && shots->folder[n - 1] == '/'; n--) shots->folder[n - 1] = 0;
+    if (!photos->folder) return fs_error_memory(err);
+    for (size_t n = strlen(photos->folder); n > 1 && photos->folder[n - 1] == '/'; n--) photos->folder[n - 1] = 0;
     if (fs_file_exists(folder) && !fs_file_is_dir(folder)) {
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: is a file, expected the folder that holds the photos", folder);
         goto fail;
     }
     TRY(fs_file_list(folder, &list, err));
-    shots->shot = calloc((size_t)list.n + 1, sizeof *shots->shot);
-    if (!shots->shot) {
+    photos->photo = calloc((size_t)list.n + 1, sizeof *photos->photo);
+    if (!photos->photo) {
         rc = fs_error_memory(err);
         goto fail;
     }
     for (int i = 0; i < list.n; i++) {
-        int kind = kind_of(list.name[i]);
+        int kind = fs_photo_kind(list.name[i]);
         char *path = kind < 0 ? NULL : fs_file_path("%s/%s", folder, list.name[i]);
         bool result = path && fs_owned_is_result(path); // photos and results in one folder
         free(path);
@@ -107,25 +87,25 @@ int fs_shots_scan(Shots *shots, const char *folder, const Log *log, FsError *err
             others++, other = list.name[i];
             continue;
         }
-        Shot *shot = &shots->shot[shots->n++];
-        *shot =
-            (Shot){.file = strdup(list.name[i]), .name = fs_file_stem(list.name[i]), .kind = (ShotKind)kind, .gain = 1};
-        if (!shot->file || !shot->name) {
+        PhotoFile *photo = &photos->photo[photos->n++];
+        *photo = (PhotoFile){
+            .file = strdup(list.name[i]), .name = fs_file_stem(list.name[i]), .kind = (PhotoKind)kind, .gain = 1};
+        if (!photo->file || !photo->name) {
             rc = fs_error_memory(err);
             goto fail;
         }
     }
-    if (shots->n == 0) {
+    if (photos->n == 0) {
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: no photos (%d other files%s%s): expected %s", folder, others,
                           other ? ", e.g. " : "", other ? other : "", formats);
         goto fail;
     }
     if (others) fs_log_info(log, "%s: %d files that are not photos left out, e.g. %s", folder, others, other);
-    qsort(shots->shot, (size_t)shots->n, sizeof *shots->shot, compare_shots);
-    TRY(drop_doubles(shots, log, err));
+    qsort(photos->photo, (size_t)photos->n, sizeof *photos->photo, compare_photos);
+    TRY(drop_doubles(photos, log, err));
 fail:
     fs_file_list_free(&list);
-    if (rc < 0) fs_shots_free(shots);
+    if (rc < 0) fs_photos_free(photos);
     return rc;
 }
 
@@ -137,12 +117,12 @@ static uint64_t add_file(uint64_t hash, const char *path, const char *name)
     return hash;
 }
 
-void fs_shots_fingerprint(const Shots *shots, const char *flash_list, char text[17])
+void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17])
 {
     uint64_t hash = FS_HASH_EMPTY;
-    for (int i = 0; i < shots->n; i++) {
-        char *path = fs_file_path("%s/%s", shots->folder, shots->shot[i].file);
-        hash = add_file(hash, path, shots->shot[i].file);
+    for (int i = 0; i < photos->n; i++) {
+        char *path = fs_file_path("%s/%s", photos->folder, photos->photo[i].file);
+        hash = add_file(hash, path, photos->photo[i].file);
         free(path);
     }
     if (flash_list && *flash_list) hash = add_file(hash, flash_list, "flash list");
@@ -152,57 +132,57 @@ void fs_shots_fingerprint(const Shots *shots, const char *flash_list, char text[
 static void read_header(void *context, int i, int worker)
 {
     (void)worker;
-    Shots *shots = context;
-    Shot *shot = &shots->shot[i];
-    char *path = fs_file_path("%s/%s", shots->folder, shot->file);
+    Photos *photos = context;
+    PhotoFile *photo = &photos->photo[i];
+    char *path = fs_file_path("%s/%s", photos->folder, photo->file);
     if (!path) {
-        fs_error_memory(&shot->failure);
+        fs_error_memory(&photo->failure);
         return;
     }
-    fs_photo_read_info(path, &shot->exif, shot->white_balance, &shot->failure);
+    fs_photo_read_info(path, &photo->exif, photo->white_balance, &photo->failure);
     free(path);
 }
 
-void fs_shots_read_headers(Shots *shots, Threads *threads)
+void fs_photos_read_headers(Photos *photos, Threads *threads)
 {
-    fs_threads_for(threads, shots->n, read_header, shots);
+    fs_threads_for(threads, photos->n, read_header, photos);
 }
 
-int fs_shots_drop_failed(Shots *shots, const Log *log, FsError *err)
+int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
 {
-    int kept = 0, all = shots->n, failed = 0;
+    int kept = 0, all = photos->n, failed = 0;
     char names[400] = "";
     FsError first = {0};
     for (int i = 0; i < all; i++) {
-        const Shot *shot = &shots->shot[i];
-        if (!shot->failure.code) continue;
-        if (shot->failure.code != FS_ERR_INPUT) { // memory, disk: not the photo's fault
-            if (err) *err = shot->failure;
-            return shot->failure.code;
+        const PhotoFile *photo = &photos->photo[i];
+        if (!photo->failure.code) continue;
+        if (photo->failure.code != FS_ERR_INPUT) { // memory, disk: not the photo's fault
+            if (err) *err = photo->failure;
+            return photo->failure.code;
         }
-        if (!failed++) first = shot->failure;
-        size_t used = strlen(names), length = strlen(shot->file);
+        if (!failed++) first = photo->failure;
+        size_t used = strlen(names), length = strlen(photo->file);
         if (used + length + 7 < sizeof names)
-            snprintf(names + used, sizeof names - used, "%s%s", used ? ", " : "", shot->file);
+            snprintf(names + used, sizeof names - used, "%s%s", used ? ", " : "", photo->file);
         else if (used && names[used - 1] != '.')
             strcat(names, "...");
     }
     if (failed * 3 > all)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: %d of %d photos cannot be used: %s (first: %s)", shots->folder,
+        return fs_error_set(err, FS_ERR_INPUT, "%s: %d of %d photos cannot be used: %s (first: %s)", photos->folder,
                             failed, all, names, first.message);
     for (int i = 0; i < all; i++) {
-        Shot *shot = &shots->shot[i];
-        if (shot->failure.code) {
-            fs_log_warn(log, "left out: %s", shot->failure.message);
-            free_shot(shot);
+        PhotoFile *photo = &photos->photo[i];
+        if (photo->failure.code) {
+            fs_log_warn(log, "left out: %s", photo->failure.message);
+            free_photo(photo);
             continue;
         }
         if (kept != i) {
-            shots->shot[kept] = *shot;
-            *shot = (Shot){0};
+            photos->photo[kept] = *photo;
+            *photo = (PhotoFile){0};
         }
         kept++;
     }
-    shots->n = kept;
+    photos->n = kept;
     return 0;
 }

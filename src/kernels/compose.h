@@ -9,9 +9,10 @@
 #ifndef FS_KERNELS_COMPOSE_H
 #define FS_KERNELS_COMPOSE_H
 
+#include "base/optics.h"
 #include "kernels/planes.h"
 
-#define FS_COMPOSE_GAMMA 0.22f
+#define FS_COMPOSE_GAMMA FS_OPTICS_GAMMA
 #define FS_COMPOSE_DARK 0.03f
 #define FS_COMPOSE_DARK_LINEAR 1.19625533e-7f                            // DARK^(1/0.22)
 #define FS_COMPOSE_DARK_SLOPE (FS_COMPOSE_DARK_LINEAR / FS_COMPOSE_DARK) // of decode, below DARK

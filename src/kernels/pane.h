@@ -5,6 +5,7 @@
 #ifndef FS_KERNELS_PANE_H
 #define FS_KERNELS_PANE_H
 
+#include "base/optics.h"
 #include "kernels/planes.h"
 
 typedef struct PaneView {

@@ -20,7 +20,8 @@ static void forward(const PaneView *v, const Planes *beta, const Planes *tau, in
     const real most = r_set(v->most), one = r_set(1);
     for (int y = y0; y < y1; y++)
         for (int x = 0; x < beta->stride; x += LANES) {
-            real ray[3], u = one - r_abs(cosine(v, x, y, ray)), rho = one + r_set(22) * (u * u) * (u * u) * u;
+            real ray[3], u = one - r_abs(cosine(v, x, y, ray)),
+                         rho = one + r_set(FS_OPTICS_GRAZING) * (u * u) * (u * u) * u;
             r_store(fs_planes_row(beta, 0, y) + x, r_min(r_set(v->f0) * rho, most));
             r_store(fs_planes_row(tau, 0, y) + x,
                     (one - r_min(r_set(v->dimming) * rho, most)) * r_set(1 / (1 - v->dimming)));
@@ -39,10 +40,10 @@ static PaneGradient backward(const PaneView *v, const Planes *d_beta, const Plan
             real d_b = r_below(px, width, r_load(fs_planes_row(d_beta, 0, y) + x));
             real d_t = r_below(px, width, r_load(fs_planes_row(d_tau, 0, y) + x));
             real ray[3], c = cosine(v, x, y, ray), u = one - r_abs(c), u4 = (u * u) * (u * u);
-            real rho = one + r_set(22) * u4 * u;
+            real rho = one + r_set(FS_OPTICS_GRAZING) * u4 * u;
             d_t = r_below(r_set(v->dimming) * rho, most, d_t);
             real d_rho = r_below(r_set(v->f0) * rho, most, d_b * r_set(v->f0)) - d_t * r_set(v->dimming * rest);
-            real d_c = d_rho * r_set(110) * u4;
+            real d_c = d_rho * r_set(5 * FS_OPTICS_GRAZING) * u4;
             d_c = r_below(c, r_set(0), d_c + d_c) - d_c; // |c| grows with -c where c < 0
             for (int k = 0; k < 3; k++) part[k] = part[k] + d_c * (ray[k] - c * r_set(v->normal[k]));
             part[3] = part[3] + d_t * (one - rho) * r_set(rest * rest);

@@ -9,6 +9,8 @@
 
 #include <stdbool.h>
 
+#include "base/optics.h"
+
 typedef struct ShadeLight {
     float centre[3];      // of the camera, world
     float flash_distance; // world units

@@ -15,7 +15,7 @@ FN void shade_lanes(const ShadeLight *light, const float *means, const float *ga
     if (light->even) fall = r_exp(gain);
     for (int k = 0; k < 3; k++) {
         alpha[k] = r_set(light->tint[k]) * fall;
-        grow[k] = r_pow(r_set(1) + alpha[k], 0.22f);
+        grow[k] = r_pow(r_set(1) + alpha[k], FS_OPTICS_GAMMA);
     }
 }
 
@@ -46,7 +46,7 @@ static void backward(const ShadeLight *light, const float *means, const float *c
             for (int k = 0; k < 3; k++) {
                 size_t j = 3 * (size_t)(i + l) + (size_t)k;
                 float a = get(&alpha[k], l), g = get(&grow[k], l);
-                float d_log_alpha = d_out[j] * colors[j] * 0.22f * g * a / (1 + a);
+                float d_log_alpha = d_out[j] * colors[j] * FS_OPTICS_GAMMA * g * a / (1 + a);
                 d_colors[j] = d_out[j] * g;
                 if (d_gains) d_gains[i + l] += d_log_alpha;
                 d_tint[k] += (double)(d_log_alpha / light->tint[k]);
@@ -66,7 +66,7 @@ static void enter(const ShadeLight *light, const float *means, const float *gain
             for (int k = 0; k < 3 && visible[i + l]; k++) {
                 size_t j = 3 * (size_t)(i + l) + (size_t)k;
                 float a = get(&alpha[k], l), g = get(&grow[k], l);
-                d_gains[i + l] -= d_colors[j] * colors[j] * 0.22f * a / (1 + a);
+                d_gains[i + l] -= d_colors[j] * colors[j] * FS_OPTICS_GAMMA * a / (1 + a);
                 d_colors[j] /= g;
                 colors[j] *= g;
             }

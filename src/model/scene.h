@@ -3,11 +3,12 @@
 #ifndef FS_MODEL_SCENE_H
 #define FS_MODEL_SCENE_H
 
+#include "base/optics.h"
 #include "model/cloud.h"
 #include "model/layers.h"
 
 // The pane. Both its surfaces lumped, its reflectance follows Schlick's form of Fresnel's law for glass,
-//   beta(ray) = f0 rho(ray),   rho = 1 + 22 (1 - |normal . ray|)^5   (at most FS_PANE_MOST),
+//   beta(ray) = f0 rho(ray),   rho = 1 + 22 (1 - |normal . ray|)^5   (at most FS_OPTICS_MOST),
 // and what it lets through, in units of normal incidence, tau(ray) = (1 - dimming rho) / (1 - dimming).
 // Both are the reflectance at normal incidence: f0 is only a unit of R's brightness (beta R is what photos show), while
 // dimming is seen in how T darkens towards grazing rays. At the end of training they are made equal.
@@ -15,18 +16,17 @@ typedef struct Pane {
     double normal[3]; // unit, world
     double f0, dimming;
 } Pane;
-#define FS_PANE_MOST 0.97
 
 // beta and tau of a ray whose cosine with the normal is given.
 static inline double fs_pane_rho(double cosine)
 {
     double u = 1 - (cosine < 0 ? -cosine : cosine), u2 = u * u;
-    return 1 + 22 * u2 * u2 * u;
+    return 1 + FS_OPTICS_GRAZING * u2 * u2 * u;
 }
 static inline double fs_pane_beta(const Pane *pane, double cosine)
 {
     double beta = pane->f0 * fs_pane_rho(cosine);
-    return beta < FS_PANE_MOST ? beta : FS_PANE_MOST;
+    return beta < FS_OPTICS_MOST ? beta : FS_OPTICS_MOST;
 }
 
 // What is told apart: everything, or less for comparisons (with shared geometry and a pane).

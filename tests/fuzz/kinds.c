@@ -220,14 +220,14 @@ static int read_flash_list(const char *dir, FsError *err)
 {
     static char *const names[] = {"a", "b", "IMG_0001"};
     char *path = in(dir, "flash.txt"), file[3][16];
-    Shot shot[3] = {0};
-    Shots shots = {.folder = (char *)dir, .shot = shot, .n = 3};
+    PhotoFile photo[3] = {0};
+    Photos photos = {.folder = (char *)dir, .photo = photo, .n = 3};
     for (int i = 0; i < 3; i++) {
         snprintf(file[i], sizeof file[i], "%s.dng", names[i]);
-        shot[i].name = names[i], shot[i].file = file[i];
+        photo[i].name = names[i], photo[i].file = file[i];
     }
     Settings set = {.flash_list = path};
-    int rc = fs_shots_find_flash(&shots, &set, &(const Log){0}, err);
+    int rc = fs_photos_find_flash(&photos, &set, &(const Log){0}, err);
     free(path);
     return rc;
 }
