@@ -159,19 +159,28 @@ fail:
     return rc;
 }
 
-static int take_keypoints(Features *f, const float *k, int cols, FsError *err)
+// False where COLMAP's rows are not what it writes: x y, then scale and angle or an affine shape, all finite.
+static bool take_keypoint(const void *row, int cols, float xy[2], float *scale, float *angle)
+{
+    float k[6] = {0, 0, 1};
+    if (cols != 2 && cols != 4 && cols != 6) return false;
+    memcpy(k, row, (size_t)cols * sizeof *k); // a blob may lie anywhere
+    xy[0] = k[0], xy[1] = k[1];
+    *scale = cols == 6 ? hypotf(k[2], k[4]) : k[2];
+    *angle = cols == 6 ? atan2f(k[4], k[2]) : k[3];
+    return isfinite(k[0]) && isfinite(k[1]) && isfinite(*scale) && isfinite(*angle);
+}
+
+static int take_keypoints(Features *f, const char *k, int cols, const char *path, FsError *err)
 {
     size_t n = (size_t)f->n;
     f->xy = malloc(n * 2 * sizeof *f->xy);
     f->scale = malloc(n * sizeof *f->scale);
     f->angle = malloc(n * sizeof *f->angle);
     if (!f->xy || !f->scale || !f->angle) return fs_error_memory(err);
-    for (size_t i = 0; i < n; i++, k += cols) {
-        f->xy[2 * i] = k[0];
-        f->xy[2 * i + 1] = k[1];
-        f->scale[i] = cols == 6 ? hypotf(k[2], k[4]) : cols == 4 ? k[2] : 1; // affine shape; scale, angle; or neither
-        f->angle[i] = cols == 6 ? atan2f(k[4], k[2]) : cols == 4 ? k[3] : 0;
-    }
+    for (size_t i = 0; i < n; i++)
+        if (!take_keypoint(k + i * (size_t)cols * sizeof(float), cols, &f->xy[2 * i], &f->scale[i], &f->angle[i]))
+            return fs_error_set(err, FS_ERR_INPUT, "%s: its features are not what COLMAP writes", path);
     return 0;
 }
 
@@ -190,7 +199,7 @@ int fs_database_features(Database *d, int image_id, Features *f, FsError *err)
         goto fail;
     }
     f->n = n;
-    TRY(take_keypoints(f, k.data, k.cols, err));
+    TRY(take_keypoints(f, k.data, k.cols, d->path, err));
     f->descriptor = malloc((size_t)n * FS_DESCRIPTOR * sizeof *f->descriptor);
     if (!f->descriptor) {
         rc = fs_error_memory(err);

@@ -5,7 +5,8 @@
 #include <string.h>
 
 // The compiler vectorises the products; on x86 it makes a second version for AVX2. Integers: the same on every machine.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) &&               \
+    !defined(__SANITIZE_THREAD__)
 #define WIDER __attribute__((target_clones("default", "avx2")))
 #else
 #define WIDER
