@@ -7,13 +7,7 @@
 
 #include "base/linalg.h"
 #include "base/order.h"
-
-#define SLOPE_MIN 1.15     // median contrast growth of the transmitted points
-#define SEPARATION_MIN 1.5 // distance between the two kinds' median growth, in errors of a point's growth
-#define ERROR_MIN 0.02     // of the growth's logarithm
-#define FEW_POINTS 50
-#define FEW_PHOTOS 5   // of either kind
-#define FAR_SHARE 0.15 // distance to the nearest photo of the other kind, against the transmitted scene's distance
+#include "initialise/constants.h"
 
 typedef struct Growth {
     int n;
@@ -66,43 +60,43 @@ static double nearest_opposite(const SmallViews *views)
 
 static void advise_cue(const Growth *lit, const Growth *dull, const Log *log)
 {
-    double separation = (lit->median - dull->median) / fmax((lit->error + dull->error) / 2, ERROR_MIN);
+    double separation = (lit->median - dull->median) / fmax((lit->error + dull->error) / 2, ADVISE_ERROR_MIN);
     if (lit->n && dull->n) fs_log_info(log, "initialise: the two lie %.1f errors of a point apart", separation);
-    if (lit->n && exp(lit->median) < SLOPE_MIN)
+    if (lit->n && exp(lit->median) < ADVISE_SLOPE_MIN)
         fs_log_warn(log,
                     "weak flash: contrast behind the pane grows only %.2f times with it (%.2f or more is needed to "
                     "tell the scenes apart); go closer, use a stronger flash or a lower ambient light",
-                    exp(lit->median), SLOPE_MIN);
-    if (lit->n < FEW_POINTS)
+                    exp(lit->median), ADVISE_SLOPE_MIN);
+    if (lit->n < ADVISE_FEW_POINTS)
         fs_log_warn(log,
                     "only %d points are surely behind the pane (%d are usual at least): too little texture or too "
                     "weak a flash; the separation will be poor",
-                    lit->n, FEW_POINTS);
-    if (dull->n < FEW_POINTS)
+                    lit->n, ADVISE_FEW_POINTS);
+    if (dull->n < ADVISE_FEW_POINTS)
         fs_log_warn(log,
                     "only %d points are surely mirrored in the pane (%d are usual at least): the reflection is faint "
                     "or without texture, its depth will be a guess",
-                    dull->n, FEW_POINTS);
-    if (lit->n && dull->n && separation < SEPARATION_MIN)
+                    dull->n, ADVISE_FEW_POINTS);
+    if (lit->n && dull->n && separation < ADVISE_SEPARATION_MIN)
         fs_log_warn(log,
                     "the flash cue separates the two scenes by only %.1f errors of a point (%.1f or more is sound): "
                     "expect parts of one scene in the other",
-                    separation, SEPARATION_MIN);
+                    separation, ADVISE_SEPARATION_MIN);
 }
 
 static void advise_photos(const SmallViews *views, bool some_lit, const FlashLight *light, const Log *log)
 {
     int n_flash = views->n_flash, fewer = n_flash < views->n - n_flash ? n_flash : views->n - n_flash;
-    if (fewer < FEW_PHOTOS)
+    if (fewer < ADVISE_FEW_PHOTOS)
         fs_log_warn(log,
                     "only %d photos %s the flash: what few photos see is left to chance; take 10 to 15 of each kind",
                     fewer, fewer == n_flash ? "with" : "without");
     double gap = nearest_opposite(views);
-    if (some_lit && gap > FAR_SHARE * light->distance)
+    if (some_lit && gap > ADVISE_FAR_SHARE * light->distance)
         fs_log_warn(log,
                     "flash and no-flash photos are far apart: the nearest photo of the other kind is %.0f %% of the "
                     "scene's distance away (at most %.0f %% is sound); take them in turns along one path",
-                    100 * gap / light->distance, 100 * FAR_SHARE);
+                    100 * gap / light->distance, 100 * ADVISE_FAR_SHARE);
 }
 
 void fs_advise(const SmallViews *views, const SparsePoints *points, const FlashLight *light, const Log *log)

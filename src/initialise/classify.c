@@ -12,35 +12,19 @@
 #include <string.h>
 
 #include "base/knn.h"
+#include "initialise/constants.h"
 
-enum { N_NEAR = 16, N_FIELD = 48, N_RAY = 32, DEPTHS = DEPTH_ODDS_STEPS, ROUNDS = 25, CHUNK = 256 };
-
-#define DEPTH_SCALE 2.0f  // log depth against tangent of angle in distances between points
-#define NEAR_RADIUS 0.06f // all three: tangents of angle in the middle view
-#define FIELD_RADIUS 0.1f
-#define RAY_RADIUS 0.04f
-#define NEAR_WEIGHT 0.5f
-#define RAY_WEIGHT 0.5f
-#define DEPTH_MOST 2.5f      // most that the depth alone may say
-#define DEPTH_KERNEL 0.15f   // in log depth
-#define MIRRORED_SLOPE 0.04f // log; a little of the flash comes back by the room
-#define MIRRORED_SPREAD 0.08f
-#define LIT_SLOPE 0.7f // log; where no transmitted point is near
-#define LIT_SPREAD 0.4f
-#define FIELD_SPREAD 0.25f
-#define OUTLIERS 0.02f
-#define SIGMA_MIN 0.03f
-#define SURE 1.0f
+enum { CHUNK = 256 };
 
 typedef struct Graph {
     int n;
-    float *place; // (n, 3): direction, DEPTH_SCALE * log depth
+    float *place; // (n, 3): direction, CLASSIFY_DEPTH_SCALE * log depth
     float *log_depth;
     float *slope, *sigma;    // log of the contrast's growth
     int *near, *field, *ray; // neighbours (n, N_*)
     float *near_weight, *field_weight, *ray_weight;
     float *p, *p_next, *depth_odds, *evidence;
-    float table_lit[DEPTHS], table_mirrored[DEPTHS];
+    float table_lit[DEPTH_ODDS_STEPS], table_mirrored[DEPTH_ODDS_STEPS];
     DepthOdds depths; // its places are those of the tables, too
 } Graph;
 
@@ -64,12 +48,12 @@ static int graph_new(Graph *g, int n, FsError *err)
     g->log_depth = malloc(sizeof(float) * m);
     g->slope = malloc(sizeof(float) * m);
     g->sigma = malloc(sizeof(float) * m);
-    g->near = malloc(sizeof(int) * N_NEAR * m);
-    g->field = malloc(sizeof(int) * N_FIELD * m);
-    g->ray = malloc(sizeof(int) * N_RAY * m);
-    g->near_weight = malloc(sizeof(float) * N_NEAR * m);
-    g->field_weight = malloc(sizeof(float) * N_FIELD * m);
-    g->ray_weight = malloc(sizeof(float) * N_RAY * m);
+    g->near = malloc(sizeof(int) * GRAPH_NEAR * m);
+    g->field = malloc(sizeof(int) * GRAPH_FIELD * m);
+    g->ray = malloc(sizeof(int) * GRAPH_RAY * m);
+    g->near_weight = malloc(sizeof(float) * GRAPH_NEAR * m);
+    g->field_weight = malloc(sizeof(float) * GRAPH_FIELD * m);
+    g->ray_weight = malloc(sizeof(float) * GRAPH_RAY * m);
     g->p = malloc(sizeof(float) * m);
     g->p_next = malloc(sizeof(float) * m);
     g->depth_odds = calloc(m, sizeof(float));
@@ -96,18 +80,18 @@ static int link_neighbours(Graph *g, Threads *threads, FsError *err)
     float *direction = malloc(sizeof(float) * 3 * (size_t)g->n);
     if (!direction) return fs_error_memory(err);
     for (int i = 0; i < 3 * g->n; i++) direction[i] = i % 3 == 2 ? 0 : g->place[i];
-    if (fs_knn(g->place, g->n, N_NEAR, g->near, g->near_weight, threads) < 0 ||
-        fs_knn(g->place, g->n, N_FIELD, g->field, g->field_weight, threads) < 0 ||
-        fs_knn(direction, g->n, N_RAY, g->ray, g->ray_weight, threads) < 0)
+    if (fs_knn(g->place, g->n, GRAPH_NEAR, g->near, g->near_weight, threads) < 0 ||
+        fs_knn(g->place, g->n, GRAPH_FIELD, g->field, g->field_weight, threads) < 0 ||
+        fs_knn(direction, g->n, GRAPH_RAY, g->ray, g->ray_weight, threads) < 0)
         rc = fs_error_memory(err);
     free(direction);
     if (rc < 0) return rc;
-    weigh(g->n, N_NEAR, g->near, g->near_weight, NEAR_RADIUS);
-    weigh(g->n, N_FIELD, g->field, g->field_weight, FIELD_RADIUS);
-    weigh(g->n, N_RAY, g->ray, g->ray_weight, RAY_RADIUS);
+    weigh(g->n, GRAPH_NEAR, g->near, g->near_weight, CLASSIFY_NEAR_RADIUS);
+    weigh(g->n, GRAPH_FIELD, g->field, g->field_weight, CLASSIFY_FIELD_RADIUS);
+    weigh(g->n, GRAPH_RAY, g->ray, g->ray_weight, CLASSIFY_RAY_RADIUS);
     for (int i = 0; i < g->n; i++)
-        for (int k = 0; k < N_RAY; k++) {
-            size_t at = (size_t)i * N_RAY + (size_t)k;
+        for (int k = 0; k < GRAPH_RAY; k++) {
+            size_t at = (size_t)i * GRAPH_RAY + (size_t)k;
             float apart = (fabsf(g->log_depth[g->ray[at]] - g->log_depth[i]) - 0.06f) / 0.1f;
             g->ray_weight[at] *= fminf(fmaxf(apart, 0), 1);
         }
@@ -124,7 +108,7 @@ static float own_odds(float slope, float sigma, float lit, float lit_spread)
     float s2 = sigma * sigma; // brighter than expected is as good as expected
     float transmitted = bell(fminf(slope, lit), lit, s2 + lit_spread * lit_spread);
     float mirrored = bell(slope, MIRRORED_SLOPE, s2 + MIRRORED_SPREAD * MIRRORED_SPREAD);
-    return logf((transmitted + OUTLIERS) / (mirrored + OUTLIERS));
+    return logf((transmitted + CLASSIFY_OUTLIERS) / (mirrored + CLASSIFY_OUTLIERS));
 }
 
 static float to_probability(float odds)
@@ -135,22 +119,22 @@ static float to_probability(float odds)
 static void depth_table(const Graph *g, const float *weight, float *table)
 {
     double total = 0;
-    for (int d = 0; d < DEPTHS; d++) table[d] = 0;
+    for (int d = 0; d < DEPTH_ODDS_STEPS; d++) table[d] = 0;
     for (int i = 0; i < g->n; i++) {
         if (weight[i] <= 0) continue;
         total += (double)weight[i];
-        for (int d = 0; d < DEPTHS; d++) {
-            float x = (g->log_depth[i] - g->depths.min - (float)d * g->depths.step) / DEPTH_KERNEL;
-            table[d] += weight[i] * expf(-0.5f * x * x) / (DEPTH_KERNEL * 2.5066283f);
+        for (int d = 0; d < DEPTH_ODDS_STEPS; d++) {
+            float x = (g->log_depth[i] - g->depths.min - (float)d * g->depths.step) / CLASSIFY_DEPTH_KERNEL;
+            table[d] += weight[i] * expf(-0.5f * x * x) / (CLASSIFY_DEPTH_KERNEL * 2.5066283f);
         }
     }
-    for (int d = 0; d < DEPTHS; d++) table[d] /= (float)fmax(total, 1);
+    for (int d = 0; d < DEPTH_ODDS_STEPS; d++) table[d] /= (float)fmax(total, 1);
 }
 
 static float table_at(const DepthOdds *places, const float *table, float log_depth)
 {
     float x = (log_depth - places->min) / places->step;
-    int d = x < 0 ? 0 : x > DEPTHS - 2 ? DEPTHS - 2 : (int)x;
+    int d = x < 0 ? 0 : x > DEPTH_ODDS_STEPS - 2 ? DEPTH_ODDS_STEPS - 2 : (int)x;
     float f = fminf(fmaxf(x - (float)d, 0), 1);
     return table[d] * (1 - f) + table[d + 1] * f;
 }
@@ -162,7 +146,7 @@ float fs_classify_depth_odds(const DepthOdds *odds, float log_depth)
 
 float fs_classify_slope_odds(float log_slope, float sigma)
 {
-    return own_odds(log_slope, fmaxf(sigma, SIGMA_MIN), LIT_SLOPE, LIT_SPREAD);
+    return own_odds(log_slope, fmaxf(sigma, CLASSIFY_SIGMA_MIN), LIT_SLOPE, LIT_SPREAD);
 }
 
 // The depths of clear points of either kind. At first the mirrored ones are those dull points where the clearly lit
@@ -170,7 +154,7 @@ float fs_classify_slope_odds(float log_slope, float sigma)
 // rounds' results they would confirm whatever those results are.
 static void renew_depths(Graph *g, int round, float *weight)
 {
-    float even = 1 / (g->depths.step * (DEPTHS - 1));
+    float even = 1 / (g->depths.step * (DEPTH_ODDS_STEPS - 1));
     for (int i = 0; i < g->n; i++) weight[i] = round == 0 && g->slope[i] < 0.3f ? 0 : g->p[i];
     depth_table(g, weight, g->table_lit);
     if (round == 0) {
@@ -180,11 +164,11 @@ static void renew_depths(Graph *g, int round, float *weight)
             alone += weight[i] > 0;
         }
         depth_table(g, weight, g->table_mirrored);
-        for (int d = 0; d < DEPTHS && alone <= 0.02 * g->n; d++) g->table_mirrored[d] = even;
+        for (int d = 0; d < DEPTH_ODDS_STEPS && alone <= 0.02 * g->n; d++) g->table_mirrored[d] = even;
     }
-    for (int d = 0; d < DEPTHS; d++) {
+    for (int d = 0; d < DEPTH_ODDS_STEPS; d++) {
         float odds = logf((0.9f * g->table_lit[d] + 0.1f * even) / (0.9f * g->table_mirrored[d] + 0.1f * even));
-        g->depths.odds[d] = fminf(fmaxf(odds, -DEPTH_MOST), DEPTH_MOST);
+        g->depths.odds[d] = fminf(fmaxf(odds, -CLASSIFY_DEPTH_MOST), CLASSIFY_DEPTH_MOST);
     }
     for (int i = 0; i < g->n; i++) g->depth_odds[i] = fs_classify_depth_odds(&g->depths, g->log_depth[i]);
 }
@@ -196,23 +180,25 @@ static void round_job(void *context, int job, int worker)
     int end = (job + 1) * CHUNK < g->n ? (job + 1) * CHUNK : g->n;
     for (int i = job * CHUNK; i < end; i++) {
         float lit = LIT_SLOPE * 2, support = 2, near = 0, ray = 0;
-        for (int k = 0; k < N_FIELD; k++) {
-            int j = g->field[(size_t)i * N_FIELD + (size_t)k];
-            float w = g->field_weight[(size_t)i * N_FIELD + (size_t)k] * g->p[j] / (g->sigma[j] * g->sigma[j] + 0.01f);
+        for (int k = 0; k < GRAPH_FIELD; k++) {
+            int j = g->field[(size_t)i * GRAPH_FIELD + (size_t)k];
+            float w =
+                g->field_weight[(size_t)i * GRAPH_FIELD + (size_t)k] * g->p[j] / (g->sigma[j] * g->sigma[j] + 0.01f);
             lit += w * g->slope[j];
             support += w;
         }
-        for (int k = 0; k < N_NEAR; k++) {
-            size_t at = (size_t)i * N_NEAR + (size_t)k;
+        for (int k = 0; k < GRAPH_NEAR; k++) {
+            size_t at = (size_t)i * GRAPH_NEAR + (size_t)k;
             near += g->near_weight[at] * (2 * g->p[g->near[at]] - 1);
         }
-        for (int k = 0; k < N_RAY; k++) {
-            size_t at = (size_t)i * N_RAY + (size_t)k;
+        for (int k = 0; k < GRAPH_RAY; k++) {
+            size_t at = (size_t)i * GRAPH_RAY + (size_t)k;
             ray += g->ray_weight[at] * (2 * g->p[g->ray[at]] - 1);
         }
-        float own =
-            own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, 0.05f), support > 12 ? FIELD_SPREAD : LIT_SPREAD);
-        g->evidence[i] = own + g->depth_odds[i] + NEAR_WEIGHT * near - RAY_WEIGHT * fminf(fmaxf(ray, -4), 4);
+        float own = own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, 0.05f),
+                             support > 12 ? LIT_FIELD_SPREAD : LIT_SPREAD);
+        g->evidence[i] =
+            own + g->depth_odds[i] + CLASSIFY_NEAR_WEIGHT * near - CLASSIFY_RAY_WEIGHT * fminf(fmaxf(ray, -4), 4);
         g->p_next[i] = 0.5f * g->p[i] + 0.5f * to_probability(g->evidence[i]);
     }
 }
@@ -228,8 +214,8 @@ static int settle(Graph *g, Threads *threads, FsError *err)
         g->p[i] = to_probability(own_odds(g->slope[i], g->sigma[i], LIT_SLOPE, LIT_SPREAD));
     }
     g->depths.min = lo;
-    g->depths.step = fmaxf((hi - lo) / (DEPTHS - 1), 1e-6f);
-    for (int round = 0; round < ROUNDS; round++) {
+    g->depths.step = fmaxf((hi - lo) / (DEPTH_ODDS_STEPS - 1), 1e-6f);
+    for (int round = 0; round < GRAPH_ROUNDS; round++) {
         renew_depths(g, round, weight);
         fs_threads_for(threads, (g->n + CHUNK - 1) / CHUNK, round_job, g);
         memcpy(g->p, g->p_next, sizeof(float) * (size_t)g->n);
@@ -253,9 +239,9 @@ int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds 
         float *place = g.place + 3 * (size_t)m;
         if (!cue[i].ok || !fs_small_views_direction(views, points->xyz + 3 * (size_t)i, place)) continue;
         g.log_depth[m] = place[2];
-        place[2] *= DEPTH_SCALE;
+        place[2] *= CLASSIFY_DEPTH_SCALE;
         g.slope[m] = cue[i].log_slope;
-        g.sigma[m] = fmaxf(cue[i].sigma, SIGMA_MIN);
+        g.sigma[m] = fmaxf(cue[i].sigma, CLASSIFY_SIGMA_MIN);
         place_of[m++] = i;
     }
     g.n = m;
@@ -268,9 +254,9 @@ int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds 
     for (int j = 0; j < m; j++) {
         int i = place_of[j];
         points->evidence[i] = g.evidence[j];
-        if (g.evidence[j] > SURE) points->kind[i] = POINT_TRANSMITTED;
+        if (g.evidence[j] > CLASSIFY_SURE) points->kind[i] = POINT_TRANSMITTED;
         // Dull points at depths of clearly lit ones stay out: mirrored, or lit too weakly to tell.
-        if (g.evidence[j] < -SURE && g.depth_odds[j] <= 0) points->kind[i] = POINT_REFLECTED;
+        if (g.evidence[j] < -CLASSIFY_SURE && g.depth_odds[j] <= 0) points->kind[i] = POINT_REFLECTED;
     }
 fail:
     graph_free(&g);

@@ -3,10 +3,10 @@
 #ifndef FS_INITIALISE_CLASSIFY_H
 #define FS_INITIALISE_CLASSIFY_H
 
+#include "initialise/constants.h"
 #include "initialise/cue.h"
 
 // Log of the odds for "transmitted" that a depth alone tells, over the logarithm of the depth in the middle view.
-enum { DEPTH_ODDS_STEPS = 64 };
 typedef struct DepthOdds {
     float min, step; // log depth of odds[0], and between two
     float odds[DEPTH_ODDS_STEPS];

@@ -4,8 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define FEWEST 8           // points of a kind below which its depth is guessed
-#define GUESS_FARTHER 2.0f // a mirrored scene without points is put this many times behind the transmitted one
+#include "initialise/constants.h"
 
 void fs_colored_seeds_free(ColoredSeeds *p)
 {
@@ -28,14 +27,14 @@ static int pick(const Start *start, PointKind kind, PointList *list, FsError *er
     *list = (PointList){0, capacity, malloc(sizeof(float) * 3 * (size_t)capacity)};
     if (!list->xyz) return fs_error_memory(err);
     for (int i = 0; i < points->n; i++) count[points->kind[i]]++;
-    bool guess = count[kind] + dense->n < FEWEST;
-    PointKind from = guess && count[POINT_TRANSMITTED] >= FEWEST ? POINT_TRANSMITTED : kind;
+    bool guess = count[kind] + dense->n < COLORED_FEWEST;
+    PointKind from = guess && count[POINT_TRANSMITTED] >= COLORED_FEWEST ? POINT_TRANSMITTED : kind;
     for (int i = 0; i < points->n; i++) {
         if (points->kind[i] != from && !(guess && from == kind)) continue;
         float *out = list->xyz + 3 * (size_t)list->n++;
         for (int k = 0; k < 3; k++) {
             float c = (float)start->views->centre[k], p = points->xyz[3 * (size_t)i + (size_t)k];
-            out[k] = guess && kind == POINT_REFLECTED ? c + (p - c) * GUESS_FARTHER : p;
+            out[k] = guess && kind == POINT_REFLECTED ? c + (p - c) * COLORED_GUESS_FARTHER : p;
         }
     }
     if (dense->n) memcpy(list->xyz + 3 * (size_t)list->n, dense->xyz, sizeof(float) * 3 * (size_t)dense->n);

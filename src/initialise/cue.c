@@ -3,15 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-enum {
-    SIDE = 9, // samples along a side of the patch, a pixel apart
-    SAMPLES = SIDE * SIDE,
-    GROUP_MAX = 24, // photos of one lighting looked at
-    VIEWS_MAX = 2 * GROUP_MAX,
-    VIEWS_MIN = 3, // of each lighting
-    CHUNK = 32,
-};
-#define COHERENCE_MIN 0.08f
+#include "initialise/constants.h"
+
+enum { SAMPLES = CUE_SIDE * CUE_SIDE, VIEWS_MAX = 2 * CUE_GROUP_MAX, CHUNK = 32 };
 
 typedef struct Patches {
     int n, n_flash;
@@ -26,7 +20,7 @@ double fs_cue_slope(double a, double b, double c, double own_without, double own
     double root = sqrt((c - a) * (c - a) + 4 * b * b), common = (a + c + root) / 2;
     *coherence = 0;
     if (!(common > 0)) return 0;
-    double slope = 2 * b > (c - a + root) / FS_CUE_SLOPE_MAX ? (c - a + root) / (2 * b) : FS_CUE_SLOPE_MAX;
+    double slope = 2 * b > (c - a + root) / CUE_SLOPE_MAX ? (c - a + root) / (2 * b) : CUE_SLOPE_MAX;
     if (b == 0 && a >= c) return 0; // what is seen without flash is gone with it
     double all = (own_without + slope * slope * own_with + 2 * slope * b) / (1 + slope * slope);
     if (all > 0) *coherence = fmin(common / all, 1);
@@ -39,7 +33,7 @@ static bool sample_patch(const SmallView *view, const double origin[3], const do
 {
     double mean[3] = {0};
     for (int i = 0; i < SAMPLES; i++) {
-        double p[3], pixel[2], u = i % SIDE - SIDE / 2, v = i / SIDE - SIDE / 2;
+        double p[3], pixel[2], u = i % CUE_SIDE - CUE_SIDE / 2, v = i / CUE_SIDE - CUE_SIDE / 2;
         float rgb[3];
         for (int k = 0; k < 3; k++) p[k] = origin[k] + u * right[k] + v * down[k];
         if (!(fs_camera_project(&view->camera, p, pixel) > 0)) return false;
@@ -69,8 +63,8 @@ static void gather(const SmallViews *views, const float xyz[3], const float *wei
     for (int i = 0; i < views->n; i++) {
         const SmallView *view = &views->view[i];
         int g = view->flash, at = seen[g]++;
-        int stride = (n_group[g] + GROUP_MAX - 1) / GROUP_MAX;
-        if (at % stride || used[g] == GROUP_MAX) continue;
+        int stride = (n_group[g] + CUE_GROUP_MAX - 1) / CUE_GROUP_MAX;
+        if (at % stride || used[g] == CUE_GROUP_MAX) continue;
         if (!sample_patch(view, origin, right, down, weight, patches->value[patches->n])) continue;
         patches->flash[patches->n++] = view->flash;
         patches->n_flash += view->flash;
@@ -121,7 +115,7 @@ static void channel_slopes(const Patches *p, float slope[3])
         double b = (double)dot(sum[0], sum[1], SAMPLES) / (n[0] * n[1]);
         double coherence;
         slope[c] = (float)fs_cue_slope(a, b, d, own[0] / n[0], own[1] / n[1], &coherence);
-        if (a <= 0 || coherence < COHERENCE_MIN) slope[c] = 0;
+        if (a <= 0 || coherence < CUE_COHERENCE_MIN) slope[c] = 0;
     }
 }
 
@@ -134,7 +128,7 @@ static Cue measure(const SmallViews *views, const float xyz[3], const float *wei
 {
     Cue cue = {0};
     gather(views, xyz, weight, p);
-    if (p->n_flash < VIEWS_MIN || p->n - p->n_flash < VIEWS_MIN) return cue;
+    if (p->n_flash < CUE_VIEWS_MIN || p->n - p->n_flash < CUE_VIEWS_MIN) return cue;
     double abc[3], left_out[3], coherence, ignored;
     for (int i = 0; i < p->n; i++) {
         for (int j = 0; j <= i; j++) p->gram[i][j] = (double)dot(p->value[i][0], p->value[j][0], 3 * SAMPLES);
@@ -153,7 +147,7 @@ static Cue measure(const SmallViews *views, const float xyz[3], const float *wei
     double variance = (sum2 - sum * sum / p->n) * (p->n - 1) / p->n;
     cue.sigma = (float)sqrt(fmax(variance, 0));
     channel_slopes(p, cue.slope);
-    cue.ok = cue.coherence > COHERENCE_MIN;
+    cue.ok = cue.coherence > CUE_COHERENCE_MIN;
     return cue;
 }
 
@@ -177,7 +171,7 @@ void fs_cue_measure(const SmallViews *views, const float *xyz, int n, Cue *cue, 
 {
     float weight[SAMPLES], sum = 0;
     for (int i = 0; i < SAMPLES; i++) {
-        float u = (float)(i % SIDE - SIDE / 2), v = (float)(i / SIDE - SIDE / 2), s = SIDE / 4.0f;
+        float u = (float)(i % CUE_SIDE - CUE_SIDE / 2), v = (float)(i / CUE_SIDE - CUE_SIDE / 2), s = CUE_SIDE / 4.0f;
         weight[i] = expf(-(u * u + v * v) / (2 * s * s));
         sum += weight[i];
     }

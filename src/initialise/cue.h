@@ -10,8 +10,6 @@
 
 #include "initialise/points.h"
 
-#define FS_CUE_SLOPE_MAX 20.0 // what is black without flash has no slope; this stands for it
-
 // Slope of the main axis of [a b; b c], 0 where there is no common signal; and of what all photos hold along that axis
 // the share that is common to them, given the mean products of photos with themselves, without and with flash.
 double fs_cue_slope(double a, double b, double c, double own_without, double own_with, double *coherence);

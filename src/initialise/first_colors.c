@@ -9,14 +9,10 @@
 #include <string.h>
 
 #include "image/bilinear.h"
+#include "initialise/constants.h"
 #include "initialise/fill.h"
 
-enum { TURNS = 3, CHUNK = 256 };
-#define DARKEST 0.01f // share of the light at its place that a seed has at least
-#define HIDDEN 0.93f  // a seed this much farther (inverse depth) than the drawn surface is not seen there
-#define SAME_SURFACE 0.05f
-#define ENOUGH_SEEDS 0.6f // seeds per pixel from which on every pixel is drawn, not every other
-#define ALPHA_NOISE 0.15f // gains near or below this tell little
+enum { CHUNK = 256 };
 
 // One scene drawn into one photo: colour and inverse depth, (height, width, 4).
 typedef struct Drawn {
@@ -70,7 +66,7 @@ static void draw_job(void *context, int job, int worker)
                 nearest[at] = fmaxf(nearest[at], inverse);
                 continue;
             }
-            if (inverse < (1 - SAME_SURFACE) * nearest[at]) continue;
+            if (inverse < (1 - SURFACE_SAME) * nearest[at]) continue;
             for (int c = 0; c < 3; c++) out->px[4 * at + (size_t)c] += color[3 * (size_t)i + (size_t)c];
             out->px[4 * at + 3] += inverse;
             weight[at] += 1;
@@ -103,7 +99,7 @@ static void average_seed(const ColorWork *p, int i)
         float w = 1;
         if (p->own) {
             sample_drawn(&p->own[f], pixel, own);
-            if (inverse < HIDDEN * own[3]) w = 0.01f;
+            if (inverse < COLORS_HIDDEN * own[3]) w = 0.01f;
         }
         if (p->other) sample_drawn(&p->other[f], pixel, other);
         for (int c = 0; c < 3; c++) sum[view->flash][c] += w * (rgb[c] - other[c]);
@@ -153,13 +149,13 @@ static float either(float a, float b, float otherwise)
 static float clamp_share(float x, float whole)
 {
     whole = fmaxf(whole, 1e-4f);
-    return fminf(fmaxf(x, DARKEST * whole), whole);
+    return fminf(fmaxf(x, COLORS_DARKEST * whole), whole);
 }
 
 static void first_split(int n, const float *alpha, const float *I_N, const float *I_F, float *T_N, float *T_F)
 {
     for (size_t i = 0; i < 3 * (size_t)n; i++) {
-        float a = alpha[i], w = a * a / (a * a + ALPHA_NOISE * ALPHA_NOISE);
+        float a = alpha[i], w = a * a / (a * a + COLORS_ALPHA_NOISE * COLORS_ALPHA_NOISE);
         float t = w * fmaxf(I_F[i] - I_N[i], 0) / fmaxf(a, 1e-3f) + (1 - w) * 0.6f * I_N[i];
         T_N[i] = clamp_share(t, I_N[i]);
         T_F[i] = clamp_share(T_N[i] * (1 + a), I_F[i]);
@@ -173,7 +169,7 @@ static int drawn_new(Drawn **drawn, const SmallViews *views, int n_seeds, FsErro
     for (int i = 0; i < views->n; i++) {
         const Camera *camera = &views->view[i].camera;
         Drawn *d = &(*drawn)[i];
-        d->pixel = n_seeds > ENOUGH_SEEDS * (float)camera->width * (float)camera->height ? 1 : 2;
+        d->pixel = n_seeds > COLORS_ENOUGH_SEEDS * (float)camera->width * (float)camera->height ? 1 : 2;
         d->width = (camera->width + d->pixel - 1) / d->pixel;
         d->height = (camera->height + d->pixel - 1) / d->pixel;
         d->px = malloc(sizeof(float) * 4 * (size_t)d->width * (size_t)d->height);
@@ -229,7 +225,7 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
         b.I_F[i] = fmaxf(either(b.I_F[i], b.I_N[i], 0.1f), 0);
     }
     first_split(T->n, alpha, b.I_N, b.I_F, T_N, T_F);
-    for (int turn = 0; turn < TURNS; turn++) {
+    for (int turn = 0; turn < COLORS_TURNS; turn++) {
         TRY(draw(&p, T, T_N, T_F, b.T, threads, err));
         average(&p, R, turn ? b.R : NULL, b.T, b.left_N, b.left_F, threads);
         for (size_t i = 0; i < 3 * (size_t)R->n; i++) {
@@ -237,7 +233,7 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
             if (isfinite(b.left_N[i]) && isfinite(b.left_F[i])) left = 0.5f * (b.left_N[i] + b.left_F[i]);
             R_color[i] = clamp_share(left, whole);
         }
-        if (turn == TURNS - 1) break;
+        if (turn == COLORS_TURNS - 1) break;
         TRY(draw(&p, R, R_color, R_color, b.R, threads, err));
         average(&p, T, b.T, b.R, b.left_N, b.left_F, threads);
         for (size_t i = 0; i < 3 * (size_t)T->n; i++) {

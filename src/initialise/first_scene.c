@@ -8,20 +8,12 @@
 #include "base/order.h"
 #include "image/tone.h"
 #include "initialise/colored_seeds.h"
+#include "initialise/constants.h"
 
-// Opacity and, in distances to the neighbours, size at the start: ours, and the paper's (separate geometry). Faint
-// blobs that hide each other hold the start up.
 typedef struct Blob {
     float opacity, size;
 } Blob;
-static const Blob our_blob = {0.5f, 0.6f}, paper_blob = {0.1f, 1};
-
-#define GLASS 0.08       // reflectance of a clean pane, both surfaces
-#define BRIGHT_SCENE 0.8 // the mirrored room's own light at its bright places: fixes the pane's reflectance
-#define BRIGHT_SHARE 0.95
-#define F0_MIN 0.04
-#define F0_MAX 0.5
-#define RETURN 0.2 // of the flash comes back by the mirrored room
+static const Blob our_blob = {BLOB_OPACITY, BLOB_SIZE}, paper_blob = {BLOB_PAPER_OPACITY, BLOB_PAPER_SIZE};
 
 static int cloud_from_seeds(const Seeds *seeds, const float *linear, const float *gain, Blob blob, Cloud *cloud,
                             FsError *err)
@@ -48,7 +40,9 @@ static int guess_f0(const float *R, int n, double *f0, FsError *err)
     if (!green) return fs_error_memory(err);
     for (int i = 0; i < n; i++) green[i] = R[3 * (size_t)i + 1];
     fs_order_floats(green, (size_t)n);
-    *f0 = n ? fmin(fmax((double)green[(int)(BRIGHT_SHARE * (n - 1))] / BRIGHT_SCENE, F0_MIN), F0_MAX) : F0_MIN;
+    *f0 =
+        n ? fmin(fmax((double)green[(int)(PANE_BRIGHT_SHARE * (n - 1))] / PANE_BRIGHT_SCENE, PANE_F0_MIN), PANE_F0_MAX)
+          : PANE_F0_MIN;
     free(green);
     return 0;
 }
@@ -66,7 +60,7 @@ static int fill_scene(const SmallViews *views, ColoredSeeds *p, Scene *scene, Fs
 {
     int rc = 0;
     TRY(guess_f0(p->R_color, p->R.n, &scene->pane.f0, err));
-    scene->pane.dimming = GLASS;
+    scene->pane.dimming = PANE_GLASS;
     for (int i = 0; i < p->R.n; i++) { // beta * R in the photos -> R, the room's own light
         double beta = scene->pane_beta ? reflectance(views, &scene->pane, p->R.xyz + 3 * (size_t)i) : 0.5;
         for (int k = 0; k < 3; k++) p->R_color[3 * (size_t)i + (size_t)k] /= (float)beta;
@@ -104,7 +98,7 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
                      .separation = fs_scene_separation(set->separation)};
     scene->extent = 1.1 * start->views->extent;
     scene->flash_distance = start->light->distance;
-    scene->flash_return = fs_scene_lit(scene) ? RETURN : 0;
+    scene->flash_return = fs_scene_lit(scene) ? PANE_RETURN : 0;
     for (int k = 0; k < 3; k++) {
         scene->pane.normal[k] = start->views->forward[k];
         scene->gain_color[k] = start->light->color[k];

@@ -8,22 +8,21 @@
 #include "base/threads.h"
 #include "initialise/advise.h"
 #include "initialise/classify.h"
+#include "initialise/constants.h"
 #include "initialise/first_scene.h"
 #include "initialise/residual_stereo.h"
 #include "model/colmap_model.h"
-
-#define FEWEST_POINTS 20
 
 static int read_points(const char *dir, SparsePoints *points, FsError *err)
 {
     ColmapModel model = {0};
     int rc = fs_colmap_model_read(dir, &model, err);
     if (rc < 0) return rc;
-    if (model.n_points < FEWEST_POINTS) {
+    if (model.n_points < INPUT_FEWEST) {
         rc = fs_error_set(err, FS_ERR_INPUT,
                           "%s: %d points, at least %d are needed; run the poses stage again (--force), "
                           "or photograph a scene with more texture",
-                          dir, model.n_points, FEWEST_POINTS);
+                          dir, model.n_points, INPUT_FEWEST);
         goto fail;
     }
     TRY(fs_points_new(points, model.n_points, err));
@@ -116,7 +115,7 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
         goto fail;
     }
     TRY(fs_dataset_read(&dataset, views_path, err));
-    TRY(fs_small_views_load(views, project->out, &dataset, FS_SMALL_VIEWS_LONG_EDGE, err));
+    TRY(fs_small_views_load(views, project->out, &dataset, INPUT_LONG_EDGE, err));
     if (views->n_flash == 0 || views->n_flash == views->n) {
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed",
                           views_path, views->n_flash, views->n - views->n_flash);

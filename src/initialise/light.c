@@ -7,10 +7,9 @@
 #include "base/knn.h"
 #include "base/linalg.h"
 #include "base/order.h"
+#include "initialise/constants.h"
 
-enum { K = 12, ENOUGH = 10, CHUNK = 256 };
-#define SIGMA_MOST 0.3f
-#define ALPHA_MIN 0.05
+enum { CHUNK = 256 };
 
 // Mean over the flash photos of the distance from a point; of (light->distance / distance)^2 where there is a light.
 static double mean_over_flash(const SmallViews *views, const float xyz[3], const FlashLight *light)
@@ -33,7 +32,7 @@ double fs_light_falloff(const SmallViews *views, const FlashLight *light, const 
 
 static bool clear_cue(const Cue *cue, unsigned char kind)
 {
-    return kind == POINT_TRANSMITTED && cue->ok && cue->sigma < SIGMA_MOST;
+    return kind == POINT_TRANSMITTED && cue->ok && cue->sigma < LIGHT_SIGMA_MOST;
 }
 
 int fs_light_fit(const SmallViews *views, const SparsePoints *points, FlashLight *light, FsError *err)
@@ -58,7 +57,7 @@ int fs_light_fit(const SmallViews *views, const SparsePoints *points, FlashLight
         for (int i = 0; i < n; i++)
             if (clear_cue(&cue[i], kind[i]) && cue[i].slope[c] > 0)
                 value[m++] = ((double)cue[i].slope[c] - 1) / fs_light_falloff(views, light, xyz + 3 * (size_t)i);
-        if (m >= ENOUGH) light->color[c] = fmin(fmax(fs_order_median(value, (size_t)m), ALPHA_MIN), 50);
+        if (m >= LIGHT_ENOUGH) light->color[c] = fmin(fmax(fs_order_median(value, (size_t)m), LIGHT_ALPHA_MIN), 50);
     }
     free(value);
     return 0;
@@ -77,16 +76,16 @@ static void gain_job(void *context, int job, int worker)
     const GainWork *w = context;
     int end = (job + 1) * CHUNK < w->seeds->n ? (job + 1) * CHUNK : w->seeds->n;
     for (int i = job * CHUNK; i < end; i++) {
-        int index[K];
-        float dist2[K], sum = 0, weight = 0;
-        fs_knn_query(w->tree, w->seeds->xyz + 3 * (size_t)i, -1, K, index, dist2);
-        float soft = isfinite(dist2[K / 2]) ? dist2[K / 2] : dist2[0];
-        for (int k = 0; k < K && index[k] >= 0; k++) {
+        int index[LIGHT_NEIGHBOURS];
+        float dist2[LIGHT_NEIGHBOURS], sum = 0, weight = 0;
+        fs_knn_query(w->tree, w->seeds->xyz + 3 * (size_t)i, -1, LIGHT_NEIGHBOURS, index, dist2);
+        float soft = isfinite(dist2[LIGHT_NEIGHBOURS / 2]) ? dist2[LIGHT_NEIGHBOURS / 2] : dist2[0];
+        for (int k = 0; k < LIGHT_NEIGHBOURS && index[k] >= 0; k++) {
             float wk = w->weight[index[k]] / (dist2[k] + soft + 1e-20f);
             sum += wk * w->log_gain[index[k]];
             weight += wk;
         }
-        w->gain[i] = weight > 0 ? fminf(fmaxf(sum / weight, -FS_LIGHT_GAIN_MAX), FS_LIGHT_GAIN_MAX) : 0;
+        w->gain[i] = weight > 0 ? fminf(fmaxf(sum / weight, -LIGHT_GAIN_MAX), LIGHT_GAIN_MAX) : 0;
     }
 }
 
@@ -106,11 +105,11 @@ int fs_light_gains(const SmallViews *views, const FlashLight *light, const Spars
     double mean_color = (light->color[0] + light->color[1] + light->color[2]) / 3;
     for (int i = 0; i < points->n; i++) {
         if (!clear_cue(&points->cue[i], points->kind[i])) continue;
-        double slope = exp((double)points->cue[i].log_slope), alpha = fmax(slope - 1, ALPHA_MIN);
+        double slope = exp((double)points->cue[i].log_slope), alpha = fmax(slope - 1, LIGHT_ALPHA_MIN);
         double sigma = (double)points->cue[i].sigma * slope / alpha; // of log alpha
         memcpy(place + 3 * (size_t)m, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
         log_gain[m] = (float)log(alpha / mean_color / fs_light_falloff(views, light, points->xyz + 3 * (size_t)i));
-        log_gain[m] = fminf(fmaxf(log_gain[m], -2 * FS_LIGHT_GAIN_MAX), 2 * FS_LIGHT_GAIN_MAX);
+        log_gain[m] = fminf(fmaxf(log_gain[m], -2 * LIGHT_GAIN_MAX), 2 * LIGHT_GAIN_MAX);
         weight[m++] = (float)(1 / (sigma * sigma + 0.04));
     }
     if (m == 0) goto fail; // gains stay 0

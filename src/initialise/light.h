@@ -6,8 +6,6 @@
 #include "initialise/points.h"
 #include "initialise/seeds.h"
 
-#define FS_LIGHT_GAIN_MAX 1.5f // the logarithm of the gain stays within this
-
 typedef struct FlashLight {
     double color[3];
     double distance;   // median distance of the transmitted points from the flash

@@ -4,9 +4,8 @@
 #include <string.h>
 
 #include "base/knn.h"
+#include "initialise/constants.h"
 
-#define FARTHER_T 1.5f // times as far from points of its own scene as from those of the other
-#define FARTHER_R 6.0f
 enum { CHUNK = 512 };
 
 typedef struct Filter {
@@ -55,7 +54,7 @@ int fs_outliers_drop(const SparsePoints *points, bool reflected, Threads *thread
         if (count[k] && !tree[k]) TRY(fs_error_memory(err));
     }
     if (!tree[0] || !tree[1]) goto fail;
-    Filter vet = {dense, tree[reflected], tree[!reflected], reflected ? FARTHER_R : FARTHER_T, drop};
+    Filter vet = {dense, tree[reflected], tree[!reflected], reflected ? OUTLIERS_FARTHER_R : OUTLIERS_FARTHER_T, drop};
     fs_threads_for(threads, (dense->n + CHUNK - 1) / CHUNK, filter_job, &vet);
     for (int i = 0; i < dense->n; i++)
         if (!drop[i]) memmove(dense->xyz + 3 * (size_t)kept++, dense->xyz + 3 * (size_t)i, sizeof(float) * 3);

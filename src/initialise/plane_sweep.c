@@ -5,19 +5,9 @@
 #include <string.h>
 
 #include "base/linalg.h"
+#include "initialise/constants.h"
 
-enum {
-    GROUP_MAX = 16, // photos of one lighting looked at, the nearest
-    SLOW_SIGMA = 3, // pixels; slower parts of the photos are left out
-    BLUR_RADIUS = 3,
-    PLANES = 10, // of Sums
-    DIVIDE = 2,  // grid pixels per photo pixel, a side
-};
-#define WINDOW_SIGMA 1.1f // grid pixels
-#define AXIS_MIN 0.5      // cosine between the optical axes of photos looked at together
-#define SIGMA_SURE 0.15f  // uncertainty of the contrast's growth where the photos agree
-#define SIGMA_UNSURE 0.45f
-#define SURE_COHERENCE 0.3f
+enum { PLANES = 10 };
 
 void fs_plane_sweep_photos_free(SweepPhotos *photos)
 {
@@ -79,7 +69,7 @@ static void prepare_job(void *context, int job, int worker)
     Image *fine = &w->fine[job];
     int width = photo->width, height = photo->height;
     size_t n = (size_t)width * (size_t)height;
-    float *slow = malloc(sizeof(float) * (2 * n + (size_t)width + 6 * SLOW_SIGMA)),
+    float *slow = malloc(sizeof(float) * (2 * n + (size_t)width + 6 * SWEEP_SLOW_SIGMA)),
           *trusted = malloc(sizeof(float) * n);
     w->failed[job] = !slow || !trusted || fs_image_new(fine, width, height, 4, NULL) < 0;
     if (!w->failed[job]) {
@@ -91,7 +81,7 @@ static void prepare_job(void *context, int job, int worker)
         }
         for (int c = 3; c >= 0; c--) { // the trust first: the colours are divided by it
             for (size_t i = 0; i < n; i++) slow[i] = fine->px[4 * i + (size_t)c];
-            blur(slow, slow + n, width, height, SLOW_SIGMA, 3 * SLOW_SIGMA);
+            blur(slow, slow + n, width, height, SWEEP_SLOW_SIGMA, 3 * SWEEP_SLOW_SIGMA);
             for (size_t i = 0; i < n && c == 3; i++) trusted[i] = slow[i];
             for (size_t i = 0; i < n && c < 3; i++)
                 if (fine->px[4 * i + 3] > 0) fine->px[4 * i + (size_t)c] -= slow[i] / trusted[i];
@@ -137,7 +127,7 @@ typedef struct Work {
     const SweepPhotos *photos;
     const DepthOdds *odds;
     PlaneSweep *sweep;
-    Warp warp[2 * GROUP_MAX];
+    Warp warp[2 * SWEEP_GROUP_MAX];
     int n_warps;
     double middle_m[3], middle_t; // depth in the middle view times q: m . (x, y, 1) + q t
     Sums *sums;                   // per worker (height, width)
@@ -173,14 +163,14 @@ static void choose_photos(Work *w, int view)
     for (int g = 0; g < 2; g++) {
         double after = -1; // squared distance and number of the one chosen last
         int after_i = -1;
-        for (int k = 0; k < GROUP_MAX; k++) {
+        for (int k = 0; k < SWEEP_GROUP_MAX; k++) {
             double best = INFINITY;
             int best_i = -1;
             for (int i = 0; i < views->n; i++) {
                 const SmallView *f = &views->view[i];
                 double d2 = v3_distance2(f->centre, from->centre);
                 double axis = v3_dot(f->camera.w2c + 8, from->camera.w2c + 8);
-                if (f->flash != g || axis < AXIS_MIN || d2 < after || (d2 == after && i <= after_i)) continue;
+                if (f->flash != g || axis < SWEEP_AXIS_MIN || d2 < after || (d2 == after && i <= after_i)) continue;
                 if (d2 < best) {
                     best = d2;
                     best_i = i;
@@ -263,7 +253,8 @@ static void score(const float p[PLANES], float depth_odds, float *transmitted, f
                                         (double)(p[6] / p[8]), (double)(p[7] / p[9]), &common);
     if (!(slope > 0)) return;
     float coherence = (float)common;
-    float sigma = SIGMA_SURE + (SIGMA_UNSURE - SIGMA_SURE) * fmaxf(1 - coherence / SURE_COHERENCE, 0);
+    float sigma =
+        SWEEP_SIGMA_SURE + (SWEEP_SIGMA_UNSURE - SWEEP_SIGMA_SURE) * fmaxf(1 - coherence / SWEEP_SURE_COHERENCE, 0);
     float odds = fs_classify_slope_odds(logf((float)slope), sigma) + depth_odds;
     float share = 1 / (1 + expf(-fminf(fmaxf(odds, -20), 20)));
     *transmitted = coherence * share;
@@ -273,7 +264,7 @@ static void score(const float p[PLANES], float depth_odds, float *transmitted, f
 // Floats per worker: the planes and what blur() wants.
 static size_t planes_size(const Camera *grid)
 {
-    return ((size_t)grid->height * (PLANES + 1) + 1) * (size_t)grid->width + 2 * BLUR_RADIUS;
+    return ((size_t)grid->height * (PLANES + 1) + 1) * (size_t)grid->width + 2 * SWEEP_BLUR_RADIUS;
 }
 
 static void step_job(void *context, int step, int worker)
@@ -289,7 +280,8 @@ static void step_job(void *context, int step, int worker)
     for (int k = 0; k < w->n_warps; k++)
         add_photo(&w->warp[k], &w->photos->fine[w->warp[k].view], q, width, height, sums);
     spread(sums, n, planes);
-    for (int k = 0; k < PLANES; k++) blur(planes + n * (size_t)k, temp, width, height, WINDOW_SIGMA, BLUR_RADIUS);
+    for (int k = 0; k < PLANES; k++)
+        blur(planes + n * (size_t)k, temp, width, height, SWEEP_WINDOW_SIGMA, SWEEP_BLUR_RADIUS);
     for (size_t i = 0; i < n; i++) {
         float p[PLANES], u = (float)(i % (size_t)width) + 0.5f, v = (float)(i / (size_t)width) + 0.5f;
         for (int k = 0; k < PLANES; k++) p[k] = planes[n * (size_t)k + i];
@@ -319,8 +311,8 @@ int fs_plane_sweep_run(const SweepPhotos *photos, int view, const DepthRange *ra
                        Threads *threads, PlaneSweep *sweep, FsError *err)
 {
     const Camera *camera = &photos->views->view[view].camera;
-    int width = camera->width / DIVIDE > 0 ? camera->width / DIVIDE : 1;
-    int height = camera->height / DIVIDE > 0 ? camera->height / DIVIDE : 1, rc = 0;
+    int width = camera->width / SWEEP_DIVIDE > 0 ? camera->width / SWEEP_DIVIDE : 1;
+    int height = camera->height / SWEEP_DIVIDE > 0 ? camera->height / SWEEP_DIVIDE : 1, rc = 0;
     size_t n = (size_t)width * (size_t)height, workers = (size_t)fs_threads_count(threads);
     *sweep = (PlaneSweep){fs_camera_resized(camera, width, height),
                           range->steps,

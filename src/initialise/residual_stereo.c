@@ -1,10 +1,9 @@
 #include "initialise/residual_stereo.h"
 
 #include "initialise/colored_seeds.h"
+#include "initialise/constants.h"
 #include "initialise/outliers.h"
 #include "initialise/stereo.h"
-
-#define SEEDS_PER_PIXEL 1.0f // of the scene that is subtracted
 
 // Gives both scenes as found so far colours, subtracts one from the photos and looks for the other in what is left.
 static int find_again(const Start *start, bool reflected, DepthMaps *maps, PointList dense[2], FsError *err)
@@ -13,7 +12,7 @@ static int find_again(const Start *start, bool reflected, DepthMaps *maps, Point
     ColoredSeeds seeds = {0};
     SmallViews residual = {0};
     const Camera *camera = &start->views->view[0].camera;
-    int count = (int)(SEEDS_PER_PIXEL * (float)camera->width * (float)camera->height);
+    int count = (int)(RESIDUAL_SEEDS_PER_PIXEL * (float)camera->width * (float)camera->height);
     TRY(fs_colored_seeds_make(start, count, &seeds, err));
     const Seeds *other = reflected ? &seeds.T : &seeds.R;
     const float *without = reflected ? seeds.T_N : seeds.R_color, *with = reflected ? seeds.T_F : seeds.R_color;

@@ -7,15 +7,8 @@
 #include "base/knn.h"
 #include "base/linalg.h"
 #include "base/rng.h"
+#include "initialise/constants.h"
 #include "initialise/fill.h"
-
-#define SAME_SURFACE 0.05f // relative depth
-#define COVERED 0.15f      // a cell is covered by a seed this near to its surface, relative depth
-#define SURFACE_SHARE 0.7f // of what is left after the points; the rest are copies
-#define POINT_SHARE 0.6f   // of the count at most
-#define CELL_MIN_PX 1.0f
-#define CELL_GROWTH 1.15f    // from one attempt to cover all photos to the next
-#define SURFACE_POINTS 25000 // points that a surface is drawn from at most
 
 void fs_seeds_free(Seeds *seeds)
 {
@@ -54,7 +47,7 @@ static int depth_of(const SmallView *view, const PointList *points, int width, i
             nearest[cell] = fmaxf(nearest[cell], inverse);
     for (int i = 0; i < points->n; i++) {
         if (!project_cell(&view->camera, points->xyz + 3 * (size_t)i, width, height, &cell, &inverse)) continue;
-        if (inverse < (1 - SAME_SURFACE) * nearest[cell]) continue;
+        if (inverse < (1 - SURFACE_SAME) * nearest[cell]) continue;
         inverse_depth[cell] += inverse;
         weight[cell] += 1;
     }
@@ -115,7 +108,7 @@ static int cover_view(const SmallView *view, const PointList *points, float cell
     TRY(depth_of(view, points, width, height, surface, &any, err));
     for (int i = 0; i < seeds->n; i++)
         if (project_cell(&view->camera, seeds->xyz + 3 * (size_t)i, width, height, &cell, &inverse) &&
-            fabsf(inverse - surface[cell]) < COVERED * surface[cell])
+            fabsf(inverse - surface[cell]) < SEEDS_COVERED * surface[cell])
             covered[cell] = 1;
     for (size_t i = 0; i < n && any; i++) {
         float u = fs_rng_uniform(rng), v = fs_rng_uniform(rng), xyz[3];
@@ -135,7 +128,7 @@ fail:
 static int cover_all(const SmallViews *views, const PointList *points, int count, uint64_t seed, Seeds *seeds,
                      FsError *err)
 {
-    int rc = 0, before = seeds->n, stride = (points->n + SURFACE_POINTS - 1) / SURFACE_POINTS;
+    int rc = 0, before = seeds->n, stride = (points->n + SEEDS_SURFACE_POINTS - 1) / SEEDS_SURFACE_POINTS;
     if (count <= before || points->n <= 0) return 0;
     int *order = malloc(sizeof(int) * (size_t)views->n);
     PointList some = {.xyz = malloc(sizeof(float) * 3 * (size_t)(points->n / stride + 1))};
@@ -147,14 +140,15 @@ static int cover_all(const SmallViews *views, const PointList *points, int count
         memcpy(some.xyz + 3 * (size_t)some.n++, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
     fs_seeds_order(views, order);
     const Camera *middle = &views->view[order[0]].camera;
-    float cell_px = fmaxf(sqrtf((float)middle->width * (float)middle->height / (float)(count - before)), CELL_MIN_PX);
+    float cell_px =
+        fmaxf(sqrtf((float)middle->width * (float)middle->height / (float)(count - before)), SEEDS_CELL_MIN_PX);
     for (int attempt = 0; attempt < 25; attempt++) {
         Rng rng = fs_rng_new(seed);
         seeds->n = before;
         for (int k = 0; k < views->n && !in_use(seeds, count); k++)
             TRY(cover_view(&views->view[order[k]], &some, cell_px, count, &rng, seeds, err));
         if (!in_use(seeds, count)) break;
-        cell_px *= CELL_GROWTH;
+        cell_px *= SEEDS_CELL_GROWTH;
     }
 fail:
     free(order);
@@ -225,10 +219,10 @@ int fs_seeds_make(const SmallViews *views, const PointList *points, int count, u
         goto fail;
     }
     Rng rng = fs_rng_new(seed);
-    int most = (int)(POINT_SHARE * (float)count), wanted = points->n < most ? points->n : most;
+    int most = (int)(SEEDS_POINT_SHARE * (float)count), wanted = points->n < most ? points->n : most;
     for (int i = 0; i < points->n; i++) // as many as wanted, each as likely (Knuth's algorithm S)
         if (fs_rng_below(&rng, points->n - i) < wanted - seeds->n) append(seeds, points->xyz + 3 * (size_t)i);
-    int surface = (int)(SURFACE_SHARE * (float)(count - seeds->n));
+    int surface = (int)(SEEDS_SURFACE_SHARE * (float)(count - seeds->n));
     TRY(cover_all(views, points, seeds->n + surface, seed + 1, seeds, err));
     TRY(add_copies(points, count, &rng, threads, seeds, err));
     TRY(measure_scales(views, threads, seeds, err));

@@ -6,8 +6,6 @@
 #include "model/camera.h"
 #include "model/dataset.h"
 
-#define FS_SMALL_VIEWS_LONG_EDGE 300
-
 typedef struct SmallView {
     Camera camera; // of `photo`
     double centre[3];

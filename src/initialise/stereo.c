@@ -5,25 +5,10 @@
 #include <string.h>
 
 #include "base/order.h"
+#include "initialise/constants.h"
 #include "initialise/seeds.h"
 #include "initialise/semiglobal.h"
 #include "initialise/plane_sweep.h"
-
-enum {
-    STEPS_MIN = 32,
-    STEPS_MAX = 128,
-};
-#define STEP_PX 1.2f // what a step of depth moves in a photo at the usual distance of photos
-#define RANGE_MARGIN 0.15f
-#define RANGE_SHARE 0.01f // of the points may lie outside the swept range at either end
-#define SMALL_T 0.05f     // costs of a change of depth (semiglobal.h)
-#define LARGE_T 0.3f
-#define SMALL_R 0.03f
-#define LARGE_R 0.2f
-#define SURE_T 0.1f // least scores
-#define SURE_R 0.1f
-#define SAME_DEPTH 0.04f // relative; within this two views agree
-#define APART 0.08f      // relative; the mirrored surface is not this near to the transmitted one on a ray
 
 static void map_free(DepthMap *map)
 {
@@ -55,10 +40,11 @@ static int find_range(const Start *start, int view, DepthRange *range, FsError *
     fs_order_floats(inverse, (size_t)m);
     *range = (DepthRange){0};
     if (m > 0) {
-        range->min = inverse[(int)(RANGE_SHARE * (float)(m - 1))] * (1 - RANGE_MARGIN);
-        range->max = inverse[(int)((1 - RANGE_SHARE) * (float)(m - 1))] * (1 + RANGE_MARGIN);
+        range->min = inverse[(int)(STEREO_RANGE_SHARE * (float)(m - 1))] * (1 - STEREO_RANGE_MARGIN);
+        range->max = inverse[(int)((1 - STEREO_RANGE_SHARE) * (float)(m - 1))] * (1 + STEREO_RANGE_MARGIN);
         float spread_px = (range->max - range->min) * (float)(start->views->extent * start->views->focal_px);
-        if (range->max > range->min) range->steps = (int)fminf(fmaxf(spread_px / STEP_PX, STEPS_MIN), STEPS_MAX);
+        if (range->max > range->min)
+            range->steps = (int)fminf(fmaxf(spread_px / STEREO_STEP_PX, STEREO_STEPS_MIN), STEREO_STEPS_MAX);
     }
     free(inverse);
     return 0;
@@ -87,11 +73,11 @@ static void keep_sure(const PlaneSweep *sweep, const float *score, float sure, f
 static bool match_transmitted(PlaneSweep *s, DepthMap *map)
 {
     int width = s->camera.width, height = s->camera.height;
-    if (fs_semiglobal_choose(&(ScoreVolume){s->transmitted, width, height, s->steps}, SMALL_T, LARGE_T, map->layer[0],
-                             NULL) < 0)
+    if (fs_semiglobal_choose(&(ScoreVolume){s->transmitted, width, height, s->steps}, STEREO_SMALL_T, STEREO_LARGE_T,
+                             map->layer[0], NULL) < 0)
         return false;
     for (int i = 0; i < width * height; i++) map->guess[i] = s->inverse_min + map->layer[0][i] * s->inverse_step;
-    keep_sure(s, s->transmitted, SURE_T, map->layer[0]);
+    keep_sure(s, s->transmitted, STEREO_SURE_T, map->layer[0]);
     return true;
 }
 
@@ -100,12 +86,12 @@ static bool match_reflected(PlaneSweep *s, DepthMap *map)
     int width = s->camera.width, height = s->camera.height;
     for (int i = 0; i < width * height; i++) // what is near the transmitted surface is that surface
         for (int d = 0; d < s->steps; d++)
-            if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < APART * map->guess[i])
+            if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < STEREO_APART * map->guess[i])
                 s->reflected[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
-    if (fs_semiglobal_choose(&(ScoreVolume){s->reflected, width, height, s->steps}, SMALL_R, LARGE_R, map->layer[1],
-                             NULL) < 0)
+    if (fs_semiglobal_choose(&(ScoreVolume){s->reflected, width, height, s->steps}, STEREO_SMALL_R, STEREO_LARGE_R,
+                             map->layer[1], NULL) < 0)
         return false;
-    keep_sure(s, s->reflected, SURE_R, map->layer[1]);
+    keep_sure(s, s->reflected, STEREO_SURE_R, map->layer[1]);
     return true;
 }
 
@@ -147,13 +133,13 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
         float there = depth_at(&map[k], map[k].layer[reflected], xyz, &inverse);
         if (!(there > 0)) continue;
         float relative = inverse / there - 1;
-        if (fabsf(relative) < SAME_DEPTH)
+        if (fabsf(relative) < STEREO_SAME_DEPTH)
             sum += 2;
         else if (relative > 0) // that view looks through the point
             sum -= 1;
         if (!reflected) continue;
         there = depth_at(&map[k], map[k].layer[0], xyz, &inverse);
-        if (there > 0 && fabsf(inverse / there - 1) < SAME_DEPTH) sum -= 2;
+        if (there > 0 && fabsf(inverse / there - 1) < STEREO_SAME_DEPTH) sum -= 2;
     }
     return sum;
 }

@@ -3,10 +3,9 @@
 #ifndef FS_INITIALISE_STEREO_H
 #define FS_INITIALISE_STEREO_H
 
+#include "initialise/constants.h"
 #include "initialise/plane_sweep.h"
 #include "initialise/start.h"
-
-enum { STEREO_VIEWS = 8 }; // swept at most
 
 // Both scenes' inverse depths in the swept views, (height, width); 0 where unsure.
 typedef struct DepthMap {

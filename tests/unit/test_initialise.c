@@ -6,6 +6,7 @@
 #include <cmocka.h>
 #include <string.h>
 
+#include "initialise/constants.h"
 #include "initialise/cue.h"
 #include "initialise/stereo.h"
 #include "initialise/fill.h"
@@ -50,7 +51,7 @@ static void test_slope(void **state)
     assert_true(fabs(coherence - 1) < 1e-12);
     assert_true(fabs(fs_cue_slope(3, 3, 3, 6, 6, &coherence) - 1) < 1e-12);
     assert_true(fabs(coherence - 6.0 / 9) < 1e-12);
-    assert_true(fs_cue_slope(1e-9, 0, 4, 1, 8, &coherence) == FS_CUE_SLOPE_MAX); // black without flash
+    assert_true(fs_cue_slope(1e-9, 0, 4, 1, 8, &coherence) == CUE_SLOPE_MAX); // black without flash
     assert_true(fabs(coherence - 0.5) < 0.01);
     assert_true(fs_cue_slope(4, 0, 1e-9, 8, 1, &coherence) == 0);
     assert_true(fs_cue_slope(-1, -2, -4, 1, 1, &coherence) == 0 && coherence == 0);

@@ -1,0 +1,102 @@
+// The constants of the method: what each is, and what it was chosen by:
+//   paper, glass   given by the 3DGS paper, or by what glass does
+//   experiment     compared with others by quality on the shared scenes (docs/experiments.md)
+//   captures       lies between the figures of captures that come apart and of those that do not (advise.c)
+//   -              not measured by itself; the start as a whole is what docs/experiments.md compares
+#ifndef FS_INITIALISE_CONSTANTS_H
+#define FS_INITIALISE_CONSTANTS_H
+
+enum {
+    INPUT_LONG_EDGE = 300,        // -          pixels of the photos the stage works on
+    INPUT_FEWEST = 20,            // -          sparse points below which nothing can be told
+    CUE_SIDE = 9,                 // -          samples along a side of the patch, a pixel apart
+    CUE_GROUP_MAX = 24,           // -          photos of one lighting looked at
+    CUE_VIEWS_MIN = 3,            // -          of each lighting
+    GRAPH_NEAR = 16,              // -          neighbours in space,
+    GRAPH_FIELD = 48,             // -          those that tell how much the flash lights the place,
+    GRAPH_RAY = 32,               // -          and those in the same direction
+    GRAPH_ROUNDS = 25,            // -          of the mean field
+    DEPTH_ODDS_STEPS = 64,        // -          of the table of depths
+    LIGHT_NEIGHBOURS = 12,        // -          that a place's gain is carried over from
+    LIGHT_ENOUGH = 10,            // -          clear points that the flash's colour is fitted to at least
+    SWEEP_GROUP_MAX = 16,         // -          photos of one lighting looked at, the nearest
+    SWEEP_SLOW_SIGMA = 3,         // -          pixels; slower parts of the photos are left out
+    SWEEP_BLUR_RADIUS = 3,        // -          grid pixels
+    SWEEP_DIVIDE = 2,             // -          grid pixels per photo pixel, a side
+    STEREO_VIEWS = 8,             // -          swept at most
+    STEREO_STEPS_MIN = 32,        // -          of depth
+    STEREO_STEPS_MAX = 128,       // -
+    COLORS_TURNS = 3,             // -          in which the two scenes are freed from each other
+    SEEDS_SURFACE_POINTS = 25000, // -          that a surface is drawn from at most
+    COLORED_FEWEST = 8,           // -          points of a kind below which its depth is guessed
+    ADVISE_FEW_POINTS = 50,       // captures
+    ADVISE_FEW_PHOTOS = 5,        // captures   of either kind
+};
+
+#define CUE_COHERENCE_MIN 0.08f     // -
+#define CUE_SLOPE_MAX 20.0          // -          what is black without flash has no slope; this stands for it
+#define CLASSIFY_DEPTH_SCALE 2.0f   // -          log depth against tangent of angle in distances between points
+#define CLASSIFY_NEAR_RADIUS 0.06f  // -          all three: tangents of angle in the middle view
+#define CLASSIFY_FIELD_RADIUS 0.1f  // -
+#define CLASSIFY_RAY_RADIUS 0.04f   // -
+#define CLASSIFY_NEAR_WEIGHT 0.5f   // -
+#define CLASSIFY_RAY_WEIGHT 0.5f    // -
+#define CLASSIFY_DEPTH_MOST 2.5f    // -          most that the depth alone may say, log of odds
+#define CLASSIFY_DEPTH_KERNEL 0.15f // -          in log depth
+#define MIRRORED_SLOPE 0.04f        // -          log; a little of the flash comes back by the room
+#define MIRRORED_SPREAD 0.08f       // -
+#define LIT_SLOPE 0.7f              // captures   log; where no transmitted point is near (a growth of 2)
+#define LIT_SPREAD 0.4f             // -
+#define LIT_FIELD_SPREAD 0.25f      // -          where some are
+#define CLASSIFY_OUTLIERS 0.02f     // -
+#define CLASSIFY_SIGMA_MIN 0.03f    // -
+#define CLASSIFY_SURE 1.0f          // -          log of odds
+#define LIGHT_SIGMA_MOST 0.3f       // -          of a clear cue
+#define LIGHT_ALPHA_MIN 0.05        // -
+#define LIGHT_GAIN_MAX 1.5f         // -          the logarithm of the gain stays within this
+#define SWEEP_WINDOW_SIGMA 1.1f     // -          grid pixels
+#define SWEEP_AXIS_MIN 0.5          // -          cosine between the optical axes of photos looked at together
+#define SWEEP_SIGMA_SURE 0.15f      // -          uncertainty of the contrast's growth where the photos agree
+#define SWEEP_SIGMA_UNSURE 0.45f    // -
+#define SWEEP_SURE_COHERENCE 0.3f   // -
+#define STEREO_STEP_PX 1.2f         // -          what a step of depth moves in a photo at the photos' usual distance
+#define STEREO_RANGE_MARGIN 0.15f   // -
+#define STEREO_RANGE_SHARE 0.01f    // -          of the points may lie outside the swept range at either end
+#define STEREO_SMALL_T 0.05f        // -          costs of a change of depth (semiglobal.h)
+#define STEREO_LARGE_T 0.3f         // -
+#define STEREO_SMALL_R 0.03f        // -
+#define STEREO_LARGE_R 0.2f         // -
+#define STEREO_SURE_T 0.1f          // -          least scores
+#define STEREO_SURE_R 0.1f          // -
+#define STEREO_SAME_DEPTH 0.04f     // -          relative; within this two views agree
+#define STEREO_APART 0.08f          // -          relative; how much nearer or farther the mirrored surface of a ray is
+#define OUTLIERS_FARTHER_T 1.5f     // experiment times as far from points of its own scene as from the other's
+#define OUTLIERS_FARTHER_R 6.0f     // experiment
+#define SURFACE_SAME 0.05f          // -          relative depth within which points are of one surface
+#define SEEDS_COVERED 0.15f         // -          a cell is covered by a seed this near to its surface, relative depth
+#define SEEDS_SURFACE_SHARE 0.7f    // -          of what is left after the points; the rest are copies
+#define SEEDS_POINT_SHARE 0.6f      // -          of the count at most
+#define SEEDS_CELL_MIN_PX 1.0f      // -
+#define SEEDS_CELL_GROWTH 1.15f     // -          from one attempt to cover all photos to the next
+#define COLORS_DARKEST 0.01f        // -          share of the light at its place that a seed has at least
+#define COLORS_HIDDEN 0.93f      // -          a seed this much farther (inverse depth) than the drawn surface is hidden
+#define COLORS_ENOUGH_SEEDS 0.6f // -          seeds per pixel from which on every pixel is drawn, not every other
+#define COLORS_ALPHA_NOISE 0.15f // -          gains near or below this tell little
+#define COLORED_GUESS_FARTHER 2.0f // -          a mirrored scene without points is this many times as far as the other
+#define RESIDUAL_SEEDS_PER_PIXEL 1.0f // -          of the scene that is subtracted
+#define BLOB_OPACITY 0.5f             // experiment at the start; faint blobs that hide each other hold the start up
+#define BLOB_SIZE 0.6f                // experiment in distances to the neighbours
+#define BLOB_PAPER_OPACITY 0.1f       // paper      with separate geometry
+#define BLOB_PAPER_SIZE 1             // paper
+#define PANE_GLASS 0.08               // glass      reflectance of a clean pane, both surfaces
+#define PANE_BRIGHT_SCENE 0.8         // -          the mirrored room's own light at its bright places: fixes f0
+#define PANE_BRIGHT_SHARE 0.95        // -
+#define PANE_F0_MIN 0.04              // glass      of one surface
+#define PANE_F0_MAX 0.5               // -
+#define PANE_RETURN 0.2               // -          of the flash comes back by the mirrored room; learned
+#define ADVISE_SLOPE_MIN 1.15         // captures   median contrast growth of the transmitted points
+#define ADVISE_SEPARATION_MIN 1.5     // captures   distance between the kinds' median growth, in errors of a point's
+#define ADVISE_ERROR_MIN 0.02         // -          of the growth's logarithm
+#define ADVISE_FAR_SHARE 0.15         // captures   distance to the nearest photo of the other kind, of the scene's
+
+#endif
