@@ -110,19 +110,19 @@ static char *line_of(const char *path, const char *key)
     return fs_file_path("\n%016" PRIx64 " %" PRIu64 " %s\n", hash, size, key);
 }
 
-static char *read_list(const char *root)
+static bool read_list(const char *root, char **list)
 {
-    char *path = fs_file_path("%s/" LIST, root), *text = NULL;
+    char *path = fs_file_path("%s/" LIST, root);
     size_t size;
-    if (path) fs_file_read(path, MAX_LIST, &text, &size, NULL);
+    bool read = path && fs_file_read(path, MAX_LIST, list, &size, NULL) == 0;
     free(path);
-    return text;
+    return read;
 }
 
 static bool is_listed(const Place *place, const char *path)
 {
-    char *line = line_of(path, place->key), *list = line ? read_list(place->root) : NULL;
-    bool yes = list && strstr(list, line);
+    char *line = line_of(path, place->key), *list = NULL;
+    bool yes = line && read_list(place->root, &list) && strstr(list, line);
     free(line);
     free(list);
     return yes;
@@ -269,7 +269,7 @@ int fs_owned_open(const char *dir, const char *kind, FsError *err)
     if (rc < 0) goto fail;
     bool inside = !is_root(dir) && strcmp(kind, "renders") == 0 && above.root;
     if (is_root(dir) || inside) {
-        if (!(list = read_list(inside ? above.root : dir)))
+        if (!read_list(inside ? above.root : dir, &list))
             rc = fs_error_set(err, FS_ERR_INPUT, "%s: cannot be read", path);
         else if (inside ? !strncmp(list, "flashsplat capture\n", 19) : strncmp(list, first, strlen(first)) != 0)
             rc = fs_error_set(err, FS_ERR_INPUT, "%s: belongs to a %.*s that flashsplat made: name another folder", dir,
@@ -356,11 +356,12 @@ static void remove_listed(const Place *place, const char *path, char *list)
 void fs_owned_remove(const char *path)
 {
     Place place;
+    struct stat st;
     char *list = NULL;
-    if (find(path, false, &place) < 0) return;
+    if (find(path, lstat(path, &st) == 0 && S_ISDIR(st.st_mode), &place) < 0) return;
     if (place.root && is_private(&place))
         fs_file_remove_tree(path);
-    else if (place.root && (list = read_list(place.root)))
+    else if (place.root && read_list(place.root, &list))
         remove_listed(&place, path, list);
     free(list);
     free_place(&place);

@@ -195,7 +195,7 @@ static int check_output(const FsProject *project, const char *pattern, const Nam
     pattern += *pattern == '=';
     const char *leaf = fs_file_name(pattern), *star = strstr(pattern, "*/");
     size_t n = (size_t)((star ? star : leaf) - pattern);
-    char *dir = fs_file_path("%s/%.*s", project->out, (int)(n ? n - 1 : 0), pattern);
+    char *dir = fs_file_path("%s%s%.*s", project->out, n ? "/" : "", (int)(n ? n - 1 : 0), pattern);
     FileList list = {0};
     int rc = dir ? 0 : fs_error_memory(err);
     if (rc == 0 && !star) rc = check_files(dir, leaf, names, err);
@@ -203,7 +203,7 @@ static int check_output(const FsProject *project, const char *pattern, const Nam
     if (rc == 0 && star && fs_file_list(dir, &list, NULL) < 0) list.n = 0;
     for (int i = 0; i < list.n && rc == 0; i++) {
         char *folder = fs_file_path("%s/%s", dir, list.name[i]);
-        rc = folder ? check_files(folder, leaf, names, err) : fs_error_memory(err);
+        rc = !folder ? fs_error_memory(err) : fs_file_is_dir(folder) ? check_files(folder, leaf, names, err) : 0;
         free(folder);
     }
     fs_file_list_free(&list);
@@ -227,23 +227,29 @@ static int check_marks(const FsProject *project, FsError *err)
     return rc;
 }
 
+// Whether a name below OUT is an output, or in the same folder of OUT.
+static bool is_beside(const char *name, const char *output)
+{
+    output += *output == '=';
+    size_t n = strcspn(output, "/");
+    return strncmp(name, output, n) == 0 && (!name[n] || name[n] == '/');
+}
+
 int fs_project_check_input(const FsProject *project, const char *path, FsError *err)
 {
     char *input = realpath(path, NULL), *out = realpath(project->out, NULL);
     int rc = input ? 0 : fs_error_set(err, FS_ERR_INPUT, "%s: no such file or folder", path);
     size_t n = out ? strlen(out) : 0;
-    bool inside = input && n && strncmp(input, out, n) == 0 && input[n] == '/';
-    for (int i = 0; i < PROJECT_STAGES * PROJECT_OUTPUTS + N_SHARED && inside && rc == 0; i++) {
-        const char *output =
-            i < N_SHARED ? shared_output[i]
-                         : fs_project_stages[(i - N_SHARED) / PROJECT_OUTPUTS].output[(i - N_SHARED) % PROJECT_OUTPUTS];
-        if (!output) continue;
-        output += *output == '=';
-        size_t m = strcspn(output, "/");
-        if (strncmp(input + n + 1, output, m) == 0 && (input[n + 1 + m] == 0 || input[n + 1 + m] == '/'))
-            rc = fs_error_set(err, FS_ERR_INPUT,
-                              "%s: is where results go (%s/%.*s): name another folder for the results", path,
-                              project->out, (int)m, output);
+    if (input && n && strncmp(input, out, n) == 0 && input[n] == '/') {
+        const char *name = input + n + 1;
+        bool beside = is_beside(name, FS_OWNED_DIR);
+        for (int i = 0; i < N_SHARED; i++) beside |= is_beside(name, shared_output[i]);
+        for (int i = 0; i < PROJECT_STAGES; i++)
+            for (int k = 0; k < PROJECT_OUTPUTS && fs_project_stages[i].output[k]; k++)
+                beside |= is_beside(name, fs_project_stages[i].output[k]);
+        if (beside)
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s: is where results go (%s/%.*s): name another folder for them",
+                              path, project->out, (int)strcspn(name, "/"), name);
     }
     free(input);
     free(out);
@@ -295,7 +301,8 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
         names.view = ingested;
         if (!ingested) rc = fs_error_memory(err);
     }
-    if (rc == 0) rc = check_plan(project, stage | project->planned, &names, err);
+    unsigned from_here = stage | (project->planned & ~(stage - 1)); // the bits are in the order of the stages
+    if (rc == 0) rc = check_plan(project, from_here, &names, err);
     if (rc == 0) {
         fs_project_unmark(project, stage);
         clear(project, fs_project_stage(stage));

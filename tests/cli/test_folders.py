@@ -1,0 +1,396 @@
+"""Nobody's files are lost, and results are what their settings say: every layout of folders, links, foreign files with
+our names, edited results, interruptions; other photos, models and settings, with and without --resume."""
+import hashlib
+import json
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+import common
+from common import FolderTest, run
+
+QUICK = ["--long-edge", 96, "--steps", 6, "--init-count", 300, "--max-splats", 400, "--checkpoint-every", 2,
+         "--threads", 1]
+TRAIN = QUICK[2:4] + QUICK[6:]
+
+
+def give_points(truth, n=200):
+    """Points with tracks for the model that synth writes without: then COLMAP is not needed."""
+    rng = random.Random(1)
+    cameras = json.loads((truth / "cameras.json").read_text())["images"]
+    first, points, seen = cameras[0]["w2c"], [], [[] for _ in cameras]
+    while len(points) < n:
+        z = rng.uniform(1.5, 4)
+        p = [rng.uniform(-.4, .4) * z - first[0][3], rng.uniform(-.3, .3) * z - first[1][3], z - first[2][3]]
+        x = [sum(first[r][k] * p[r] for r in range(3)) for k in range(3)]
+        track = ""
+        for k, c in enumerate(cameras):
+            q = [sum(c["w2c"][r][j] * x[j] for j in range(3)) + c["w2c"][r][3] for r in range(3)]
+            u, v = c["fx"] * q[0] / q[2] + c["cx"], c["fy"] * q[1] / q[2] + c["cy"]
+            if q[2] > 0 and 0 < u < c["width"] and 0 < v < c["height"]:
+                track += f" {k + 1} {len(seen[k])}"
+                seen[k].append(f"{u} {v} {len(points) + 1}")
+        points.append(f"{len(points) + 1} {x[0]} {x[1]} {x[2]} 128 128 128 0.5{track}\n")
+    (truth / "sparse/points3D.txt").write_text("".join(points))
+    lines = [l for l in (truth / "sparse/images.txt").read_text().splitlines() if l and not l.startswith("#")]
+    (truth / "sparse/images.txt").write_text("".join(f"{l}\n{' '.join(s)}\n" for l, s in zip(lines, seen)))
+
+
+def look(path):
+    """What a file, folder or link is: its mode, and its content or where it points."""
+    mode = os.lstat(path).st_mode
+    if path.is_symlink():
+        return mode, os.readlink(path)
+    return mode, hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+
+
+def contents(folder):
+    return {p: look(p) for p in sorted(folder.rglob("*")) if ".flashsplat" not in p.parent.parts}
+
+
+def clouds(out):
+    return {p.relative_to(out): p.read_bytes() for d in ("start", "clouds") for p in sorted((out / d).iterdir())}
+
+
+class Layouts(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        holder = tempfile.TemporaryDirectory(prefix="flashsplat-folders-")
+        cls.addClassCleanup(holder.cleanup)
+        cls.made = pathlib.Path(holder.name)
+        cls.scene, cls.done = cls.made / "scene", cls.made / "done"
+        for seed, name in ((5, "scene"), (6, "other")):
+            process = run("synth", "-o", cls.made / name, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 1,
+                          "--seed", seed)
+            assert process.returncode == 0, process.stderr
+        give_points(cls.scene / "truth")
+        process = run("run", cls.scene / "capture/raw", "-o", cls.done, "--poses", cls.scene / "truth/sparse", *QUICK)
+        assert process.returncode == 0, process.stderr
+
+    def setUp(self):
+        super().setUp()
+        self.photos, self.model, self.out = self.dir / "photos", self.dir / "model", self.dir / "out"
+        shutil.copytree(self.scene / "capture/raw", self.photos)
+        shutil.copytree(self.scene / "truth/sparse", self.model)
+        (self.photos / "IMG_0001.DNG").chmod(0o444)
+        self.users = {}
+
+    def job(self, *more, photos=None, out=None, model=None, **options):
+        return run("run", photos or self.photos, "-o", out or self.out, "--poses", model or self.model, *QUICK, *more,
+                   **options)
+
+    def keep(self):
+        """All that is there now is the user's."""
+        self.users = contents(self.dir)
+
+    def kept(self):
+        for path, was in self.users.items():
+            self.assertTrue(os.path.lexists(path), f"{path} is lost")
+            self.assertEqual(look(path), was, path)
+
+    def works(self, process, out=None):
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.kept()
+        if out is not False:
+            self.assertEqual(clouds(out or self.out), clouds(self.done))
+
+    def refuses(self, process, *words):
+        self.assert_fails(process, 1, *words)
+        self.kept()
+
+    def copy(self):
+        """A finished project of our own."""
+        return pathlib.Path(shutil.copytree(self.done, self.out, symlinks=True))
+
+    def put(self, path, text="mine"):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        return path
+
+    # ---- photos and results ----
+
+    def test_colmap_layout(self):
+        scene = self.dir / "scene"
+        scene.mkdir()
+        self.photos.rename(scene / "images")
+        self.model.rename(scene / "sparse")
+        self.keep()
+        self.refuses(run("run", "images", "-o", ".", "--poses", "sparse", *QUICK, cwd=scene), "images", "results")
+        self.assertEqual(sorted(p.name for p in scene.iterdir()), [".flashsplat", "images", "sparse"])
+        self.works(run("run", "images", "-o", "out", "--poses", "sparse", *QUICK, cwd=scene), scene / "out")
+
+    def test_model_where_ours_goes(self):
+        (self.out / "sparse").mkdir(parents=True)
+        self.model.rename(self.out / "sparse/0")
+        self.keep()
+        for model in (self.out / "sparse", self.out / "sparse/0"):
+            self.refuses(self.job(model=model), model)
+        (self.out / "sparse/0").rename(self.out / "mine")
+        self.keep()
+        self.works(self.job(model=self.out / "mine"))
+        self.works(self.job("--force", model=self.out / "mine"))
+
+    def test_one_folder_for_photos_and_results(self):
+        self.keep()
+        for more in ([], ["--force"], ["--steps", 6]):
+            self.works(self.job(*more, out=self.photos), self.photos)
+        self.assertIn("train: done already", self.job(out=self.photos).stdout)  # sheet.png is no photo
+
+    def test_results_in_photos_and_photos_in_results(self):
+        self.keep()
+        self.works(self.job(out=self.photos / "out"), self.photos / "out")
+        self.photos.rename(self.dir / "scene")
+        inside = self.out / "photos"
+        self.out.mkdir()
+        shutil.copytree(self.dir / "scene", inside, ignore=shutil.ignore_patterns("out"))
+        self.users = contents(self.out)
+        self.works(self.job(photos=inside))
+        self.works(self.job("--force", photos=inside))
+
+    def test_photos_where_results_go(self):
+        for name in ("linear", "linear/features", "images", "renders/T_N", "progress", ".flashsplat"):
+            folder = self.out / name
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copytree(self.scene / "capture/jpeg", folder)
+            self.keep()
+            process = self.job(photos=folder)
+            with self.subTest(name=name):
+                self.refuses(process, self.out / name.split("/", maxsplit=1)[0])
+                self.assertFalse((self.out / "done").exists())
+            shutil.rmtree(self.out)
+
+    def test_foreign_files_that_collide(self):
+        """Each is found before anything is touched."""
+        names = ("ingest.json", "linear/IMG_0001.tif", "linear/IMG_0002_mask.png", "linear/features/IMG_0003.png",
+                 "views.json", "images/IMG_0001.tif", "sparse/cameras.txt", "sparse/images.bin", "start/R.ply",
+                 "start/transmitted.ply", "clouds/T_N.ply", "clouds/model.json", "log.jsonl", "progress/00500.png",
+                 "checkpoint/state.json", "checkpoint.old/T_N.ply", "renders/R/IMG_0001.png", "sheet.png",
+                 "export/T_N.ply", "index.html", "report/1_photo.jpg", "warnings/poses.txt", "done/train.json",
+                 "video/T.mp4")
+        for name in names:
+            self.put(self.out / name)
+            self.keep()
+            with self.subTest(name=name):
+                self.refuses(self.job(), self.out / name)
+                self.assertEqual([p for p in self.out.rglob("*") if p.is_file() and ".flashsplat" not in p.parts],
+                                 [self.out / name])
+            shutil.rmtree(self.out)
+        self.put(self.out / ".flashsplat")
+        self.keep()
+        self.refuses(self.job(), ".flashsplat")
+        for name in ("linear", "start", "renders"):  # a file where a folder must be
+            self.out = self.dir / name
+            self.put(self.out / name)
+            self.keep()
+            self.refuses(self.job(), self.out / name)
+
+    def test_foreign_files_that_do_not_collide(self):
+        for folder in ("", "linear", "linear/features", "images", "sparse", "start", "clouds", "progress", "renders",
+                       "renders/T_N", "renders/mine", "export", "report", "video", "done", "warnings", "path"):
+            for name in ("notes.md", "holiday.jpeg", ".hidden", "mask.gif"):
+                self.put(self.out / folder / name)
+        self.keep()
+        for more in ([], ["--force"]):
+            self.works(self.job(*more))
+        self.works(run("render", self.out, "--force", "--video", "--path-views", 2), False)
+
+    def test_links(self):
+        real, target = self.dir / "real", self.dir / "users"
+        real.mkdir()
+        self.put(target / "IMG_0001.tif")
+        self.out.symlink_to(real)
+        for path in list(self.photos.iterdir())[:3]:  # a photo that is a link
+            path.rename(target / path.name)
+            path.symlink_to(target / path.name)
+        self.keep()
+        self.works(self.job())
+        self.works(self.job("--force"))
+        for name in ("linear", "linear/features", "images", "renders/T_N", "start", "checkpoint", "export", "progress",
+                     "report", "warnings", "done"):
+            shutil.move(self.out / name, self.dir / "moved")
+            (self.out / name).symlink_to(target)
+            self.keep()
+            with self.subTest(name=name):
+                self.refuses(self.job("--force"), self.out / name)
+            (self.out / name).unlink()
+            shutil.move(self.dir / "moved", self.out / name)
+        (self.out / "sheet.png").unlink()
+        (self.out / "sheet.png").symlink_to(target / "IMG_0001.tif")
+        self.keep()
+        self.refuses(self.job("--force"), self.out / "sheet.png")
+
+    # ---- results that were touched, copied, or are of others ----
+
+    def test_edited_results(self):
+        self.copy()
+        for name in ("renders/T_N/IMG_0001.png", "start/R.ply", "views.json", "linear/IMG_0001.tif", "export/T_N.ply",
+                     "clouds/R.ply", "log.jsonl", "index.html", "done/ingest.json"):
+            path = self.out / name
+            was, times = path.read_bytes(), (path.stat().st_atime_ns, path.stat().st_mtime_ns)
+            path.write_bytes(bytes([was[0] ^ 1]) + was[1:])  # the same size
+            os.utime(path, ns=times)  # and time
+            self.keep()
+            with self.subTest(name=name):
+                self.refuses(self.job("--force"), path)
+            path.write_bytes(was)
+        self.users = {}
+        self.works(self.job("--force"))
+
+    def test_copies_without_times(self):
+        shutil.copytree(self.done, self.out, copy_function=shutil.copyfile)
+        self.works(self.job("--force"))
+
+    def test_older_versions(self):
+        shutil.rmtree(self.copy() / ".flashsplat")
+        for path in (self.out / "done").iterdir():
+            mark = json.loads(path.read_text())
+            del mark["inputs"]
+            path.write_text(json.dumps(mark))
+        self.keep()
+        for more in ([], ["--force"]):
+            self.refuses(self.job(*more), self.out / "done", "folder")
+        self.refuses(run("train", self.out, *TRAIN), self.out / "done")
+        self.works(run("render", self.out, "-o", self.dir / "renders"), False)
+
+    def test_folders_of_others(self):
+        self.copy()
+        self.keep()
+        self.refuses(run("render", self.out, "-o", self.scene / "truth"), self.scene / "truth")
+        self.refuses(self.job(out=self.scene / "capture"), self.scene / "capture")
+        mine = self.put(self.dir / "pictures/R/IMG_0002.png")
+        self.keep()
+        self.refuses(run("render", self.out, "-o", self.dir / "pictures"), mine)
+        self.assertEqual(list((self.dir / "pictures").rglob("*.png")), [mine])
+        mine.rename(mine.with_name("mine.png"))
+        self.keep()
+        for _ in range(2):
+            self.works(run("render", self.out, "-o", self.dir / "pictures"), False)
+        self.works(run("render", self.out, "-o", self.out / "more/pictures"), False)
+
+    def test_synth(self):
+        for name in ("capture/raw/IMG_0001.DNG", "capture/mine.jpg", "truth/T_N/IMG_0001.png", "truth/notes.txt"):
+            path = self.put(self.dir / "scene" / name)
+            self.keep()
+            self.refuses(run("synth", "-o", self.dir / "scene", "--photos", 2, "--width", 32, "--height", 32), path)
+            shutil.rmtree(self.dir / "scene")
+        scene = pathlib.Path(shutil.copytree(self.scene, self.dir / "scene"))
+        (scene / "truth/sparse/images.txt").unlink()  # by give_points
+        (scene / "truth/sparse/points3D.txt").unlink()
+        self.put(scene / "notes.txt")
+        self.users = {scene / "notes.txt": look(scene / "notes.txt")}
+        self.works(run("synth", "-o", scene, "--photos", 4, "--width", 32, "--height", 32), False)
+        self.assertEqual(len(list((scene / "capture/raw").iterdir())), 4)
+
+    def test_single_files(self):
+        flash, other = sorted(self.photos.iterdir())[:2]
+        path = self.put(self.dir / "figures.json")
+        picture = self.put(self.dir / "difference.tif").with_suffix(".png")
+        self.copy()
+        self.keep()
+        self.refuses(run("pair", flash, other, "-o", picture, "--linear"), picture.with_suffix(".tif"))
+        self.assertFalse(picture.exists())
+        self.works(run("pair", flash, other, "-o", picture), False)
+        self.keep()
+        self.refuses(run("pair", flash, other, "-o", picture), picture)
+        self.refuses(run("bench", "--json", path, "--cases", "adam"), path)
+        evaluate = ["evaluate", self.out, self.scene / "truth", "--views", "capture"]
+        self.refuses(run(*evaluate, "--json", path), path)
+        for _ in range(2):
+            self.works(run(*evaluate, "--json", self.out / "figures.json"), False)
+
+    # ---- interruptions ----
+
+    def test_killed_and_run_again(self):
+        """What a stage left when it was killed is ours: nothing is in the way of the next run."""
+        rng = random.Random(7)
+        self.put(self.out / "linear/notes.txt")
+        self.keep()
+        words = [common.PROGRAM, "run", self.photos, "-o", self.out, "--poses", self.model, *QUICK]
+        for kill in range(12):
+            process = subprocess.Popen([str(w) for w in words + (["--force"] if kill % 3 else [])],
+                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            time.sleep(rng.uniform(0.02, 1.5))
+            process.send_signal(signal.SIGKILL)
+            output = process.communicate()[0]
+            self.assertNotIn("in the way", output)
+            self.kept()
+        self.works(self.job())
+        self.assertEqual([p for p in self.out.rglob("*") if ".part" in p.name], [])
+
+    # ---- results are what their settings say ----
+
+    def test_changed_settings(self):
+        self.copy()
+        more = ["train", self.out, *TRAIN, "--gain-push", 0.5]
+        process = run(*more, "--resume")
+        self.assert_fails(process, 1, self.out / "checkpoint", "--gain-push was 0.02 and is 0.5 now")
+        self.assertEqual(clouds(self.out), clouds(self.done))
+        self.assertNotIn("0.5", (self.out / "done/train.json").read_text())
+        self.assertEqual(run(*more).returncode, 0)
+        self.assertNotEqual(clouds(self.out), clouds(self.done))
+        mark = json.loads((self.out / "done/train.json").read_text())
+        self.assertEqual(mark["settings"]["gain-push"], 0.5)
+        self.assertNotEqual(mark["settings"]["cpu"], "best")
+        if mark["settings"]["cpu"] != "scalar":
+            self.assert_fails(run(*more, "--resume", "--cpu", "scalar"), 1, "--cpu was")
+        self.assertEqual(run(*more, "--resume").returncode, 0)  # nothing differs
+        self.works(self.job())
+
+    def test_changed_inputs(self):
+        other = self.made / "other/capture/raw/IMG_0003.DNG"
+        cases = (("the photos", self.photos / "IMG_0003.DNG", other.read_bytes(), "ingest"),
+                 ("the model of --poses", self.model / "images.txt", None, "poses"))
+        for what, path, data, stage in cases:
+            self.copy()
+            was, times = path.read_bytes(), (path.stat().st_atime_ns, path.stat().st_mtime_ns)
+            path.write_bytes(data or was.replace(b" 0.", b" 0.0", 1))
+            os.utime(path, ns=times)
+            for more in (["--resume"], []):
+                process = self.job(*more)
+                with self.subTest(what=what, more=more):
+                    self.assertEqual(process.returncode, 0, process.stderr)
+                    self.assertNotIn("train: goes on", process.stdout)
+                    if more:
+                        self.assertIn(f"{stage}: done again, {what} changed", process.stdout)
+                        self.assertNotEqual(clouds(self.out), clouds(self.done))
+                        clouds_then = clouds(self.out)
+                    else:
+                        self.assertIn("train: done already", process.stdout)
+                        self.assertEqual(clouds(self.out), clouds_then)
+            path.write_bytes(was)
+            self.works(self.job())
+            shutil.rmtree(self.out)
+
+    def test_edited_inputs_within_the_project(self):
+        for name, stage in (("views.json", "train"), ("start/model.json", "train"), ("images/IMG_0002_mask.png", "train"),
+                            ("sparse/points3D.txt", "initialise"), ("clouds/model.json", "export")):
+            self.copy()
+            with (self.out / name).open("ab") as f:
+                f.write(b" \n")
+            options = {"train": TRAIN, "initialise": QUICK[4:6] + QUICK[-2:], "export": []}[stage]
+            with self.subTest(name=name):
+                text = run(stage, self.out, *options).stdout
+                self.assertIn(f"{stage}: done again, {name.split('/', maxsplit=1)[0]} changed", text)
+                if stage == "train":
+                    self.assertIn("train: done already", run(stage, self.out, *options).stdout)
+                    with (self.out / name).open("ab") as f:
+                        f.write(b" \n")
+                    self.assert_fails(run(stage, self.out, *options, "--resume"), 1, "checkpoint", "changed")
+            shutil.rmtree(self.out)
+
+    def test_gone_inputs(self):
+        """Photos and the model may go once they are used."""
+        self.copy()
+        shutil.rmtree(self.photos)
+        shutil.rmtree(self.model)
+        shutil.rmtree(self.out / "linear")
+        self.works(self.job())
+
+
+common.main()
