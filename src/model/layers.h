@@ -1,4 +1,5 @@
-// The four layers of the image model I = T + beta * R (Flash-Splat, section 3), as rows of one table.
+// The four layers of the image model I = T + beta * R (Flash-Splat, section 3), as rows of one table. The model's R is
+// the mirrored room itself: the render R_scene; the render R is beta * R, as the photo shows it (engine.h).
 #ifndef FS_MODEL_LAYERS_H
 #define FS_MODEL_LAYERS_H
 

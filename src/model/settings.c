@@ -118,7 +118,8 @@ static const FsOption table[] = {
     STRING("output", output, RENDER | EVALUATE, "", "DIR", "folder for the renders (default: OUT/renders)"),
     ENUM("path", path, RENDER, "none", "none|spiral", "render a camera path instead of views"),
     STRING("layers", layers, RENDER, "all", "LIST",
-           "layers to render, comma-separated: T_N,T_F,R,R_scene,beta,I_N,I_F,depth_T,depth_R"),
+           "layers to render, comma-separated: T_N,T_F,R,R_scene,beta,I_N,I_F,depth_T,depth_R (R is beta times "
+           "R_scene)"),
     BOOL("linear", linear, RENDER | PAIR, "write 32-bit float TIFF in linear light too"),
     FLOAT("metres-per-unit", metres_per_unit, RENDER, "0", 0, 1e9, "X",
           "metres in one unit of the poses, so that depth is written in millimetres; 0: unknown"),
