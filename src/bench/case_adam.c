@@ -51,6 +51,6 @@ void fs_case_adam_call(void *state)
 {
     AdamState *s = state;
     size_t n = s->n * 3;
-    s->kernel->step_sparse(s->memory, s->memory + n, s->memory + 2 * n, s->memory + 3 * n, s->n, 3, s->visible,
-                           fs_adam_rate(1e-4, 100));
+    AdamFields fields = {s->memory, s->memory + n, s->memory + 2 * n, s->memory + 3 * n};
+    s->kernel->step_sparse(&fields, s->n, 3, s->visible, fs_adam_rate(1e-4, 100));
 }

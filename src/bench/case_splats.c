@@ -184,8 +184,8 @@ static void adam_job(void *context, int job, int worker)
     for (int f = 0; f < CLOUD_FIELDS; f++) {
         size_t w = (size_t)s->cloud.width[f], at = w * begin;
         if (!w) continue;
-        s->machine->kernels.adam->step_sparse(s->cloud.field[f] + at, s->task.d_field[f] + at, s->m.field[f] + at,
-                                              s->v.field[f] + at, end - begin, (int)w, s->task.seen + begin,
+        AdamFields fields = {s->cloud.field[f] + at, s->task.d_field[f] + at, s->m.field[f] + at, s->v.field[f] + at};
+        s->machine->kernels.adam->step_sparse(&fields, end - begin, (int)w, s->task.seen + begin,
                                               fs_adam_rate(1e-9, s->step));
     }
 }

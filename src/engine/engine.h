@@ -33,7 +33,7 @@ typedef struct CloudState {
 enum { ENGINE_NUMBERS = 8 }; // of the whole scene that are learned: see engine/update.c
 typedef struct TrainState {
     CloudState cloud[LAYERS];
-    double m[ENGINE_NUMBERS], v[ENGINE_NUMBERS];
+    float m[ENGINE_NUMBERS], v[ENGINE_NUMBERS];
 } TrainState;
 int fs_engine_state_up(Engine *engine, const TrainState *state, FsError *err); // of the scene that is up
 int fs_engine_state_down(Engine *engine, TrainState *state, FsError *err);     // `state`: the caller's, may be {0}

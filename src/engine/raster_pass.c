@@ -30,6 +30,11 @@ static ProjectParams params_of(float *const field[CLOUD_FIELDS])
     return (ProjectParams){field[CLOUD_MEANS], field[CLOUD_SCALES], field[CLOUD_QUATS], field[CLOUD_OPACITIES]};
 }
 
+static ShadeCloud shade_cloud(const Cloud *cloud)
+{
+    return (ShadeCloud){cloud->field[CLOUD_MEANS], cloud->field[CLOUD_COLORS], cloud->field[CLOUD_GAINS]};
+}
+
 static ProjectCamera project_camera(const Camera *camera, float near)
 {
     ProjectCamera c = {.fx = (float)camera->fx,
@@ -91,8 +96,8 @@ void fs_raster_project(RasterTask *task, const Kernels *kernels, int chunk)
     kernels->project->forward(&w->camera, &params, begin, end, FS_T_MIN, w->splats);
     const float *color = task->cloud->field[CLOUD_COLORS];
     if (task->light) {
-        kernels->shade->forward(task->light, params.means, color, task->cloud->field[CLOUD_GAINS], begin, end,
-                                w->shaded);
+        ShadeCloud cloud = shade_cloud(task->cloud);
+        kernels->shade->forward(task->light, &cloud, begin, end, w->shaded);
         color = w->shaded;
     }
     for (int i = begin; i < end; i++) {
@@ -170,12 +175,13 @@ void fs_raster_gradients(RasterTask *task, const Kernels *kernels, int chunk)
         task->d_screen[i] = task->seen[i] ? sqrtf(dx * dx + dy * dy) : 0;
     }
     ProjectParams params = params_of(task->cloud->field), gradients = params_of(task->d_field);
-    kernels->project->backward(&w->camera, &params, begin, end, w->splats, w->moment, w->d_depth, &gradients);
+    ProjectBack from = {w->splats, w->moment, w->d_depth};
+    kernels->project->backward(&w->camera, &params, begin, end, &from, &gradients);
     if (task->light) {
         memset(w->chunk_tint[chunk], 0, sizeof w->chunk_tint[chunk]);
-        kernels->shade->backward(task->light, params.means, task->cloud->field[CLOUD_COLORS],
-                                 task->cloud->field[CLOUD_GAINS], begin, end, d_color, task->d_field[CLOUD_COLORS],
-                                 task->d_field[CLOUD_GAINS], w->chunk_tint[chunk]);
+        ShadeCloud cloud = shade_cloud(task->cloud);
+        ShadeGradients d = {task->d_field[CLOUD_COLORS], task->d_field[CLOUD_GAINS]};
+        kernels->shade->backward(task->light, &cloud, begin, end, d_color, &d, w->chunk_tint[chunk]);
     } else if (task->cloud->width[CLOUD_GAINS]) {
         memset(task->d_field[CLOUD_GAINS] + begin, 0, sizeof(float) * (size_t)(end - begin));
     }

@@ -72,11 +72,11 @@ static void explore(const Jobs *jobs, const Range *r)
 {
     const StepArgs *args = jobs->update->args;
     Cloud *cloud = r->cloud;
-    Rng rng = fs_rng_new((args->seed << 40) ^ ((uint64_t)(args->step + 1) << 20) ^ (uint64_t)(r->begin / CHUNK) ^
-                         ((uint64_t)r->layer << 60));
+    const uint64_t key = (args->seed * LAYERS + (uint64_t)r->layer) * 1000003u + (uint64_t)args->step;
     for (int i = r->begin; i < r->end; i++) {
         float logit = cloud->field[CLOUD_OPACITIES][i];
         if (logit > SEARCHES) continue;
+        Rng rng = fs_rng_new(key << 24 ^ (uint64_t)i); // each Gaussian its own, on any device
         float o = 1 / (1 + expf(-logit));
         float size = (float)args->explore / (1 + expf(100 * (o - 0.005f)));
         const float *q = cloud->field[CLOUD_QUATS] + 4 * i, *s = cloud->field[CLOUD_SCALES] + 3 * i;
@@ -118,20 +118,19 @@ static void adam_job(void *context, int job, int worker)
     const unsigned char *seen = r.task->seen;
     size_t n = (size_t)(r.end - r.begin);
     bool enter = jobs->lit && r.layer == LAYER_T_N;
-    const float *means = cloud->field[CLOUD_MEANS];
-    float *colors = cloud->field[CLOUD_COLORS], *gains = cloud->field[CLOUD_GAINS];
-    if (enter)
-        k->shade->enter(&jobs->light, means, gains, seen, r.begin, r.end, colors, r.task->d_field[CLOUD_COLORS],
-                        r.task->d_field[CLOUD_GAINS]);
+    ShadeCloud shade = {cloud->field[CLOUD_MEANS], cloud->field[CLOUD_COLORS], cloud->field[CLOUD_GAINS]};
+    ShadeGradients d_shade = {r.task->d_field[CLOUD_COLORS], r.task->d_field[CLOUD_GAINS]};
+    if (enter) k->shade->enter(&jobs->light, &shade, seen, r.begin, r.end, &d_shade);
     for (int f = 0; f < CLOUD_FIELDS; f++) {
         size_t w = (size_t)cloud->width[f], at = w * (size_t)r.begin;
-        if (w && args->rate[f] > 0)
-            k->adam->step_sparse(cloud->field[f] + at, r.task->d_field[f] + at, r.state->m.field[f] + at,
-                                 r.state->v.field[f] + at, n, (int)w, seen + r.begin, jobs->rate[f]);
+        if (!w || !(args->rate[f] > 0)) continue;
+        AdamFields fields = {cloud->field[f] + at, r.task->d_field[f] + at, r.state->m.field[f] + at,
+                             r.state->v.field[f] + at};
+        k->adam->step_sparse(&fields, n, (int)w, seen + r.begin, jobs->rate[f]);
     }
-    if (gains) clamp_field(gains + r.begin, n, GAIN_MIN, GAIN_MAX);
-    if (enter) k->shade->leave(&jobs->light, means, gains, seen, r.begin, r.end, colors);
-    if (r.layer != LAYER_BETA) clamp_field(colors + 3 * r.begin, 3 * n, (float)args->darkest[r.layer], COLOR_MAX);
+    if (cloud->width[CLOUD_GAINS]) clamp_field(cloud->field[CLOUD_GAINS] + r.begin, n, GAIN_MIN, GAIN_MAX);
+    if (enter) k->shade->leave(&jobs->light, &shade, seen, r.begin, r.end);
+    if (r.layer != LAYER_BETA) clamp_field(shade.colors + 3 * r.begin, 3 * n, (float)args->darkest[r.layer], COLOR_MAX);
     if (args->explore > 0) explore(jobs, &r);
     if (args->statistics) keep_statistics(&r);
 }
@@ -151,13 +150,6 @@ static const struct Number {
     {offsetof(Scene, gain_color), 3, 1e-3, false, true, 0, INFINITY},
     {offsetof(Scene, flash_return), 1, 5e-3, false, true, 0.01, 1},
 };
-
-static void adam_number(double *x, double g, double *m, double *v, double rate, int step)
-{
-    *m = 0.9 * *m + 0.1 * g;
-    *v = 0.999 * *v + 0.001 * g * g;
-    *x -= rate * (*m / (1 - pow(0.9, step))) / (sqrt(*v / (1 - pow(0.999, step))) + 1e-15);
-}
 
 // Gradients in the order of the table.
 static void number_gradients(const Update *u, double g[ENGINE_NUMBERS])
@@ -187,9 +179,12 @@ static void update_numbers(const Update *u)
         if (!learned) continue;
         double *x = (double *)((char *)scene + number->offset);
         for (int k = 0; k < number->n; k++) {
-            double y = number->logarithmic ? log(x[k]) : x[k], d = g[at + k] * (number->logarithmic ? x[k] : 1);
-            adam_number(&y, d, &e->state.m[at + k], &e->state.v[at + k], number->rate, u->args->step + 1);
-            x[k] = fmin(fmax(number->logarithmic ? exp(y) : y, number->min), number->max);
+            float y = (float)(number->logarithmic ? log(x[k]) : x[k]);
+            float d = (float)(g[at + k] * (number->logarithmic ? x[k] : 1));
+            AdamFields fields = {&y, &d, &e->state.m[at + k], &e->state.v[at + k]};
+            e->kernels.adam->step(&fields, 1, fs_adam_rate(number->rate, u->args->step + 1));
+            double z = number->logarithmic ? exp((double)y) : (double)y;
+            x[k] = fmin(fmax(z, number->min), number->max);
         }
     }
     double *n = scene->pane.normal, length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);

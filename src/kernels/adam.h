@@ -22,11 +22,16 @@ static inline AdamRate fs_adam_rate(double lr, long step) // step: 1 for the fir
     return (AdamRate){(float)(lr / (1 - pow(0.9, t))), (float)(1 / sqrt(1 - pow(0.999, t)))};
 }
 
+typedef struct AdamFields {
+    float *x;
+    const float *grad;
+    float *m, *v; // moments
+} AdamFields;
+
 typedef struct AdamKernels {
-    void (*step)(float *x, const float *grad, float *m, float *v, size_t n, AdamRate rate);
-    // x, grad, m, v: (rows, width). Rows whose `visible` is 0 got no gradient: they and their moments stay.
-    void (*step_sparse)(float *x, const float *grad, float *m, float *v, size_t rows, int width,
-                        const unsigned char *visible, AdamRate rate);
+    void (*step)(const AdamFields *fields, size_t n, AdamRate rate);
+    // Fields of (rows, width). Rows whose `visible` is 0 got no gradient: they and their moments stay.
+    void (*step_sparse)(const AdamFields *fields, size_t rows, int width, const unsigned char *visible, AdamRate rate);
 } AdamKernels;
 
 extern const AdamKernels fs_adam_scalar, fs_adam_avx2, fs_adam_avx512, fs_adam_neon;

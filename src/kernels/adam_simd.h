@@ -14,13 +14,15 @@ INLINE void step_v(float *x, const float *grad, float *m, float *v, vm lanes, Ad
     v_store(x, v_sel(lanes, x1, x0));
 }
 
-static void step(float *x, const float *grad, float *m, float *v, size_t n, AdamRate rate)
+INLINE void step_range(const AdamFields *fields, size_t begin, size_t n, AdamRate rate)
 {
-    size_t i = 0;
-    for (; i + VW <= n; i += VW) step_v(x + i, grad + i, m + i, v + i, vm_first(VW), rate);
-    if (i == n) return;
+    float *x = fields->x, *m = fields->m, *v = fields->v;
+    const float *grad = fields->grad;
+    size_t i = begin, end = begin + n;
+    for (; i + VW <= end; i += VW) step_v(x + i, grad + i, m + i, v + i, vm_first(VW), rate);
+    if (i == end) return;
     float tail[4][VW] = {0}; // the arrays may end here: work on a copy
-    size_t bytes = (n - i) * sizeof(float);
+    size_t bytes = (end - i) * sizeof(float);
     memcpy(tail[0], x + i, bytes);
     memcpy(tail[1], grad + i, bytes);
     memcpy(tail[2], m + i, bytes);
@@ -31,29 +33,35 @@ static void step(float *x, const float *grad, float *m, float *v, size_t n, Adam
     memcpy(v + i, tail[3], bytes);
 }
 
+static void step(const AdamFields *fields, size_t n, AdamRate rate)
+{
+    step_range(fields, 0, n, rate);
+}
+
 enum { GROUP = 16, MAX_WIDTH = 4 }; // rows looked at together; GROUP * width is a multiple of VW
 
-static void step_group(float *x, const float *grad, float *m, float *v, int width, const unsigned char *visible,
-                       AdamRate rate)
+static void step_group(const AdamFields *fields, size_t row, int width, const unsigned char *visible, AdamRate rate)
 {
+    size_t at = row * (size_t)width;
+    float *x = fields->x + at, *m = fields->m + at, *v = fields->v + at;
+    const float *grad = fields->grad + at;
     float flag[GROUP * MAX_WIDTH];
     for (int r = 0; r < GROUP; r++)
-        for (int j = 0; j < width; j++) flag[r * width + j] = visible[r];
+        for (int j = 0; j < width; j++) flag[r * width + j] = visible[row + (size_t)r];
     for (int i = 0; i < GROUP * width; i += VW)
         step_v(x + i, grad + i, m + i, v + i, v_lt(v_set(0), v_load(flag + i)), rate);
 }
 
-static void step_sparse(float *x, const float *grad, float *m, float *v, size_t rows, int width,
-                        const unsigned char *visible, AdamRate rate)
+static void step_sparse(const AdamFields *fields, size_t rows, int width, const unsigned char *visible, AdamRate rate)
 {
     size_t r = 0, w = (size_t)width;
     for (; width <= MAX_WIDTH && r + GROUP <= rows; r += GROUP) {
         uint64_t bytes[2];
         memcpy(bytes, visible + r, sizeof bytes);
-        if (bytes[0] | bytes[1]) step_group(x + r * w, grad + r * w, m + r * w, v + r * w, width, visible + r, rate);
+        if (bytes[0] | bytes[1]) step_group(fields, r, width, visible, rate);
     }
     for (; r < rows; r++)
-        if (visible[r]) step(x + r * w, grad + r * w, m + r * w, v + r * w, w, rate);
+        if (visible[r]) step_range(fields, r * w, w, rate);
 }
 
 const AdamKernels FS_SIMD_SUFFIX(fs_adam) = {step, step_sparse};

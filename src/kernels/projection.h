@@ -22,14 +22,19 @@ typedef struct ProjectParams {
     float *means, *scales, *quats, *opacities;
 } ProjectParams;
 
+typedef struct ProjectBack { // what backward starts from
+    const Splat *splats;     // of forward
+    const float *moments;    // (N, FS_RECORD) the reduced gradient records, of which the first six are read
+    const float *d_depth;    // (N) gradient of z
+} ProjectBack;
+
 typedef struct ProjectKernels {
     // Writes splats[i] for i in [begin, end), all but `feature`.
     void (*forward)(const ProjectCamera *camera, const ProjectParams *params, int begin, int end, float t_min,
                     Splat *splats);
-    // moments (N, FS_RECORD): the reduced gradient records, of which the first six are read; d_depth (N): gradient of
-    // z. Writes gradients for i in [begin, end); those of invisible splats become 0.
-    void (*backward)(const ProjectCamera *camera, const ProjectParams *params, int begin, int end, const Splat *splats,
-                     const float *moments, const float *d_depth, const ProjectParams *gradients);
+    // Writes gradients for i in [begin, end); those of invisible splats become 0.
+    void (*backward)(const ProjectCamera *camera, const ProjectParams *params, int begin, int end,
+                     const ProjectBack *from, const ProjectParams *gradients);
 } ProjectKernels;
 
 extern const ProjectKernels fs_project_scalar, fs_project_avx2, fs_project_avx512, fs_project_neon;

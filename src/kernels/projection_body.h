@@ -47,18 +47,22 @@ FN void project(const ProjectCamera *cam, const Gaussian *g, Projection *o)
         o->w0[k] = jx * (r_set(cam->rotation[k]) - o->tx * r_set(cam->rotation[6 + k]));
         o->w1[k] = jy * (r_set(cam->rotation[3 + k]) - o->ty * r_set(cam->rotation[6 + k]));
     }
-    o->xx = o->yy = r_set(FS_COV_DILATION);
+    const real dilation = r_set(FS_COV_DILATION);
+    real v0[3], v1[3];
+    o->xx = o->yy = dilation;
     o->xy = r_set(0);
     for (int k = 0; k < 3; k++) {
         o->s[k] = r_exp(g->scale[k]);
         o->q0[k] = o->w0[0] * o->rq[k] + o->w0[1] * o->rq[3 + k] + o->w0[2] * o->rq[6 + k];
         o->q1[k] = o->w1[0] * o->rq[k] + o->w1[1] * o->rq[3 + k] + o->w1[2] * o->rq[6 + k];
-        real v0 = o->q0[k] * o->s[k], v1 = o->q1[k] * o->s[k];
-        o->xx += v0 * v0;
-        o->xy += v0 * v1;
-        o->yy += v1 * v1;
+        v0[k] = o->q0[k] * o->s[k], v1[k] = o->q1[k] * o->s[k];
+        o->xx += v0[k] * v0[k];
+        o->xy += v0[k] * v1[k];
+        o->yy += v1[k] * v1[k];
     }
-    real inv_det = r_set(1) / (o->xx * o->yy - o->xy * o->xy);
+    // det(V V^T + e I) as a sum of squares: xx yy - xy^2 of a long thin splat at 45 degrees would cancel to nothing.
+    real m0 = v0[1] * v1[2] - v0[2] * v1[1], m1 = v0[2] * v1[0] - v0[0] * v1[2], m2 = v0[0] * v1[1] - v0[1] * v1[0];
+    real inv_det = r_set(1) / (m0 * m0 + m1 * m1 + m2 * m2 + dilation * (o->xx + o->yy - dilation));
     o->a = o->yy * inv_det;
     o->b = r_set(0) - o->xy * inv_det;
     o->c = o->xx * inv_det;

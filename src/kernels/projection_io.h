@@ -51,9 +51,10 @@ FN void forward_lanes(const ProjectCamera *cam, const ProjectParams *params, int
     }
 }
 
-FN void backward_lanes(const ProjectCamera *cam, const ProjectParams *params, int i, int n, const Splat *splats,
-                       const float *moments, const float *d_depth, const ProjectParams *d)
+FN void backward_lanes(const ProjectCamera *cam, const ProjectParams *params, int i, int n, const ProjectBack *from,
+                       const ProjectParams *d)
 {
+    const Splat *splats = from->splats;
     Gaussian g, out;
     real m[6], d_z;
     bool any = false;
@@ -61,8 +62,8 @@ FN void backward_lanes(const ProjectCamera *cam, const ProjectParams *params, in
         size_t j = (size_t)(i + (l < n ? l : 0));
         bool visible = splats[j].tile[0] < splats[j].tile[2];
         any |= visible;
-        for (int k = 0; k < 6; k++) put(&m[k], l, visible ? moments[j * FS_RECORD + (size_t)k] : 0);
-        put(&d_z, l, visible ? d_depth[j] : 0);
+        for (int k = 0; k < 6; k++) put(&m[k], l, visible ? from->moments[j * FS_RECORD + (size_t)k] : 0);
+        put(&d_z, l, visible ? from->d_depth[j] : 0);
     }
     if (!any) {
         memset(d->means + 3 * (size_t)i, 0, sizeof(float) * 3 * (size_t)n);
@@ -90,9 +91,9 @@ static void forward(const ProjectCamera *cam, const ProjectParams *params, int b
         forward_lanes(cam, params, i, end - i < LANES ? end - i : LANES, t_min, splats);
 }
 
-static void backward(const ProjectCamera *cam, const ProjectParams *params, int begin, int end, const Splat *splats,
-                     const float *moments, const float *d_depth, const ProjectParams *gradients)
+static void backward(const ProjectCamera *cam, const ProjectParams *params, int begin, int end, const ProjectBack *from,
+                     const ProjectParams *gradients)
 {
     for (int i = begin; i < end; i += LANES)
-        backward_lanes(cam, params, i, end - i < LANES ? end - i : LANES, splats, moments, d_depth, gradients);
+        backward_lanes(cam, params, i, end - i < LANES ? end - i : LANES, from, gradients);
 }

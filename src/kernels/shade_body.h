@@ -1,7 +1,7 @@
 // The maths of shade.h over `real`, as in project_body.h; r_pow(x, e) for x > 0.
-FN void shade_lanes(const ShadeLight *light, const float *means, const float *gains, int i, int n, real alpha[3],
-                    real grow[3])
+FN void shade_lanes(const ShadeLight *light, const ShadeCloud *cloud, int i, int n, real alpha[3], real grow[3])
 {
+    const float *means = cloud->means, *gains = cloud->gains;
     real d2 = r_set(0), gain;
     for (int k = 0; k < 3; k++) {
         real m;
@@ -19,68 +19,67 @@ FN void shade_lanes(const ShadeLight *light, const float *means, const float *ga
     }
 }
 
-static void forward(const ShadeLight *light, const float *means, const float *colors, const float *gains, int begin,
-                    int end, float *out)
+static void forward(const ShadeLight *light, const ShadeCloud *cloud, int begin, int end, float *out)
 {
     for (int i = begin; i < end; i += LANES) {
         int n = end - i < LANES ? end - i : LANES;
         real alpha[3], grow[3];
-        shade_lanes(light, means, gains, i, n, alpha, grow);
+        shade_lanes(light, cloud, i, n, alpha, grow);
         for (int l = 0; l < n; l++)
             for (int k = 0; k < 3; k++) {
                 size_t j = 3 * (size_t)(i + l) + (size_t)k;
-                out[j] = colors[j] * get(&grow[k], l);
+                out[j] = cloud->colors[j] * get(&grow[k], l);
             }
     }
 }
 
-static void backward(const ShadeLight *light, const float *means, const float *colors, const float *gains, int begin,
-                     int end, const float *d_out, float *d_colors, float *d_gains, double d_tint[3])
+static void backward(const ShadeLight *light, const ShadeCloud *cloud, int begin, int end, const float *d_out,
+                     const ShadeGradients *d, double d_tint[3])
 {
     for (int i = begin; i < end; i += LANES) {
         int n = end - i < LANES ? end - i : LANES;
         real alpha[3], grow[3];
-        shade_lanes(light, means, gains, i, n, alpha, grow);
+        shade_lanes(light, cloud, i, n, alpha, grow);
         for (int l = 0; l < n; l++) {
-            if (d_gains) d_gains[i + l] = 0;
+            if (d->gains) d->gains[i + l] = 0;
             for (int k = 0; k < 3; k++) {
                 size_t j = 3 * (size_t)(i + l) + (size_t)k;
                 float a = get(&alpha[k], l), g = get(&grow[k], l);
-                float d_log_alpha = d_out[j] * colors[j] * FS_OPTICS_GAMMA * g * a / (1 + a);
-                d_colors[j] = d_out[j] * g;
-                if (d_gains) d_gains[i + l] += d_log_alpha;
+                float d_log_alpha = d_out[j] * cloud->colors[j] * FS_OPTICS_GAMMA * g * a / (1 + a);
+                d->colors[j] = d_out[j] * g;
+                if (d->gains) d->gains[i + l] += d_log_alpha;
                 d_tint[k] += (double)(d_log_alpha / light->tint[k]);
             }
         }
     }
 }
 
-static void enter(const ShadeLight *light, const float *means, const float *gains, const unsigned char *visible,
-                  int begin, int end, float *colors, float *d_colors, float *d_gains)
+static void enter(const ShadeLight *light, const ShadeCloud *cloud, const unsigned char *visible, int begin, int end,
+                  const ShadeGradients *d)
 {
     for (int i = begin; i < end; i += LANES) {
         int n = end - i < LANES ? end - i : LANES;
         real alpha[3], grow[3];
-        shade_lanes(light, means, gains, i, n, alpha, grow);
+        shade_lanes(light, cloud, i, n, alpha, grow);
         for (int l = 0; l < n; l++)
             for (int k = 0; k < 3 && visible[i + l]; k++) {
                 size_t j = 3 * (size_t)(i + l) + (size_t)k;
                 float a = get(&alpha[k], l), g = get(&grow[k], l);
-                d_gains[i + l] -= d_colors[j] * colors[j] * FS_OPTICS_GAMMA * a / (1 + a);
-                d_colors[j] /= g;
-                colors[j] *= g;
+                d->gains[i + l] -= d->colors[j] * cloud->colors[j] * FS_OPTICS_GAMMA * a / (1 + a);
+                d->colors[j] /= g;
+                cloud->colors[j] *= g;
             }
     }
 }
 
-static void leave(const ShadeLight *light, const float *means, const float *gains, const unsigned char *visible,
-                  int begin, int end, float *colors)
+static void leave(const ShadeLight *light, const ShadeCloud *cloud, const unsigned char *visible, int begin, int end)
 {
     for (int i = begin; i < end; i += LANES) {
         int n = end - i < LANES ? end - i : LANES;
         real alpha[3], grow[3];
-        shade_lanes(light, means, gains, i, n, alpha, grow);
+        shade_lanes(light, cloud, i, n, alpha, grow);
         for (int l = 0; l < n; l++)
-            for (int k = 0; k < 3 && visible[i + l]; k++) colors[3 * (size_t)(i + l) + (size_t)k] /= get(&grow[k], l);
+            for (int k = 0; k < 3 && visible[i + l]; k++)
+                cloud->colors[3 * (size_t)(i + l) + (size_t)k] /= get(&grow[k], l);
     }
 }

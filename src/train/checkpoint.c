@@ -80,7 +80,7 @@ static int each_statistic(Trainer *trainer, const char *dir, bool write, FsError
     return rc;
 }
 
-static json_t *numbers(const double *x, int n)
+static json_t *numbers(const float *x, int n)
 {
     json_t *list = json_array();
     for (int i = 0; i < n; i++) json_array_append_new(list, json_real(x[i]));
@@ -129,11 +129,11 @@ fail:
     return rc;
 }
 
-static int read_numbers(const json_t *root, const char *key, double *x, int n)
+static int read_numbers(const json_t *root, const char *key, float *x, int n)
 {
     const json_t *list = json_object_get(root, key);
     if (json_array_size(list) != (size_t)n) return -1;
-    for (int i = 0; i < n; i++) x[i] = json_number_value(json_array_get(list, (size_t)i));
+    for (int i = 0; i < n; i++) x[i] = (float)json_number_value(json_array_get(list, (size_t)i));
     return 0;
 }
 

@@ -99,7 +99,8 @@ static void gradients(World *w)
     }
     ProjectParams params = {w->means, w->scales, w->quats, w->opacities};
     ProjectParams d = {w->d_means, w->d_scales, w->d_quats, w->d_opacities};
-    fs_project_scalar.backward(&w->camera, &params, 0, N, w->splats, w->moments, w->d_depth, &d);
+    ProjectBack from = {w->splats, w->moments, w->d_depth};
+    fs_project_scalar.backward(&w->camera, &params, 0, N, &from, &d);
 }
 
 static void check_field(World *w, double *value, const double *gradient, int n, const char *name)

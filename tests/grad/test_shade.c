@@ -13,12 +13,14 @@
 enum { N = 11 };
 
 static double means[N * 3], colors[N * 3], gains[N], out[N * 3], want[N * 3], d_colors[N * 3], d_gains[N], d_tint[3];
+static const ShadeCloud cloud = {means, colors, gains};
+static const ShadeGradients gradients = {d_colors, d_gains};
 static ShadeLight light = {{0.3, -0.2, 0.1}, 2, {1.4, 1.1, 0.8}};
 
 static double loss(void)
 {
     double sum = 0;
-    fs_shade_scalar.forward(&light, means, colors, gains, 0, N, out);
+    fs_shade_scalar.forward(&light, &cloud, 0, N, out);
     for (int i = 0; i < N * 3; i++) sum += want[i] * out[i];
     return sum;
 }
@@ -54,7 +56,7 @@ static void test_shade(void **state)
     for (int even = 0; even < 2; even++) {
         light.even = even;
         memset(d_tint, 0, sizeof d_tint);
-        fs_shade_scalar.backward(&light, means, colors, gains, 0, N, want, d_colors, d_gains, d_tint);
+        fs_shade_scalar.backward(&light, &cloud, 0, N, want, &gradients, d_tint);
         check(colors, d_colors, N * 3);
         check(gains, d_gains, N);
         check(light.tint, d_tint, 3);
@@ -72,7 +74,7 @@ static double loss_of_lit(void) // by T_F under the light and the gain
     static const unsigned char all[N] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
     double sum = 0;
     memcpy(out, lit, sizeof out);
-    fs_shade_scalar.leave(&light, means, gains, all, 0, N, out);
+    fs_shade_scalar.leave(&light, &(ShadeCloud){means, out, gains}, all, 0, N);
     for (int i = 0; i < N * 3; i++) sum += want[i] * out[i] + want[(i + 1) % (N * 3)] * out[i] * gains[i / 3];
     return sum;
 }
@@ -102,15 +104,15 @@ static void test_lit_parameters(void **state)
     memcpy(lit, colors, sizeof lit);
     visible[4] = 0;
     double d_color = d_colors[12], d_gain = d_gains[4];
-    fs_shade_scalar.enter(&light, means, gains, visible, 0, N, lit, d_colors, d_gains);
+    fs_shade_scalar.enter(&light, &(ShadeCloud){means, lit, gains}, visible, 0, N, &gradients);
     assert_true(lit[12] == colors[12] && d_colors[12] == d_color && d_gains[4] == d_gain);
     assert_true(lit[15] > colors[15]);
     visible[4] = 1;
     gradients_of_T_N();
     memcpy(lit, colors, sizeof lit);
-    fs_shade_scalar.enter(&light, means, gains, visible, 0, N, lit, d_colors, d_gains);
+    fs_shade_scalar.enter(&light, &(ShadeCloud){means, lit, gains}, visible, 0, N, &gradients);
     double *as_flash = out, largest = 0;
-    fs_shade_scalar.forward(&light, means, colors, gains, 0, N, as_flash);
+    fs_shade_scalar.forward(&light, &cloud, 0, N, as_flash);
     for (int i = 0; i < N * 3; i++) largest = fmax(largest, fabs(as_flash[i] - lit[i]));
     assert_true(largest < 1e-12);
     for (int set = 0; set < 2; set++) {

@@ -65,7 +65,7 @@ static double evaluate(Scene *s, Scene *gradient)
             memcpy(gradient->colors + 3 * i, records + i * FS_RECORD + 6, 3 * sizeof(float));
             d_depth[i] = records[i * FS_RECORD + 9];
         }
-        project_double.backward(&camera, &params, 0, N, splats, records, d_depth, &d);
+        project_double.backward(&camera, &params, 0, N, &(ProjectBack){splats, records, d_depth}, &d);
     }
     return sum;
 }

@@ -39,12 +39,12 @@ static double difference(const float *a, const float *b, size_t n)
 static void run_dense(void *context)
 {
     Case *c = context;
-    c->k->step(c->x, c->grad, c->m, c->v, c->n * (size_t)c->width, c->rate);
+    c->k->step(&(AdamFields){c->x, c->grad, c->m, c->v}, c->n * (size_t)c->width, c->rate);
 }
 static void run_sparse(void *context)
 {
     Case *c = context;
-    c->k->step_sparse(c->x, c->grad, c->m, c->v, c->n, c->width, c->visible, c->rate);
+    c->k->step_sparse(&(AdamFields){c->x, c->grad, c->m, c->v}, c->n, c->width, c->visible, c->rate);
 }
 
 static void compare(size_t n, int width, int hidden)
@@ -79,7 +79,7 @@ static void check_formula(void)
     float x = 1, g = 0.5f, m = 0, v = 0;
     double xd = 1, md = 0, vd = 0;
     for (int t = 1; t <= 2; t++) {
-        fs_adam_scalar.step(&x, &g, &m, &v, 1, fs_adam_rate(0.1, t));
+        fs_adam_scalar.step(&(AdamFields){&x, &g, &m, &v}, 1, fs_adam_rate(0.1, t));
         md = 0.9 * md + 0.1 * g, vd = 0.999 * vd + 0.001 * g * g;
         xd -= 0.1 * (md / (1 - pow(0.9, t))) / (sqrt(vd / (1 - pow(0.999, t))) + 1e-15);
         g = -0.2f;

@@ -51,7 +51,8 @@ static void run_forward(void *context)
 static void run_backward(void *context)
 {
     Case *c = context;
-    c->k->backward(&c->camera, &c->params, 0, N, c->splats, c->moments, c->d_depth, &c->gradients);
+    ProjectBack from = {c->splats, c->moments, c->d_depth};
+    c->k->backward(&c->camera, &c->params, 0, N, &from, &c->gradients);
 }
 
 // Largest difference of a field over visible Gaussians, relative to its Gaussian's size.
@@ -105,6 +106,33 @@ static void compare(const Case *ref, CpuLevel level)
     drop(c);
 }
 
+// A needle at 45 degrees, longer than any scene: in float xx yy - xy^2 would round to 0, but its width is known.
+static void check_needle(CpuLevel level)
+{
+    Case *c = make();
+    for (int i = 0; i < 16; i++) {
+        float mean[3] = {0, 0, 3}, scale[3] = {2 + 0.5f * (float)i, -12, -12},
+              quat[4] = {0.92387953f, 0, 0, 0.38268343f};
+        memcpy(c->means + 3 * i, mean, sizeof mean);
+        memcpy(c->scales + 3 * i, scale, sizeof scale);
+        memcpy(c->quats + 4 * i, quat, sizeof quat);
+        c->opacities[i] = 2;
+    }
+    c->camera = (ProjectCamera){{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, 300, 300, 160, 120, 0.2f, 320, 240, 0.7f, 0.5f};
+    c->k = fs_kernels_at(level).project;
+    run_forward(c);
+    run_backward(c);
+    for (int i = 0; i < 16; i++) {
+        const Splat *s = &c->splats[i];
+        double across = (s->a - (double)s->b + s->c) / 2; // along (1, -1) / sqrt 2: -log2(e) / 2 / dilation
+        CHECK(s->tile[0] < s->tile[2] && fabs(across / (-0.72134752 / FS_COV_DILATION) - 1) < 0.02,
+              "%s: needle of scale e^%g: %g across", fs_cpu_name(level), c->scales[3 * i], across);
+        CHECK(isfinite(c->d_means[3 * i]) && isfinite(c->d_scales[3 * i]) && isfinite(c->d_quats[4 * i]),
+              "%s: needle of scale e^%g: gradient", fs_cpu_name(level), c->scales[3 * i]);
+    }
+    drop(c);
+}
+
 int main(int argc, char **argv)
 {
     check_begin(argc, argv);
@@ -113,6 +141,7 @@ int main(int argc, char **argv)
     run_forward(ref);
     run_backward(ref);
     FOR_LEVELS(level) compare(ref, level);
+    FOR_LEVELS(level) check_needle(level);
     if (bench_wanted) FOR_LEVELS(level)
         {
             ref->k = fs_kernels_at(level).project;

@@ -29,12 +29,13 @@ static void make(Case *c)
 static void run_forward(void *context)
 {
     Case *c = context;
-    c->k->forward(&c->light, c->means, c->colors, c->gains, 0, N, c->out);
+    c->k->forward(&c->light, &(ShadeCloud){c->means, c->colors, c->gains}, 0, N, c->out);
 }
 static void run_backward(void *context)
 {
     Case *c = context;
-    c->k->backward(&c->light, c->means, c->colors, c->gains, 0, N, c->d_out, c->d_colors, c->d_gains, c->d_tint);
+    c->k->backward(&c->light, &(ShadeCloud){c->means, c->colors, c->gains}, 0, N, c->d_out,
+                   &(ShadeGradients){c->d_colors, c->d_gains}, c->d_tint);
 }
 static void run_lit(void *context)
 {
@@ -42,9 +43,10 @@ static void run_lit(void *context)
     memcpy(c->lit, c->colors, sizeof c->lit);
     memcpy(c->d_lit, c->d_out, sizeof c->d_lit);
     memcpy(c->d_lit_gains, c->gains, sizeof c->d_lit_gains);
-    c->k->enter(&c->light, c->means, c->gains, c->visible, 0, N, c->lit, c->d_lit, c->d_lit_gains);
+    c->k->enter(&c->light, &(ShadeCloud){c->means, c->lit, c->gains}, c->visible, 0, N,
+                &(ShadeGradients){c->d_lit, c->d_lit_gains});
     memcpy(c->back, c->lit, sizeof c->back);
-    c->k->leave(&c->light, c->means, c->gains, c->visible, 0, N, c->back);
+    c->k->leave(&c->light, &(ShadeCloud){c->means, c->back, c->gains}, c->visible, 0, N);
 }
 static double difference(const float *a, const float *b, int n)
 {
@@ -83,12 +85,13 @@ int main(int argc, char **argv)
         run_forward(&c);
         run_backward(&c);
         CHECK(difference(ref.out, c.out, N * 3) < 1e-5, "%s out: %g", name, difference(ref.out, c.out, N * 3));
-        c.k->forward(&c.light, c.means, c.colors, NULL, 0, N, c.lit); // no gains: all 0
+        const ShadeCloud none = {c.means, c.colors, NULL}, zero = {c.means, c.colors, c.d_lit_gains};
+        c.k->forward(&c.light, &none, 0, N, c.lit); // no gains: all 0
         memset(c.d_lit_gains, 0, sizeof c.d_lit_gains);
-        c.k->forward(&c.light, c.means, c.colors, c.d_lit_gains, 0, N, c.back);
+        c.k->forward(&c.light, &zero, 0, N, c.back);
         CHECK(memcmp(c.lit, c.back, sizeof c.lit) == 0, "%s: forward without gains", name);
-        c.k->backward(&c.light, c.means, c.colors, NULL, 0, N, c.d_out, c.lit, NULL, c.d_tint);
-        c.k->backward(&c.light, c.means, c.colors, c.d_lit_gains, 0, N, c.d_out, c.back, c.d_gains, c.d_tint);
+        c.k->backward(&c.light, &none, 0, N, c.d_out, &(ShadeGradients){c.lit, NULL}, c.d_tint);
+        c.k->backward(&c.light, &zero, 0, N, c.d_out, &(ShadeGradients){c.back, c.d_gains}, c.d_tint);
         CHECK(memcmp(c.lit, c.back, sizeof c.lit) == 0, "%s: backward without gains", name);
         make(&c);
         c.k = fs_kernels_at(level).shade;

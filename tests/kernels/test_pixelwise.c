@@ -1,0 +1,93 @@
+// Twins of the pixelwise kernels against the scalar definition, and that against formulas in double.
+#include "check.h"
+
+enum { W = 83, H = 21 };
+
+typedef struct Case {
+    Planes logit, beta, d_beta, d_logit, mask, photo, I, weight, passes, d_passes;
+    double mean;
+    const PixelwiseKernels *k;
+} Case;
+
+static Case make(const PixelwiseKernels *k)
+{
+    Rng rng = fs_rng_new(8);
+    Case c = {.k = k,
+              .logit = random_planes(W, H, 1, -9, 9, &rng),
+              .beta = random_planes(W, H, 1, 0, 1, &rng),
+              .d_beta = random_planes(W, H, 1, -1, 1, &rng),
+              .d_logit = random_planes(W, H, 1, -1, 1, &rng),
+              .mask = random_planes(W, H, 1, -1, 2, &rng),
+              .photo = random_planes(W, H, 3, 0, 1, &rng),
+              .I = random_planes(W, H, 3, 0, 1, &rng),
+              .weight = random_planes(W, H, 1, 0, 1, &rng),
+              .passes = random_planes(W, H, 1, 0, 1, &rng),
+              .d_passes = random_planes(W, H, 1, 0, 1, &rng)};
+    for (int i = 0; i < H * c.mask.stride; i++) c.mask.px[i] = fminf(fmaxf(c.mask.px[i], 0), 1);
+    return c;
+}
+static void drop(Case *c)
+{
+    Planes *all[] = {&c->logit, &c->beta, &c->d_beta, &c->d_logit, &c->mask,
+                     &c->photo, &c->I,    &c->weight, &c->passes,  &c->d_passes};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]->px);
+}
+static void run(void *context)
+{
+    Case *c = context;
+    c->mean = 0;
+    FOR_STRIPS(H, 8, a, b)
+    {
+        c->k->sigmoid(&c->logit, &c->beta, a, b);
+        c->k->sigmoid_backward(&c->beta, &c->d_beta, &c->d_logit, a, b);
+        c->k->clipped(&c->mask, &c->photo, &c->I, &c->weight, a, b);
+        c->mean += c->k->opaque(&c->passes, 0.7f, &c->d_passes, a, b);
+    }
+}
+
+static double sigmoid(double x)
+{
+    return 1 / (1 + exp(-x));
+}
+
+// The definition against the formulas; gradients against central differences.
+static void check_definition(const Case *c)
+{
+    double mean = 0;
+    for (int y = 0; y < H; y++)
+        for (int x = 0; x < W; x++) {
+            double u = fs_planes_row(&c->logit, 0, y)[x], h = 1e-5;
+            double slope = (sigmoid(u + h) - sigmoid(u - h)) / (2 * h);
+            double b = fs_planes_row(&c->beta, 0, y)[x], d = fs_planes_row(&c->d_logit, 0, y)[x];
+            CHECK(fabs(b - sigmoid(u)) < 1e-6, "sigmoid(%g) is %g", u, b);
+            CHECK(fabs(d - slope * fs_planes_row(&c->d_beta, 0, y)[x]) < 1e-6, "slope at %g: %g", u, d);
+            double darker = 0, m = fs_planes_row(&c->mask, 0, y)[x], w = fs_planes_row(&c->weight, 0, y)[x];
+            for (int k = 0; k < 3; k++)
+                darker += fs_planes_row(&c->photo, k, y)[x] - (double)fs_planes_row(&c->I, k, y)[x];
+            if (fabs(darker) > 1e-6) CHECK(w == (darker > 0 && m < 1 ? 1 : m), "mask %g of %g", w, m);
+            mean += fs_planes_row(&c->passes, 0, y)[x] / (double)(W * H);
+            CHECK(fabs(fs_planes_row(&c->d_passes, 0, y)[x] - 0.7 / (W * H)) < 1e-9, "%d %d", x, y);
+        }
+    CHECK(fabs(c->mean - mean) < 1e-6 && mean > 0.4, "mean %g, not %g", c->mean, mean);
+}
+
+int main(int argc, char **argv)
+{
+    check_begin(argc, argv);
+    Case ref = make(&fs_pixelwise_scalar);
+    run(&ref);
+    check_definition(&ref);
+    FOR_LEVELS(level)
+    {
+        Case c = make(fs_kernels_at(level).pixelwise);
+        run(&c);
+        double worst =
+            fmax(fmax(planes_difference(&ref.beta, &c.beta), planes_difference(&ref.d_logit, &c.d_logit)),
+                 fmax(planes_difference(&ref.weight, &c.weight), planes_difference(&ref.d_passes, &c.d_passes)));
+        CHECK(worst < 1e-5 && fabs(ref.mean - c.mean) < 1e-6, "%s: %g, mean %g", fs_cpu_name(level), worst, c.mean);
+        BENCH("pixelwise", level, "pixel", W * H, run, &c);
+        drop(&c);
+    }
+    drop(&ref);
+    return check_end();
+}
