@@ -26,11 +26,10 @@ extern const EngineDevice fs_device_reference; // the scalar definition on one t
 // Every device's engine begins with this; engine.c keeps it.
 struct Engine {
     const EngineDevice *device;
-    int n[LAYERS];                       // Gaussians of the scene that is up
-    int width[LAYERS][CLOUD_FIELDS];     // of their fields
-    bool shared_geometry, pane_beta, up; // up: there is a scene
+    bool up;                         // there is a scene
+    int n[LAYERS];                   // its Gaussians
+    int width[LAYERS][CLOUD_FIELDS]; // of their fields
     int n_views;
-    bool flash_views, plain_views; // whether there are views of that lighting
 };
 
 #endif

@@ -68,8 +68,6 @@ int fs_engine_scene_up(Engine *engine, const Scene *scene, FsError *err)
         engine->n[l] = scene->cloud[l].n;
         memcpy(engine->width[l], scene->cloud[l].width, sizeof engine->width[l]);
     }
-    engine->shared_geometry = scene->shared_geometry;
-    engine->pane_beta = scene->pane_beta;
     engine->up = true;
     return 0;
 }
@@ -147,7 +145,6 @@ int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err)
     int rc = engine->device->load_view(engine, view, err);
     if (rc < 0) return rc;
     engine->n_views++;
-    *(view->flash ? &engine->flash_views : &engine->plain_views) = true;
     return 0;
 }
 
@@ -166,10 +163,6 @@ int fs_engine_step(Engine *engine, const StepArgs *args, StepResult *result, FsE
 {
     if (!engine->up) return refuse(err, "no scene is up");
     if (args->view < 0 || args->view >= engine->n_views) return refuse(err, "a step at a photo that is not loaded");
-    if (!engine->n[LAYER_T_N] && (engine->shared_geometry || engine->plain_views))
-        return refuse(err, "photos without flash, but no cloud T_N");
-    if (!engine->n[LAYER_T_F] && !engine->shared_geometry && engine->flash_views)
-        return refuse(err, "photos with flash, but no cloud T_F");
     *result = (StepResult){0};
     return engine->device->step(engine, args, result, err);
 }
