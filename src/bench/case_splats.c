@@ -112,7 +112,7 @@ void *fs_case_splats_open(const BenchMachine *machine, const BenchCase *what)
 void fs_case_splats_close(void *state)
 {
     SplatsState *s = state;
-    fs_raster_task_free(&s->task);
+    fs_raster_pass_free_task(&s->task);
     fs_cloud_free(&s->cloud);
     fs_cloud_free(&s->m);
     fs_cloud_free(&s->v);

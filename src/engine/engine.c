@@ -154,7 +154,7 @@ int fs_engine_render(Engine *engine, const Camera *camera, Renders *renders, FsE
     return engine->device->render(engine, camera, renders, err);
 }
 
-void fs_renders_free(Renders *renders)
+void fs_engine_renders_free(Renders *renders)
 {
     for (int l = 0; l < RENDER_LAYERS; l++) fs_image_free(&renders->layer[l]);
 }

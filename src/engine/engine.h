@@ -76,12 +76,12 @@ typedef struct RenderLayerInfo {
 extern const RenderLayerInfo fs_render_layers[RENDER_LAYERS];
 
 // Renders all layers, in linear light, each (camera height, camera width, channels). The images are the caller's
-// (fs_renders_free); they are reused when they have the right size.
+// (fs_engine_renders_free); they are reused when they have the right size.
 typedef struct Renders {
     Image layer[RENDER_LAYERS];
 } Renders;
 int fs_engine_render(Engine *engine, const Camera *camera, Renders *renders, FsError *err);
-void fs_renders_free(Renders *renders);
+void fs_engine_renders_free(Renders *renders);
 
 // ---- training ----
 

@@ -38,7 +38,7 @@ static int open_reference(Engine **out, const char *cpu, int threads, FsError *e
 static void close_host(Engine *base)
 {
     HostEngine *e = fs_host_engine(base);
-    for (int i = 0; i < HOST_TASKS; i++) fs_raster_task_free(&e->task[i]);
+    for (int i = 0; i < HOST_TASKS; i++) fs_raster_pass_free_task(&e->task[i]);
     for (int i = 0; i < e->n_views; i++) free(e->views[i].memory);
     free(e->views);
     fs_gain_graph_free(&e->graph);

@@ -12,13 +12,13 @@ void fs_raster_pass_add(RasterPass *pass, RasterTask *task)
     pass->task[pass->n++] = task;
 }
 
-void fs_raster_task_free(RasterTask *task)
+void fs_raster_pass_free_task(RasterTask *task)
 {
     fs_arena_free(&task->arena);
     *task = (RasterTask){0};
 }
 
-int fs_raster_chunk_end(const RasterWork *work, int chunk)
+int fs_raster_pass_chunk_end(const RasterWork *work, int chunk)
 {
     return work->n - chunk * RASTER_CHUNK < RASTER_CHUNK ? work->n : (chunk + 1) * RASTER_CHUNK;
 }
@@ -72,7 +72,7 @@ static void set_up_backward(RasterTask *task, const Camera *camera)
     w->chunk_tint = (double(*)[3])fs_arena_alloc(a, sizeof(double[3]) * (size_t)(w->chunks + 1));
 }
 
-void fs_raster_set_up(RasterTask *task, const Camera *camera, float near)
+void fs_raster_pass_set_up(RasterTask *task, const Camera *camera, float near)
 {
     Arena *a = &task->arena;
     fs_arena_reset(a);
@@ -88,10 +88,10 @@ void fs_raster_set_up(RasterTask *task, const Camera *camera, float near)
     if (task->train) set_up_backward(task, camera);
 }
 
-void fs_raster_project(RasterTask *task, const Kernels *kernels, int chunk)
+void fs_raster_pass_project(RasterTask *task, const Kernels *kernels, int chunk)
 {
     RasterWork *w = task->work;
-    int begin = chunk * RASTER_CHUNK, end = fs_raster_chunk_end(w, chunk), colors = task->colors;
+    int begin = chunk * RASTER_CHUNK, end = fs_raster_pass_chunk_end(w, chunk), colors = task->colors;
     ProjectParams params = params_of(task->cloud->field);
     kernels->project->forward(&w->camera, &params, begin, end, FS_T_MIN, w->splats);
     const float *color = task->cloud->field[CLOUD_COLORS];
@@ -135,7 +135,7 @@ static void planes_to_tile(const RasterTile *tile, const Planes *from, float *to
         }
 }
 
-void fs_raster_tile_forward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, long *pairs)
+void fs_raster_pass_tile_forward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, long *pairs)
 {
     _Alignas(64) float feature[FS_FEATURES_MAX * FS_TILE_PIXELS], transmittance[FS_TILE_PIXELS];
     *pairs = kernels->raster->forward(tile, feature, transmittance);
@@ -143,7 +143,7 @@ void fs_raster_tile_forward(const Kernels *kernels, RasterTask *task, const Rast
     tile_to_planes(tile, transmittance, &task->transmittance);
 }
 
-void fs_raster_tile_backward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, float *records)
+void fs_raster_pass_tile_backward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, float *records)
 {
     _Alignas(64) float feature[FS_FEATURES_MAX * FS_TILE_PIXELS], transmittance[FS_TILE_PIXELS];
     _Alignas(64) float d_feature[FS_FEATURES_MAX * FS_TILE_PIXELS], d_transmittance[FS_TILE_PIXELS];
@@ -159,10 +159,10 @@ void fs_raster_tile_backward(const Kernels *kernels, RasterTask *task, const Ras
 
 // ---- after the tiles ----
 
-void fs_raster_gradients(RasterTask *task, const Kernels *kernels, int chunk)
+void fs_raster_pass_gradients(RasterTask *task, const Kernels *kernels, int chunk)
 {
     RasterWork *w = task->work;
-    int begin = chunk * RASTER_CHUNK, end = fs_raster_chunk_end(w, chunk), colors = task->colors;
+    int begin = chunk * RASTER_CHUNK, end = fs_raster_pass_chunk_end(w, chunk), colors = task->colors;
     float *d_color = task->light ? w->d_shaded : task->d_field[CLOUD_COLORS];
     for (int i = begin; i < end; i++) {
         const float *sum = w->moment + (size_t)i * FS_RECORD;
@@ -187,7 +187,7 @@ void fs_raster_gradients(RasterTask *task, const Kernels *kernels, int chunk)
     }
 }
 
-void fs_raster_sum_tint(RasterTask *task)
+void fs_raster_pass_sum_tint(RasterTask *task)
 {
     for (int k = 0; k < 3; k++) {
         task->d_tint[k] = 0;

@@ -58,7 +58,7 @@ typedef struct Rasteriser {
 extern const Rasteriser fs_raster_tiles, fs_raster_plain;
 
 void fs_raster_pass_add(RasterPass *pass, RasterTask *task);
-void fs_raster_task_free(RasterTask *task);
+void fs_raster_pass_free_task(RasterTask *task);
 
 // ---- what both rasterisers do per Gaussian ----
 
@@ -77,15 +77,15 @@ typedef struct RasterWork {
 } RasterWork;
 
 enum { RASTER_CHUNK = 1024 }; // Gaussians per job
-int fs_raster_chunk_end(const RasterWork *work, int chunk);
+int fs_raster_pass_chunk_end(const RasterWork *work, int chunk);
 // Memory for a pass from the task's arena; check arena.failed afterwards.
-void fs_raster_set_up(RasterTask *task, const Camera *camera, float near);
-void fs_raster_project(RasterTask *task, const Kernels *kernels, int chunk);   // fills splats and `seen`
-void fs_raster_gradients(RasterTask *task, const Kernels *kernels, int chunk); // from moments to d_field, d_screen
-void fs_raster_sum_tint(RasterTask *task);
+void fs_raster_pass_set_up(RasterTask *task, const Camera *camera, float near);
+void fs_raster_pass_project(RasterTask *task, const Kernels *kernels, int chunk);   // fills splats and `seen`
+void fs_raster_pass_gradients(RasterTask *task, const Kernels *kernels, int chunk); // from moments to d_field, d_screen
+void fs_raster_pass_sum_tint(RasterTask *task);
 
 // A tile's pixels between the arrays of the kernels and the planes.
-void fs_raster_tile_forward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, long *pairs);
-void fs_raster_tile_backward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, float *records);
+void fs_raster_pass_tile_forward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, long *pairs);
+void fs_raster_pass_tile_backward(const Kernels *kernels, RasterTask *task, const RasterTile *tile, float *records);
 
 #endif

@@ -51,9 +51,9 @@ static int forward(const RasterPass *pass, FsError *err)
 {
     for (int t = 0; t < pass->n; t++) {
         RasterTask *task = pass->task[t];
-        fs_raster_set_up(task, pass->camera, pass->near);
+        fs_raster_pass_set_up(task, pass->camera, pass->near);
         if (task->arena.failed) return fs_error_memory(err);
-        for (int c = 0; c < task->work->chunks; c++) fs_raster_project(task, pass->kernels, c);
+        for (int c = 0; c < task->work->chunks; c++) fs_raster_pass_project(task, pass->kernels, c);
         const TileEntry *entry = entries_of(task);
         if (task->train) task->work->records = ARENA_NEW(&task->arena, float, (size_t)task->n_visible *FS_RECORD);
         if (task->arena.failed) return fs_error_memory(err);
@@ -63,7 +63,7 @@ static int forward(const RasterPass *pass, FsError *err)
             for (int x = 0; x < pass->camera->width; x += FS_TILE_W) {
                 RasterTile tile = tile_at(task, entry, x, y);
                 long pairs;
-                fs_raster_tile_forward(pass->kernels, task, &tile, &pairs);
+                fs_raster_pass_tile_forward(pass->kernels, task, &tile, &pairs);
                 task->pairs += pairs;
             }
     }
@@ -79,14 +79,14 @@ static void backward(const RasterPass *pass)
         for (int y = 0; y < pass->camera->height; y += FS_TILE_H)
             for (int x = 0; x < pass->camera->width; x += FS_TILE_W) {
                 RasterTile tile = tile_at(task, w->entry, x, y);
-                fs_raster_tile_backward(pass->kernels, task, &tile, w->records);
+                fs_raster_pass_tile_backward(pass->kernels, task, &tile, w->records);
                 for (int i = 0; i < task->n_visible; i++)
                     for (int k = 0; k < FS_RECORD; k++)
                         w->moment[(size_t)w->entry[i].splat * FS_RECORD + (size_t)k] +=
                             w->records[(size_t)i * FS_RECORD + (size_t)k];
             }
-        for (int c = 0; c < w->chunks; c++) fs_raster_gradients(task, pass->kernels, c);
-        fs_raster_sum_tint(task);
+        for (int c = 0; c < w->chunks; c++) fs_raster_pass_gradients(task, pass->kernels, c);
+        fs_raster_pass_sum_tint(task);
     }
 }
 

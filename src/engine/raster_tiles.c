@@ -79,7 +79,7 @@ static void project_job(void *context, int job, int worker)
     const Run *run = context;
     int own;
     RasterTask *task = task_of(run, job, &own);
-    fs_raster_project(task, run->pass->kernels, own);
+    fs_raster_pass_project(task, run->pass->kernels, own);
 }
 
 // ---- phase 2: sort the visible by depth, list them by row of tiles ----
@@ -226,7 +226,7 @@ static void forward_job(void *context, int job, int worker)
     }
     own--;
     RasterTile tile = tile_of(task, own);
-    fs_raster_tile_forward(run->pass->kernels, task, &tile, &task->work->tiles->tile_pairs[own]);
+    fs_raster_pass_tile_forward(run->pass->kernels, task, &tile, &task->work->tiles->tile_pairs[own]);
 }
 
 // ---- phase 5: backward ----
@@ -238,7 +238,7 @@ static void backward_job(void *context, int job, int worker)
     int own;
     RasterTask *task = task_of(run, job, &own);
     RasterTile tile = tile_of(task, own);
-    if (tile.n) fs_raster_tile_backward(run->pass->kernels, task, &tile, task->work->tiles->record);
+    if (tile.n) fs_raster_pass_tile_backward(run->pass->kernels, task, &tile, task->work->tiles->record);
 }
 
 static void reduce_job(void *context, int job, int worker)
@@ -249,7 +249,7 @@ static void reduce_job(void *context, int job, int worker)
     RasterTask *task = task_of(run, job, &own);
     const RasterWork *w = task->work;
     const TileLists *lists = w->tiles;
-    for (int i = own * RASTER_CHUNK, end = fs_raster_chunk_end(w, own); i < end; i++) {
+    for (int i = own * RASTER_CHUNK, end = fs_raster_pass_chunk_end(w, own); i < end; i++) {
         float sum[FS_RECORD] = {0};
         for (int p = lists->slot_start[i]; p < lists->slot_start[i + 1]; p++) {
             const float *record = lists->record + (size_t)p * FS_RECORD;
@@ -257,14 +257,14 @@ static void reduce_job(void *context, int job, int worker)
         }
         memcpy(w->moment + (size_t)i * FS_RECORD, sum, sizeof sum);
     }
-    fs_raster_gradients(task, run->pass->kernels, own);
+    fs_raster_pass_gradients(task, run->pass->kernels, own);
 }
 
 // ---- memory, which grows between the phases ----
 
 static void set_up(RasterTask *task, const Camera *camera, float near)
 {
-    fs_raster_set_up(task, camera, near);
+    fs_raster_pass_set_up(task, camera, near);
     Arena *a = &task->arena;
     TileLists *w = ARENA_NEW(a, TileLists, 1);
     if (!w) return;
@@ -352,7 +352,7 @@ static void backward(const RasterPass *pass)
 {
     run_phase(pass, backward_job, count_tiles);
     run_phase(pass, reduce_job, count_chunks);
-    for (int t = 0; t < pass->n; t++) fs_raster_sum_tint(pass->task[t]);
+    for (int t = 0; t < pass->n; t++) fs_raster_pass_sum_tint(pass->task[t]);
 }
 
 const Rasteriser fs_raster_tiles = {forward, backward};

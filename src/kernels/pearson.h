@@ -7,6 +7,8 @@
 #ifndef FS_KERNELS_PEARSON_H
 #define FS_KERNELS_PEARSON_H
 
+#include <stdbool.h>
+
 #include "kernels/planes.h"
 
 #define FS_PEARSON_EPSILON 1e-8 // added to variances: an image of one colour has no say
@@ -36,5 +38,16 @@ typedef struct PearsonFit {
     double a, bx, by; // dL/dx_i = a (y_i - mean_y) + bx (x_i - mean_x); dL/dy_i likewise
 } PearsonFit;
 PearsonFit fs_pearson_fit(const PearsonSums *total);
+
+// The gradient of an image u against the other one, v: a (v - mean_v) + b (u - mean_u).
+typedef struct PearsonLine {
+    float a, b, mean_u, mean_v;
+} PearsonLine;
+static inline PearsonLine fs_pearson_line(const PearsonFit *fit, float weight, bool of_y)
+{
+    float a = (float)(weight * fit->a), mean_x = (float)fit->mean_x, mean_y = (float)fit->mean_y;
+    return of_y ? (PearsonLine){a, (float)(weight * fit->by), mean_y, mean_x}
+                : (PearsonLine){a, (float)(weight * fit->bx), mean_x, mean_y};
+}
 
 #endif

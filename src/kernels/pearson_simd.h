@@ -26,15 +26,14 @@ static PearsonSums sums(const PearsonArgs *args, int y0, int y1)
     return s;
 }
 
-static void row(float *d_toned, const float *toned, const float *u, const float *v, int n, float a, float b,
-                float mean_u, float mean_v)
+static void row(float *d_toned, const float *toned, const float *u, const float *v, int n, const PearsonLine *l)
 {
     vf dark = v_set(FS_COMPOSE_DARK);
     for (int x = 0; x < n; x += VW) {
         vf t = v_load(toned + x), linear = v_load(u + x);
         vf slope =
             v_sel(v_lt(t, dark), v_set(FS_COMPOSE_DARK_SLOPE), linear / (v_max(t, dark) * v_set(FS_COMPOSE_GAMMA)));
-        vf d = v_fma(v_set(a), v_load(v + x) - v_set(mean_v), v_set(b) * (linear - v_set(mean_u))) * slope;
+        vf d = v_fma(v_set(l->a), v_load(v + x) - v_set(l->mean_v), v_set(l->b) * (linear - v_set(l->mean_u))) * slope;
         v_store(d_toned + x, v_load(d_toned + x) + v_where(vm_first(n - x), d));
     }
 }
@@ -43,15 +42,12 @@ static void gradient(const PearsonArgs *args, const PearsonSums *total, int y0, 
 {
     const Planes *X = args->X_linear, *Y = args->Y_linear;
     PearsonFit fit = fs_pearson_fit(total);
-    float a = (float)(args->weight * fit.a), bx = (float)(args->weight * fit.bx), by = (float)(args->weight * fit.by);
-    float mx = (float)fit.mean_x, my = (float)fit.mean_y;
+    PearsonLine of_x = fs_pearson_line(&fit, args->weight, false), of_y = fs_pearson_line(&fit, args->weight, true);
     for (int c = 0; c < X->channels; c++)
         for (int y = y0; y < y1; y++) {
             const float *px = fs_planes_row(X, c, y), *py = fs_planes_row(Y, c, y);
-            if (args->d_X)
-                row(fs_planes_row(args->d_X, c, y), fs_planes_row(args->X, c, y), px, py, X->width, a, bx, mx, my);
-            if (args->d_Y)
-                row(fs_planes_row(args->d_Y, c, y), fs_planes_row(args->Y, c, y), py, px, X->width, a, by, my, mx);
+            if (args->d_X) row(fs_planes_row(args->d_X, c, y), fs_planes_row(args->X, c, y), px, py, X->width, &of_x);
+            if (args->d_Y) row(fs_planes_row(args->d_Y, c, y), fs_planes_row(args->Y, c, y), py, px, X->width, &of_y);
         }
 }
 

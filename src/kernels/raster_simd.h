@@ -240,17 +240,28 @@ INLINE void fill_lists(Batch *batch, Lists *lists)
 #endif
 }
 
+typedef struct Forward {
+    const RasterTile *tile;
+    const Batch *batch;
+    const Lists *lists;
+    float *feature, *transmittance;
+    long pairs;
+} Forward;
+
 // One vector of pixels through its list; returns whether any is still open.
-INLINE bool forward_vector(const RasterTile *tile, const Batch *batch, const Lists *lists, int step, int v,
-                           float *feature, float *transmittance, long *pairs, const int nf, const bool count)
+INLINE bool forward_vector(Forward *f, int step, int v, const int nf, const bool count)
 {
+    const RasterTile *tile = f->tile;
+    const Lists *lists = f->lists;
+    const int p = (step * STEP_VECTORS + v) * VW;
+    float *feature = f->feature + p, *transmittance = f->transmittance + p;
     const vf t_min = v_set(tile->t_min), T_min = v_set(tile->transmittance_min), y = lane_y(step);
     vf T = v_load(transmittance), sum[FS_FEATURES_MAX];
     for (int k = 0; k < nf; k++) sum[k] = v_load(feature + k * FS_TILE_PIXELS);
     vm open = v_le(T_min, T);
     vi n_pairs = v_seti(0);
     for (int i = 0, n = lists->count[step]; i < n && vm_any(open); i++) {
-        const Batched *s = (const Batched *)((const char *)batch->splat + lists->at[step][i]);
+        const Batched *s = (const Batched *)((const char *)f->batch->splat + lists->at[step][i]);
         vf t = v_fma(v_fma(v_set(s->c), y, s->t1[v]), y, s->t0[v]);
         vm near = v_le(t_min, t);
         vf alpha = v_where(near, v_min(exp2_fast(t), v_set(FS_ALPHA_MAX)));
@@ -262,7 +273,7 @@ INLINE bool forward_vector(const RasterTile *tile, const Batch *batch, const Lis
     }
     v_store(transmittance, T);
     for (int k = 0; k < nf; k++) v_store(feature + k * FS_TILE_PIXELS, sum[k]);
-    for (int l = 0; count && l < VW; l++) *pairs += n_pairs[l];
+    for (int l = 0; count && l < VW; l++) f->pairs += n_pairs[l];
     return vm_any(open);
 }
 
@@ -273,19 +284,18 @@ INLINE long forward_n(const RasterTile *tile, float *feature, float *transmittan
     for (int p = 0; p < FS_TILE_PIXELS; p++) transmittance[p] = 1;
     memset(feature, 0, sizeof(float) * FS_TILE_PIXELS * (size_t)nf);
     uint32_t alive = steps_of(0xffffffffu);
-    long pairs = 0;
+    Forward f = {tile, &batch, &lists, feature, transmittance, 0};
     for (batch.next = 0; batch.next < tile->n && alive;) {
         fill_batch(tile, alive, BATCH, &batch, NULL);
         fill_lists(&batch, &lists);
         for (int s = 0; s < STEPS; s++) {
             bool open = false;
             if (!lists.count[s]) continue;
-            for (int v = 0, p = s * STEP_VECTORS * VW; v < STEP_VECTORS; v++, p += VW)
-                open |= forward_vector(tile, &batch, &lists, s, v, feature + p, transmittance + p, &pairs, nf, count);
+            for (int v = 0; v < STEP_VECTORS; v++) open |= forward_vector(&f, s, v, nf, count);
             if (!open) alive &= ~(1u << (s * STEP_ROWS));
         }
     }
-    return pairs;
+    return f.pairs;
 }
 
 static long forward(const RasterTile *tile, float *feature, float *transmittance)
@@ -328,12 +338,19 @@ INLINE void fill_pixels(const float *feature, const float *transmittance, const 
     }
 }
 
-// One splat over the pixels from step `first` to `last`, of each step vector v: adds to the record's sums. Returns the
+typedef struct Reach { // of a splat
+    const Batched *s;
+    int first, last; // steps
+} Reach;
+
+// One splat over the pixels of the steps in its reach, of each step vector v: adds to the record's sums. Returns the
 // steps that turned out to be closed. The moments in y need no multiplication in the loop: with j = 1 for the last
 // step, 2 for the one before it, ..., sums of sums are sum d t, sum j d t, sum j (j + 1) / 2 d t.
-INLINE uint32_t backward_vectors(const RasterTile *tile, const Batched *s, int first, int last, int v, Pixels *pixels,
-                                 vf sum[FS_RECORD], const int nf, const bool clamp)
+INLINE uint32_t backward_vectors(const RasterTile *tile, Reach reach, int v, Pixels *pixels, vf sum[FS_RECORD],
+                                 const int nf, const bool clamp)
 {
+    const Batched *s = reach.s;
+    const int first = reach.first, last = reach.last;
     const vf t_min = v_set(tile->t_min), T_min = v_set(tile->transmittance_min), t0 = s->t0[v], t1 = s->t1[v];
     const vf c = v_set(s->c);
     vf f[FS_FEATURES_MAX], d_f[FS_FEATURES_MAX];
@@ -398,11 +415,11 @@ INLINE void backward_n(const RasterTile *tile, const float *feature, const float
                 memset(sums[i], 0, sizeof sums[i]);
                 continue;
             }
-            const int first = __builtin_ctz(steps) / STEP_ROWS, last = (31 - __builtin_clz(steps)) / STEP_ROWS;
+            const Reach reach = {s, __builtin_ctz(steps) / STEP_ROWS, (31 - __builtin_clz(steps)) / STEP_ROWS};
             uint32_t closed = steps;
             for (int v = 0; v < STEP_VECTORS; v++)
-                closed &= s->clamped ? backward_vectors(tile, s, first, last, v, pixels, sums[i], nf, true)
-                                     : backward_vectors(tile, s, first, last, v, pixels, sums[i], nf, false);
+                closed &= s->clamped ? backward_vectors(tile, reach, v, pixels, sums[i], nf, true)
+                                     : backward_vectors(tile, reach, v, pixels, sums[i], nf, false);
             alive &= ~closed;
         }
         for (int i = 0; i < batch.n; i++) sum_record(sums[i], records + (size_t)batch.splat[i].slot * FS_RECORD);

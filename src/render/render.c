@@ -123,7 +123,7 @@ static int probe_depth(Run *run, FsError *err)
     }
 fail:
     fs_image_free(&all);
-    fs_renders_free(&small);
+    fs_engine_renders_free(&small);
     return rc;
 }
 
@@ -315,7 +315,7 @@ static void close_run(Run *run)
 {
     fs_scene_free(&run->scene);
     fs_dataset_free(&run->photos);
-    fs_renders_free(&run->renders);
+    fs_engine_renders_free(&run->renders);
     fs_engine_free(run->engine);
     fs_threads_free(run->threads);
     free(run->dir);

@@ -49,7 +49,7 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
 fail:
     for (int i = 0; i < 2; i++) {
         fs_image_free(&photo[i]);
-        fs_renders_free(&renders[i]);
+        fs_engine_renders_free(&renders[i]);
     }
     free(dir);
     free(path);

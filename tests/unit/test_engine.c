@@ -304,7 +304,7 @@ static void test_renders(void **state)
             for (int y = 0; y < H; y += 3)
                 for (int x = 0; x < W; x++) check_pixel(&scene, &camera, &renders, x, y, &depths);
             assert_true(depths > 50);
-            fs_renders_free(&renders);
+            fs_engine_renders_free(&renders);
             fs_engine_free(engine);
         }
         fs_scene_free(&scene);
@@ -720,7 +720,7 @@ static void test_nothing_in_view(void **state)
         for (int i = 0; i < W * H; i++) assert_true(renders.layer[RENDER_I_F].px[3 * i] == 0);
         assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
         assert_int_equal(result.visible[LAYER_T_N], 0);
-        fs_renders_free(&renders);
+        fs_engine_renders_free(&renders);
         fs_engine_free(engine);
         fs_scene_free(&scene);
     }

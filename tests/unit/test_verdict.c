@@ -51,7 +51,7 @@ static const char *say(float t, float r, int black, float fit, bool of_other_siz
     photo.width = W;
     fs_image_free(&photo);
     fs_image_free(&mask);
-    fs_renders_free(&renders);
+    fs_engine_renders_free(&renders);
     return warnings;
 }
 
