@@ -3,7 +3,7 @@
 stage -> engine, kernels, model, image, base; engine -> kernels, model, image, base; kernels -> base); train/ sees of
 the engine its public headers only, and no kernels; kernels neither allocate nor do input or output; file names are
 unique; external names give their file (fs_<file>_..., the file that declares or defines them); no function has more
-than seven parameters."""
+than seven parameters; only base/ removes, renames and overwrites files."""
 import collections
 import pathlib
 import re
@@ -23,6 +23,7 @@ MACHINERY = {
 }
 BELOW_STAGES = set(MACHINERY)
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
+ONLY_BASE = re.compile(r'\b(unlink|remove|rename|rmdir|truncate|creat|fs_file_remove\w*)\s*\(|\bfopen\([^;]*"[wa]')
 NOT_IN_KERNELS = re.compile(r"\b(malloc|calloc|realloc|free|aligned_alloc|fopen|fread|fwrite|f?printf|puts)\s*\(")
 
 
@@ -61,6 +62,9 @@ def check_file(path, root):
             problems.append(f"{where}: train must not include {name}")
         if not allowed(folder, name, target):
             problems.append(f"{where}: {folder or 'src'} must not include {name}")
+    if folder != "base":
+        for match in ONLY_BASE.finditer(re.sub(r"//.*|/\*.*?\*/", "", text)):
+            problems.append(f"{where}: {match.group(1)} belongs to src/base: see owned.h")
     if folder == "kernels":
         for match in NOT_IN_KERNELS.finditer(re.sub(r"//.*|/\*.*?\*/", "", text)):
             problems.append(f"{where}: kernels must not call {match.group(1)}")

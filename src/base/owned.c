@@ -198,8 +198,9 @@ int fs_owned_record(const char *made, const char *path, FsError *err)
     char *line = NULL;
     int rc = find(path, false, &place) < 0 ? fs_error_memory(err) : 0;
     if (rc == 0 && place.root && !is_private(&place)) {
-        rc = check(&place, path, err);
-        if (rc == 0 && !fs_file_is_dir(made)) { // a folder has its lines
+        bool folder = fs_file_is_dir(made); // has its lines, and takes the place of nothing but an empty one
+        rc = folder ? 0 : check(&place, path, err);
+        if (rc == 0 && !folder) {
             line = line_of(made, place.key);
             rc = line ? append(&place, line, err) : fs_error_set(err, FS_ERR_IO, "%s: cannot read back", made);
         }
@@ -358,11 +359,14 @@ void fs_owned_remove(const char *path)
     Place place;
     struct stat st;
     char *list = NULL;
-    if (find(path, lstat(path, &st) == 0 && S_ISDIR(st.st_mode), &place) < 0) return;
+    bool folder = lstat(path, &st) == 0 && S_ISDIR(st.st_mode);
+    if (find(path, folder, &place) < 0) return;
     if (place.root && is_private(&place))
         fs_file_remove_tree(path);
-    else if (place.root && read_list(place.root, &list))
-        remove_listed(&place, path, list);
-    free(list);
+    else
+        for (int pass = 0; pass < 1 + folder && place.root && read_list(place.root, &list); pass++) {
+            remove_listed(&place, path, list); // folders whose files' lines come first go in the second pass
+            free(list);
+        }
     free_place(&place);
 }

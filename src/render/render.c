@@ -233,9 +233,11 @@ static int render_photos(Run *run, FsError *err)
     Dataset views = {0};
     PictureSheet *sheet = NULL;
     Verdict verdict = {0};
-    char *sheet_path = fs_file_path("%s/sheet.png", run->project->out);
+    const char *elsewhere = run->project->set.output;
+    char *sheet_path = fs_file_path("%s/sheet.png", *elsewhere ? elsewhere : run->project->out);
     int rc;
     if (!sheet_path) return fs_error_memory(err);
+    TRY(fs_owned_check(sheet_path, err));
     TRY(fs_view_list_of_photos(run->project, &run->photos, &views, err));
     TRY(fs_pictures_sheet_begin(&sheet, &run->photos, err));
     TRY(walk_views(run, &(Walk){.what = "photos", .views = &views, .files = true, .sheet = sheet, .verdict = &verdict},

@@ -55,7 +55,8 @@ def contents(folder):
 
 
 def clouds(out):
-    return {p.relative_to(out): p.read_bytes() for d in ("start", "clouds") for p in sorted((out / d).iterdir())}
+    return {str(p.relative_to(out)): look(p)[1] for d in ("start", "clouds") for p in sorted((out / d).iterdir())
+            if p.suffix in (".ply", ".json")}
 
 
 class Layouts(FolderTest):
@@ -85,9 +86,9 @@ class Layouts(FolderTest):
         return run("run", photos or self.photos, "-o", out or self.out, "--poses", model or self.model, *QUICK, *more,
                    **options)
 
-    def keep(self):
-        """All that is there now is the user's."""
-        self.users = contents(self.dir)
+    def keep(self, but=None):
+        """All that is there now is the user's, but what is in a project of ours."""
+        self.users = {p: was for p, was in contents(self.dir).items() if but is None or not p.is_relative_to(but)}
 
     def kept(self):
         for path, was in self.users.items():
@@ -264,11 +265,11 @@ class Layouts(FolderTest):
         self.refuses(run("render", self.out, "-o", self.scene / "truth"), self.scene / "truth")
         self.refuses(self.job(out=self.scene / "capture"), self.scene / "capture")
         mine = self.put(self.dir / "pictures/R/IMG_0002.png")
-        self.keep()
+        self.keep(self.out)
         self.refuses(run("render", self.out, "-o", self.dir / "pictures"), mine)
         self.assertEqual(list((self.dir / "pictures").rglob("*.png")), [mine])
         mine.rename(mine.with_name("mine.png"))
-        self.keep()
+        self.keep(self.out)
         for _ in range(2):
             self.works(run("render", self.out, "-o", self.dir / "pictures"), False)
         self.works(run("render", self.out, "-o", self.out / "more/pictures"), False)
@@ -296,7 +297,7 @@ class Layouts(FolderTest):
         self.refuses(run("pair", flash, other, "-o", picture, "--linear"), picture.with_suffix(".tif"))
         self.assertFalse(picture.exists())
         self.works(run("pair", flash, other, "-o", picture), False)
-        self.keep()
+        self.keep(self.out)
         self.refuses(run("pair", flash, other, "-o", picture), picture)
         self.refuses(run("bench", "--json", path, "--cases", "adam"), path)
         evaluate = ["evaluate", self.out, self.scene / "truth", "--views", "capture"]
@@ -327,15 +328,15 @@ class Layouts(FolderTest):
 
     def test_changed_settings(self):
         self.copy()
-        more = ["train", self.out, *TRAIN, "--gain-push", 0.5]
+        more = ["train", self.out, *TRAIN, "--dssim", 0.5]
         process = run(*more, "--resume")
-        self.assert_fails(process, 1, self.out / "checkpoint", "--gain-push was 0.02 and is 0.5 now")
+        self.assert_fails(process, 1, self.out / "checkpoint", "--dssim was 0.25 and is 0.5 now")
         self.assertEqual(clouds(self.out), clouds(self.done))
         self.assertNotIn("0.5", (self.out / "done/train.json").read_text())
         self.assertEqual(run(*more).returncode, 0)
         self.assertNotEqual(clouds(self.out), clouds(self.done))
         mark = json.loads((self.out / "done/train.json").read_text())
-        self.assertEqual(mark["settings"]["gain-push"], 0.5)
+        self.assertEqual(mark["settings"]["dssim"], 0.5)
         self.assertNotEqual(mark["settings"]["cpu"], "best")
         if mark["settings"]["cpu"] != "scalar":
             self.assert_fails(run(*more, "--resume", "--cpu", "scalar"), 1, "--cpu was")
