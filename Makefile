@@ -24,6 +24,24 @@ test-sanitizers: packages-build-run-test build-asan/build.ninja
 build-asan/build.ninja:
 	meson setup build-asan -Db_sanitize=address,undefined --buildtype debugoptimized -Db_lundef=false $(MESON_FLAGS)
 
+# What threads do together, with the thread sanitizer: a tiny capture trained and rendered, and whatever else is shared.
+THREADED = base knn initialise initialise_run poses_parts render 'settings in all combinations'
+test-threads: packages-build-run-test build-tsan/build.ninja
+	setarch -R true 2>/dev/null && fixed="setarch -R"; \
+	TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.txt history_size=4" $$fixed \
+	    meson test -C build-tsan --print-errorlogs --timeout-multiplier 5 $(THREADED)
+
+build-tsan/build.ninja:
+	meson setup build-tsan -Db_sanitize=thread --buildtype debugoptimized -Db_lundef=false $(MESON_FLAGS)
+
+# The same sources through clang.
+test-clang: packages-build-run-test build-clang/build.ninja
+	ninja -C build-clang
+	meson test -C build-clang --no-rebuild --print-errorlogs --no-suite slow
+
+build-clang/build.ninja:
+	CC=clang meson setup build-clang $(MESON_FLAGS)
+
 # Which lines of src/ the tests reach, per folder; tools/coverage.py build-coverage --missing names the others.
 coverage: packages-build-run-test build-coverage/build.ninja
 	ninja -C build-coverage
@@ -58,6 +76,6 @@ install: all
 	meson install -C $(BUILD) --no-rebuild
 
 clean:
-	rm -rf build build-asan build-clang build-coverage build-fuzz demo
+	rm -rf build build-asan build-clang build-coverage build-fuzz build-tsan demo
 
-.PHONY: all test test-sanitizers coverage fuzz demo bench quality install clean
+.PHONY: all test test-sanitizers test-threads test-clang coverage fuzz demo bench quality install clean

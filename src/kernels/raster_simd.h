@@ -200,7 +200,7 @@ INLINE void fill_batch(const RasterTile *tile, uint32_t alive, int most, Batch *
         const uint32_t mask = steps_of(tile->entry[i].mask) & alive;
         if (mask) {
             make_ready(tile, &tile->splats[tile->entry[i].splat], &batch->splat[batch->n]);
-            batch->splat[batch->n].slot = tile->entry[i].slot;
+            if (records) batch->splat[batch->n].slot = tile->entry[i].slot; // they are still written while forward runs
             batch->mask[batch->n++] = mask;
         } else if (records) {
             memset(records + (size_t)tile->entry[i].slot * FS_RECORD, 0, sizeof(float) * FS_RECORD);
