@@ -1,5 +1,6 @@
 #include "kinds.h"
 
+#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,6 +25,7 @@
 #include "poses/capture.h"
 #include "poses/database.h"
 #include "report/report.h"
+#include "train/trainer.h"
 
 #define MAX_FILE (1 << 24)
 
@@ -315,6 +317,46 @@ fail:
     return rc;
 }
 
+// "made_from": "now" in a state stands for what the settings and inputs are now, which changes with the program.
+static void fill_in_made_from(FsProject *project, const char *dir)
+{
+    char *path = in(dir, "checkpoint/state.json");
+    json_t *state = json_load_file(path, 0, NULL);
+    const char *made_from = json_string_value(json_object_get(state, "made_from"));
+    if (made_from && strcmp(made_from, "now") == 0) {
+        json_object_set_new(state, "made_from", json_string(fs_project_fingerprint(project, FS_STAGE_TRAIN)));
+        json_dump_file(state, path, JSON_REAL_PRECISION(17));
+    }
+    json_decref(state);
+    free(path);
+}
+
+static int read_checkpoint(const char *dir, FsError *err)
+{
+    FsSettings *settings = fs_settings_new();
+    Trainer trainer = {.set = settings};
+    int rc;
+    TRY(fs_project_open(&trainer.project, dir, settings, NULL, err));
+    fill_in_made_from(trainer.project, dir);
+    rc = fs_checkpoint_read(&trainer, err);
+    for (int l = 0; l < LAYERS && rc == 1; l++) {
+        check_finite(&trainer.scene.cloud[l]);
+        check_finite(&trainer.state.cloud[l].m);
+        check(trainer.scene.cloud[l].n == trainer.state.cloud[l].m.n, "moments of every Gaussian", dir);
+    }
+    if (rc == 1)
+        rc = 0;
+    else if (rc == 0)
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no checkpoint", dir);
+fail:
+    free(trainer.neighbour);
+    fs_engine_state_free(&trainer.state);
+    fs_scene_free(&trainer.scene);
+    fs_project_close(trainer.project);
+    fs_settings_free(settings);
+    return rc;
+}
+
 static int read_info(const char *dir, FsError *err)
 {
     static const char *const names[] = {"a.jpg", "a.json", "a.ply"};
@@ -349,6 +391,10 @@ const FuzzKind fuzz_kinds[] = {
     {"project",
      {"done/train.json", "views.json", "evaluate.json", "log.jsonl", "warnings/train.txt", "clouds/T_N.ply"},
      read_project},
+    {"checkpoint",
+     {"checkpoint/model.json", "checkpoint/T_N.ply", "checkpoint/T_N_m.ply", "checkpoint/T_N_v.ply",
+      "checkpoint/T_N_neighbours.bin", "checkpoint/state.json"},
+     read_checkpoint},
     {"info", {"a.jpg"}, read_info},
     {"png", {"a.png"}, read_png},
     {"jpeg", {"a.jpg"}, read_jpeg},
