@@ -31,10 +31,7 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
     if (!p) return fs_error_memory(err);
     p->out = strdup(out);
     TRY(fs_settings_copy(&p->set, settings, err));
-    if (!p->out) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!p->out) TRY(fs_error_memory(err));
     for (size_t n = strlen(p->out); n > 1 && p->out[n - 1] == '/'; n--) p->out[n - 1] = 0;
     TRY(fs_file_mkdirs(p->out, err));
     fs_owned_open(p->out, "project", NULL); // what is only read need not be ours; a stage that writes asks again

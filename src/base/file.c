@@ -22,20 +22,13 @@ int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, F
     if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
     struct stat st;
     int rc = 0;
-    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a regular file", path);
-        goto fail;
-    }
-    if ((size_t)st.st_size > max_size) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %lld bytes, expected at most %zu", path, (long long)st.st_size,
-                          max_size);
-        goto fail;
-    }
+    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode))
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a regular file", path));
+    if ((size_t)st.st_size > max_size)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %lld bytes, expected at most %zu", path, (long long)st.st_size,
+                         max_size));
     *data = malloc((size_t)st.st_size + 1);
-    if (!*data) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!*data) TRY(fs_error_memory(err));
     *size = fread(*data, 1, (size_t)st.st_size, f);
     if (ferror(f)) {
         free(*data);

@@ -143,10 +143,7 @@ int fs_bench_run(const FsSettings *settings, const Log *log, FsError *err)
     if (settings->json && *settings->json) TRY(fs_owned_check(settings->json, err));
     TRY(fs_kernels_choose(settings->cpu, &machine.kernels, err));
     machine.threads = fs_threads_new(settings->threads);
-    if (!machine.threads) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!machine.threads) TRY(fs_error_memory(err));
     snprintf(results.cpu, sizeof results.cpu, "%s", fs_cpu_name(machine.kernels.level));
     results.threads = fs_threads_count(machine.threads);
     fs_log_info(log, "instruction set %s, %d threads (image and Adam kernels: one)", results.cpu, results.threads);

@@ -146,10 +146,8 @@ int fs_result_compare(const char *files, const Log *log, FsError *err)
     char *first = strdup(files), *second = first ? strchr(first, ',') : NULL;
     int rc;
     if (!first) return fs_error_memory(err);
-    if (!second || !second[1] || second == first) {
-        rc = fs_error_set(err, FS_ERR_USAGE, "--compare %s: needs two files of bench --json, as FILE,FILE", files);
-        goto fail;
-    }
+    if (!second || !second[1] || second == first)
+        TRY(fs_error_set(err, FS_ERR_USAGE, "--compare %s: needs two files of bench --json, as FILE,FILE", files));
     *second++ = 0;
     TRY(fs_result_read(&a, first, err));
     TRY(fs_result_read(&b, second, err));

@@ -137,18 +137,14 @@ int fs_lpips_read(Lpips **lpips, const char *path, FsError *err)
     int rc;
     TRY(fs_file_read(path, (size_t)256 << 20, &l->data, &c.size, err));
     c.data = l->data;
-    if (c.size < 12 || memcmp(l->data, "FSLPIPS1", 8) != 0) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a file of LPIPS weights: make one with tools/lpips_convert.py",
-                          path);
-        goto fail;
-    }
+    if (c.size < 12 || memcmp(l->data, "FSLPIPS1", 8) != 0)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a file of LPIPS weights: make one with tools/lpips_convert.py",
+                         path));
     memcpy(&count, l->data + 8, 4);
     c.at = 12;
     for (uint32_t i = 0; i < count && i <= LPIPS_NETS; i++) TRY(take_net(&c, l));
-    if (c.at != c.size || count == 0) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %u networks and %zu bytes too many", path, count, c.size - c.at);
-        goto fail;
-    }
+    if (c.at != c.size || count == 0)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %u networks and %zu bytes too many", path, count, c.size - c.at));
     *lpips = l;
     return 0;
 fail:

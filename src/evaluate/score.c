@@ -191,10 +191,7 @@ int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContex
     int rc = 0, ignored;
     Task *tasks = calloc((size_t)views->n + 1, sizeof *tasks);
     score->view = calloc((size_t)views->n + 1, sizeof *score->view);
-    if (!tasks || !score->view) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!tasks || !score->view) TRY(fs_error_memory(err));
     TRY(make_tasks(score, layer, tasks, err));
     warn_missing(score, layer->dir, log);
     TRY(run_pass(tasks, views->n, NULL, context, err));

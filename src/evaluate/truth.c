@@ -32,10 +32,7 @@ int fs_truth_list(const char *truth, const char *layer, const Dataset *cameras, 
     if (!fs_file_is_dir(dir)) goto fail;
     TRY(fs_file_list(dir, &list, err));
     views->view = calloc((size_t)list.n + 1, sizeof *views->view);
-    if (!views->view) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!views->view) TRY(fs_error_memory(err));
     for (int i = 0; i < list.n; i++) {
         char *stem = fs_file_stem(list.name[i]);
         if (!stem || !is_picture(list.name[i]) || !wanted(cameras, stem, which)) {
@@ -43,10 +40,7 @@ int fs_truth_list(const char *truth, const char *layer, const Dataset *cameras, 
             continue;
         }
         views->view[views->n++] = (TruthView){stem, fs_file_path("%s/%s", dir, list.name[i])};
-        if (!views->view[views->n - 1].path) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (!views->view[views->n - 1].path) TRY(fs_error_memory(err));
     }
 fail:
     if (rc < 0) fs_truth_free(views);

@@ -96,10 +96,7 @@ static int export_layer(const FsProject *project, const Scene *scene, Layer laye
     char *ply = fs_file_path("%s/export/%s.ply", project->out, name);
     char *splat = fs_file_path("%s/export/%s.splat", project->out, name);
     float *srgb = malloc(sizeof(float) * 3 * (size_t)(cloud ? cloud->n : 1));
-    if (!ply || !splat || !srgb) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!ply || !splat || !srgb) TRY(fs_error_memory(err));
     if (!cloud) goto fail; // nothing to show
     fs_colors_display(scene, layer, development, srgb);
     TRY(fs_inria_write(cloud, srgb, ply, err));
@@ -120,23 +117,14 @@ int fs_export_run(FsProject *project, FsError *err)
     int rc = 0;
     char *clouds = fs_file_path("%s/clouds", project->out), *model = fs_file_path("%s/clouds/model.json", project->out);
     char *dir = fs_file_path("%s/export", project->out);
-    if (!clouds || !model || !dir) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
-    if (!fs_file_exists(model)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: missing: train the scene first", model);
-        goto fail;
-    }
+    if (!clouds || !model || !dir) TRY(fs_error_memory(err));
+    if (!fs_file_exists(model)) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: missing: train the scene first", model));
     TRY(fs_project_begin(project, FS_STAGE_EXPORT, NULL, 0, err));
     TRY(fs_scene_read(&scene, clouds, err));
     TRY(fs_file_mkdirs(dir, err));
     TRY(develop(project, &scene, &development, err));
     for (int l = 0; l < LAYERS; l++) {
-        if (fs_log_cancelled(&project->log)) {
-            rc = fs_error_set(err, FS_ERR_CANCELLED, "export: stopped");
-            goto fail;
-        }
+        if (fs_log_cancelled(&project->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "export: stopped"));
         fs_log_progress(&project->log, "export", l, LAYERS, fs_layers[l].name);
         TRY(export_layer(project, &scene, (Layer)l, &development, err));
     }

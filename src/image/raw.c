@@ -240,11 +240,9 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
     if (code != LIBRAW_SUCCESS || errno == ENOMEM) return raw_error(path, code, err);
     libraw_processed_image_t *made = libraw_dcraw_make_mem_image(raw, &code);
     if (!made) return raw_error(path, code, err);
-    if (made->type != LIBRAW_IMAGE_BITMAP || made->bits != 16 || (made->colors != 3 && made->colors != 1)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: a sensor of %d colours, expected red, green and blue", path,
-                          made->colors);
-        goto fail;
-    }
+    if (made->type != LIBRAW_IMAGE_BITMAP || made->bits != 16 || (made->colors != 3 && made->colors != 1))
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: a sensor of %d colours, expected red, green and blue", path,
+                         made->colors));
     TRY(fs_image_new(rgb, made->width, made->height, 3, err));
     TRY(fs_image_new(clipped, made->width, made->height, 1, err));
     for (size_t i = 0; i < (size_t)made->width * made->height; i++)

@@ -152,10 +152,7 @@ int fs_tiff_read(const char *path, Image *image, FsError *err)
         goto fail;
     }
     block = malloc((size_t)size);
-    if (!block) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!block) TRY(fs_error_memory(err));
     TRY(read_blocks(&t, &l, block, size, image, err));
 fail:
     free(block);

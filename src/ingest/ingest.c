@@ -169,10 +169,7 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     Photos photos = {0};
     char *dir = fs_file_path("%s/linear", project->out);
     Threads *threads = fs_threads_new(project->set.threads);
-    if (!dir || !threads) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!dir || !threads) TRY(fs_error_memory(err));
     TRY(fs_photos_scan(&photos, folder, log, err));
     fs_photos_read_headers(&photos, threads);
     TRY(fs_photos_drop_failed(&photos, log, err));

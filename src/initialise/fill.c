@@ -67,10 +67,7 @@ int fs_fill_holes(float *value, const float *weight, int width, int height, int 
         n = (size_t)coarse->width * (size_t)coarse->height;
         coarse->value = calloc(n * (size_t)channels, sizeof(float));
         coarse->weight = calloc(n, sizeof(float));
-        if (!coarse->value || !coarse->weight) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (!coarse->value || !coarse->weight) TRY(fs_error_memory(err));
         push(fine, coarse, channels);
     }
     for (int l = levels - 2; l >= 0; l--) pull(&level[l + 1], &level[l], channels);

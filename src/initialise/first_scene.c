@@ -103,11 +103,9 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
         scene->pane.normal[k] = start->views->forward[k];
         scene->gain_color[k] = start->light->color[k];
     }
-    if (scene->separation != SEPARATION_FULL && !(scene->shared_geometry && scene->pane_beta)) {
-        rc = fs_error_set(err, FS_ERR_USAGE, "--separation %s goes with --geometry shared and --beta pane",
-                          set->separation);
-        goto fail;
-    }
+    if (scene->separation != SEPARATION_FULL && !(scene->shared_geometry && scene->pane_beta))
+        TRY(fs_error_set(err, FS_ERR_USAGE, "--separation %s goes with --geometry shared and --beta pane",
+                         set->separation));
     if (scene->separation == SEPARATION_FLASHLESS || scene->separation == SEPARATION_NONE) {
         TRY(deal_points(start->points, &dealt, err)); // no cue: both scenes begin at all places
         dealt_points.kind = dealt;

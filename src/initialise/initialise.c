@@ -45,10 +45,7 @@ static int write_kind(const char *path, const SparsePoints *points, PointKind ki
     size_t size = (size_t)points->n + 1;
     float *xyz = malloc(sizeof(float) * 3 * size), *value = malloc(sizeof(float) * size);
     unsigned char *rgb = malloc(3 * size);
-    if (!xyz || !value || !rgb) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!xyz || !value || !rgb) TRY(fs_error_memory(err));
     for (int i = 0; i < points->n; i++) {
         if (points->kind[i] != kind) continue;
         memcpy(xyz + 3 * (size_t)m, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
@@ -90,10 +87,7 @@ static int write_start(const FsProject *project, const SparsePoints *points, con
         free(surface);
         sparse = fs_file_path("%s/%s.ply", dir, kind[k]);
         surface = fs_file_path("%s/%s_surface.ply", dir, kind[k]);
-        if (!sparse || !surface) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (!sparse || !surface) TRY(fs_error_memory(err));
         TRY(write_kind(sparse, points, k ? POINT_REFLECTED : POINT_TRANSMITTED, err));
         TRY(write_dense(surface, &dense[k], k ? 128 : 224, err));
     }
@@ -110,10 +104,7 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
     int rc = 0;
     Dataset dataset = {0};
     char *views_path = fs_file_path("%s/views.json", project->out), *sparse = fs_file_path("%s/sparse", project->out);
-    if (!views_path || !sparse) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!views_path || !sparse) TRY(fs_error_memory(err));
     TRY(fs_dataset_read(&dataset, views_path, err));
     TRY(fs_small_views_load(views, project->out, &dataset, INPUT_LONG_EDGE, err));
     if (views->n_flash == 0 || views->n_flash == views->n) {

@@ -98,10 +98,7 @@ int fs_light_gains(const SmallViews *views, const FlashLight *light, const Spars
     float *weight = malloc(sizeof(float) * size);
     KnnTree *tree = NULL;
     memset(gain, 0, sizeof(float) * (size_t)seeds->n);
-    if (!place || !log_gain || !weight) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!place || !log_gain || !weight) TRY(fs_error_memory(err));
     double mean_color = (light->color[0] + light->color[1] + light->color[2]) / 3;
     for (int i = 0; i < points->n; i++) {
         if (!clear_cue(&points->cue[i], points->kind[i])) continue;
@@ -114,10 +111,7 @@ int fs_light_gains(const SmallViews *views, const FlashLight *light, const Spars
     }
     if (m == 0) goto fail; // gains stay 0
     tree = fs_knn_new(place, m);
-    if (!tree) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!tree) TRY(fs_error_memory(err));
     GainWork work = {tree, log_gain, weight, seeds, gain};
     fs_threads_for(threads, (seeds->n + CHUNK - 1) / CHUNK, gain_job, &work);
 fail:

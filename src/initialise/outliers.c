@@ -45,10 +45,7 @@ int fs_outliers_drop(const SparsePoints *points, bool reflected, Threads *thread
     unsigned char *drop = malloc((size_t)dense->n + 1);
     KnnTree *tree[2] = {NULL, NULL};
     int rc = 0, count[2] = {0}, kept = 0;
-    if (!some || !drop) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!some || !drop) TRY(fs_error_memory(err));
     for (int k = 0; k < 2; k++) {
         tree[k] = tree_of(points, k ? POINT_REFLECTED : POINT_TRANSMITTED, some, &count[k]);
         if (count[k] && !tree[k]) TRY(fs_error_memory(err));

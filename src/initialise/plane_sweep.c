@@ -95,10 +95,7 @@ int fs_plane_sweep_prepare(const SmallViews *views, SweepPhotos *photos, Threads
 {
     int *failed = calloc((size_t)views->n + 1, sizeof *failed), rc = 0;
     *photos = (SweepPhotos){views, calloc((size_t)views->n + 1, sizeof(Image))};
-    if (!failed || !photos->fine) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!failed || !photos->fine) TRY(fs_error_memory(err));
     Prepare work = {views, photos->fine, failed};
     fs_threads_for(threads, views->n, prepare_job, &work);
     for (int i = 0; i < views->n && rc == 0; i++)
@@ -323,10 +320,7 @@ int fs_plane_sweep_run(const SweepPhotos *photos, int view, const DepthRange *ra
     Work w = {.photos = photos, .odds = odds, .sweep = sweep};
     w.sums = aligned_alloc(64, sizeof *w.sums * n * workers);
     w.planes = malloc(sizeof(float) * planes_size(&sweep->camera) * workers);
-    if (!sweep->transmitted || !sweep->reflected || !w.sums || !w.planes) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!sweep->transmitted || !sweep->reflected || !w.sums || !w.planes) TRY(fs_error_memory(err));
     choose_photos(&w, view);
     set_middle(&w);
     fs_threads_for(threads, range->steps, step_job, &w);

@@ -37,10 +37,7 @@ static int depth_of(const SmallView *view, const PointList *points, int width, i
     size_t n = (size_t)width * (size_t)height, cell;
     float *weight = calloc(n, sizeof(float)), *nearest = calloc(n, sizeof(float)), inverse;
     int rc = 0;
-    if (!weight || !nearest) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!weight || !nearest) TRY(fs_error_memory(err));
     memset(inverse_depth, 0, sizeof(float) * n);
     for (int i = 0; i < points->n; i++)
         if (project_cell(&view->camera, points->xyz + 3 * (size_t)i, width, height, &cell, &inverse))
@@ -101,10 +98,7 @@ static int cover_view(const SmallView *view, const PointList *points, float cell
     size_t n = (size_t)width * (size_t)height, cell;
     float *surface = malloc(sizeof(float) * n), inverse;
     unsigned char *covered = calloc(n, 1);
-    if (!surface || !covered) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!surface || !covered) TRY(fs_error_memory(err));
     TRY(depth_of(view, points, width, height, surface, &any, err));
     for (int i = 0; i < seeds->n; i++)
         if (project_cell(&view->camera, seeds->xyz + 3 * (size_t)i, width, height, &cell, &inverse) &&
@@ -132,10 +126,7 @@ static int cover_all(const SmallViews *views, const PointList *points, int count
     if (count <= before || points->n <= 0) return 0;
     int *order = malloc(sizeof(int) * (size_t)views->n);
     PointList some = {.xyz = malloc(sizeof(float) * 3 * (size_t)(points->n / stride + 1))};
-    if (!order || !some.xyz) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!order || !some.xyz) TRY(fs_error_memory(err));
     for (int i = 0; i < points->n; i += stride)
         memcpy(some.xyz + 3 * (size_t)some.n++, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
     fs_seeds_order(views, order);
@@ -163,10 +154,7 @@ static int add_copies(const PointList *points, int count, Rng *rng, Threads *thr
     int *index = malloc(sizeof(int) * K * (size_t)points->n);
     float *dist2 = malloc(sizeof(float) * K * (size_t)points->n);
     int rc = 0;
-    if (!index || !dist2 || fs_knn(points->xyz, points->n, K, index, dist2, threads) < 0) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!index || !dist2 || fs_knn(points->xyz, points->n, K, index, dist2, threads) < 0) TRY(fs_error_memory(err));
     while (seeds->n < count) {
         int i = fs_rng_below(rng, points->n);
         float sum = 0, step, xyz[3];
@@ -188,10 +176,7 @@ static int measure_scales(const SmallViews *views, Threads *threads, Seeds *seed
     int *index = malloc(sizeof(int) * K * (size_t)seeds->n);
     float *dist2 = malloc(sizeof(float) * K * (size_t)seeds->n);
     int rc = 0;
-    if (!index || !dist2 || fs_knn(seeds->xyz, seeds->n, K, index, dist2, threads) < 0) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!index || !dist2 || fs_knn(seeds->xyz, seeds->n, K, index, dist2, threads) < 0) TRY(fs_error_memory(err));
     // No seed shows larger than a twentieth of a photo, or smaller than a third of a pixel.
     double side = views->n ? fmax(views->view[0].camera.width, views->view[0].camera.height) : 300;
     for (int i = 0; i < seeds->n; i++) {
@@ -214,10 +199,7 @@ int fs_seeds_make(const SmallViews *views, const PointList *points, int count, u
     *seeds = (Seeds){0};
     seeds->xyz = malloc(sizeof(float) * 3 * (size_t)count);
     seeds->scale = malloc(sizeof(float) * (size_t)count);
-    if (!seeds->xyz || !seeds->scale) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!seeds->xyz || !seeds->scale) TRY(fs_error_memory(err));
     Rng rng = fs_rng_new(seed);
     int most = (int)(SEEDS_POINT_SHARE * (float)count), wanted = points->n < most ? points->n : most;
     for (int i = 0; i < points->n; i++) // as many as wanted, each as likely (Knuth's algorithm S)

@@ -96,10 +96,7 @@ int fs_semiglobal_choose(const ScoreVolume *volume, float small, float large, fl
                {malloc(sizeof(float) * row), malloc(sizeof(float) * row)},
                {malloc(sizeof(float) * (size_t)width), malloc(sizeof(float) * (size_t)width)}};
     int rc = 0;
-    if (!p.sum || !p.row[0] || !p.row[1] || !p.row_least[0] || !p.row_least[1]) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!p.sum || !p.row[0] || !p.row[1] || !p.row_least[0] || !p.row_least[1]) TRY(fs_error_memory(err));
     for (int r = 0; r < 8; r++) aggregate(&p, direction[r][0], direction[r][1]);
     for (size_t i = 0; i < n; i++) best[i] = pick(p.sum + i * (size_t)steps, steps);
 fail:

@@ -175,10 +175,7 @@ static int sweep_all(const Start *start, const SmallViews *views, const bool ren
     SweepPhotos photos = {0};
     TRY(fs_plane_sweep_prepare(views, &photos, start->threads, err));
     for (int k = 0; k < maps->n; k++) {
-        if (fs_log_cancelled(start->log)) {
-            rc = fs_error_set(err, FS_ERR_CANCELLED, "initialise: stopped");
-            goto fail;
-        }
+        if (fs_log_cancelled(start->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "initialise: stopped"));
         if (maps->range[k].steps > 0)
             TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], start->odds, start->threads, &sweep[k],
                                    err));

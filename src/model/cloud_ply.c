@@ -155,20 +155,16 @@ static int read_rows(FILE *f, const char *path, const Layout *layout, Cloud *clo
     int rc = 0;
     for (int i0 = 0; i0 < cloud->n; i0 += CHUNK) {
         int m = cloud->n - i0 < CHUNK ? cloud->n - i0 : CHUNK;
-        if (fread(rows, sizeof(float) * n_floats, (size_t)m, f) != (size_t)m) {
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: read failed: %s", path, strerror(errno));
-            goto fail;
-        }
+        if (fread(rows, sizeof(float) * n_floats, (size_t)m, f) != (size_t)m)
+            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: read failed: %s", path, strerror(errno)));
         for (int i = 0; i < m; i++)
             for (size_t p = 0; p < n_floats; p++) {
                 float v = rows[(size_t)i * n_floats + p];
                 int field = layout->field[p];
                 if (field < 0) continue;
-                if (!isfinite(v)) {
-                    rc = fs_error_set(err, FS_ERR_INPUT, "%s: Gaussian %d: property %s is not a finite number", path,
-                                      i0 + i, fs_cloud_fields[field].ply[layout->column[p]]);
-                    goto fail;
-                }
+                if (!isfinite(v))
+                    TRY(fs_error_set(err, FS_ERR_INPUT, "%s: Gaussian %d: property %s is not a finite number", path,
+                                     i0 + i, fs_cloud_fields[field].ply[layout->column[p]]));
                 cloud->field[field][(size_t)(i0 + i) * (size_t)cloud->width[field] + (size_t)layout->column[p]] = v;
             }
     }
@@ -185,20 +181,16 @@ int fs_cloud_ply_read(Cloud *cloud, const char *path, FsError *err)
     int rc, width[CLOUD_FIELDS];
     Header h;
     struct stat st;
-    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a regular file", path);
-        goto fail;
-    }
+    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode))
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a regular file", path));
     TRY(read_header(f, path, &h, err));
     TRY(widths_of(path, &h.layout, width, err));
     long long body = (long long)st.st_size - (long long)ftello(f);
     long long expected = h.count * (long long)sizeof(float) * h.layout.n;
-    if (body != expected) {
-        rc = fs_error_set(err, FS_ERR_INPUT,
-                          "%s: %lld bytes of data, expected %lld for %lld Gaussians: cut off or damaged", path, body,
-                          expected, h.count);
-        goto fail;
-    }
+    if (body != expected)
+        TRY(fs_error_set(err, FS_ERR_INPUT,
+                         "%s: %lld bytes of data, expected %lld for %lld Gaussians: cut off or damaged", path, body,
+                         expected, h.count));
     TRY(fs_cloud_new(cloud, (int)h.count, width[CLOUD_COLORS], width[CLOUD_GAINS], err));
     TRY(read_rows(f, path, &h.layout, cloud, err));
 fail:

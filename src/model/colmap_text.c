@@ -187,10 +187,7 @@ static int read_file(const char *dir, const char *name, int (*read)(Lines *, Col
     size_t size;
     if (!path) return fs_error_memory(err);
     TRY(fs_file_read(path, FS_COLMAP_MAX_FILE, &data, &size, err));
-    if (memchr(data, 0, size)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a text file", path);
-        goto fail;
-    }
+    if (memchr(data, 0, size)) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a text file", path));
     Lines l = {.path = path, .p = data, .end = data + size};
     TRY(read(&l, model, err));
     TRY(check_count(path, data, *count, err));

@@ -165,16 +165,11 @@ int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)
     TRY(fs_file_read(path, (size_t)1 << 30, &text, &size, err));
     json_error_t at;
     root = json_loadb(text, size, 0, &at);
-    if (!root) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text);
-        goto fail;
-    }
+    if (!root) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text));
     const json_t *views = json_object_get(root, "views");
     if (!views) views = json_object_get(root, "images");
-    if (!json_is_array(views) || json_array_size(views) > MAX_VIEWS) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: expected a list \"views\" or \"images\" of cameras", path);
-        goto fail;
-    }
+    if (!json_is_array(views) || json_array_size(views) > MAX_VIEWS)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: expected a list \"views\" or \"images\" of cameras", path));
     for (size_t i = 0; i < json_array_size(views); i++) TRY(read_view(dataset, json_array_get(views, i), i, path, err));
 fail:
     if (rc < 0) fs_dataset_free(dataset);
@@ -196,25 +191,18 @@ int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image 
     int rc = 0;
     char *photo_path = fs_file_path("%s/images/%s.tif", out, view->name);
     char *mask_path = fs_file_path("%s/images/%s_mask.png", out, view->name);
-    if (!photo_path || !mask_path) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!photo_path || !mask_path) TRY(fs_error_memory(err));
     if (photo) {
         TRY(fs_tiff_read(photo_path, photo, err));
         TRY(check_size(photo_path, photo, view, err));
-        if (photo->channels != 3) {
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 3", photo_path, photo->channels);
-            goto fail;
-        }
+        if (photo->channels != 3)
+            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 3", photo_path, photo->channels));
     }
     if (mask) {
         TRY(fs_png_read(mask_path, mask, err));
         TRY(check_size(mask_path, mask, view, err));
-        if (mask->channels != 1) {
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 1 (grey)", mask_path, mask->channels);
-            goto fail;
-        }
+        if (mask->channels != 1)
+            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 1 (grey)", mask_path, mask->channels));
     }
 fail:
     if (rc < 0 && photo) fs_image_free(photo);

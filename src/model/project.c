@@ -107,10 +107,7 @@ int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err)
     json_t *mark = json_pack("{s:s, s:s}", "stage", name, "version", fs_version());
     json_t *fingerprint = now ? json_loads(now, 0, NULL) : NULL;
     char *text = mark && json_object_update(mark, fingerprint) == 0 ? json_dumps(mark, JSON_INDENT(1)) : NULL;
-    if (!dir || !path || !text) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!dir || !path || !text) TRY(fs_error_memory(err));
     if (fs_error_memory_failures() != project->memory_failures) { // something may have been left out for it
         rc = fs_error_memory(err);
         goto fail;

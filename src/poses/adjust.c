@@ -96,10 +96,7 @@ int fs_adjust_poses(Colmap *colmap, Sparse *sparse, FsError *err)
     ColmapModel model = {0}, adjusted = {0};
     FsError inner = {0};
     char *from = fs_file_path("%s/before-adjustment", colmap->dir), *to = fs_file_path("%s/adjusted", colmap->dir);
-    if (!from || !to) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!from || !to) TRY(fs_error_memory(err));
     TRY(build(&model, sparse, colmap->capture, err));
     if (!worth_it(&model)) goto fail;
     TRY(fs_colmap_model_write(from, &model, true, err));

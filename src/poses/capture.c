@@ -69,10 +69,7 @@ static int read_photos(const char *path, Capture *capture, FsError *err)
         goto fail;
     }
     capture->photo = calloc(n, sizeof *capture->photo);
-    if (!capture->photo) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!capture->photo) TRY(fs_error_memory(err));
     for (size_t i = 0; i < n; i++) {
         capture->n = (int)i + 1;
         TRY(read_photo(json_array_get(photos, i), &capture->photo[i], path, err));
@@ -110,10 +107,7 @@ static int make_picture(const char *out, const char *folder, const Photo *photo,
     Image image = {0};
     char *from = fs_file_path("%s/linear/%s.tif", out, photo->name),
          *to = fs_file_path("%s/%s", folder, photo->picture);
-    if (!from || !to) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!from || !to) TRY(fs_error_memory(err));
     TRY(fs_tiff_read(from, &image, err));
     for (size_t i = 0; i < (size_t)image.width * (size_t)image.height * (size_t)image.channels; i++)
         image.px[i] = image.px[i] > 0 ? powf(image.px[i], 0.35f) : 0;
@@ -131,10 +125,7 @@ int fs_capture_read(const char *out, Capture *capture, FsError *err)
     int rc = 0;
     char *path = fs_file_path("%s/ingest.json", out), *probe = NULL;
     capture->pictures = fs_file_path("%s/linear/features", out);
-    if (!path || !capture->pictures) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!path || !capture->pictures) TRY(fs_error_memory(err));
     if (!fs_file_exists(path)) {
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: not there; run the stage ingest first", path);
         goto fail;
@@ -144,10 +135,7 @@ int fs_capture_read(const char *out, Capture *capture, FsError *err)
     if (probe && !fs_file_exists(probe)) {
         free(capture->pictures);
         capture->pictures = fs_file_path("%s/" FS_OWNED_DIR "/colmap/images", out);
-        if (!capture->pictures) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (!capture->pictures) TRY(fs_error_memory(err));
         TRY(fs_file_mkdirs(capture->pictures, err));
         for (int i = 0; i < capture->n; i++) TRY(make_picture(out, capture->pictures, &capture->photo[i], err));
     }

@@ -144,10 +144,7 @@ int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capt
     colmap->database = fs_file_path("%s/" FS_OWNED_DIR "/colmap/database.db", project->out);
     colmap->log_path = fs_file_path("%s/" FS_OWNED_DIR "/colmap/log.txt", project->out);
     colmap->image_id = calloc((size_t)capture->n + 1, sizeof *colmap->image_id);
-    if (!colmap->dir || !colmap->database || !colmap->log_path || !colmap->image_id) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!colmap->dir || !colmap->database || !colmap->log_path || !colmap->image_id) TRY(fs_error_memory(err));
     TRY(fs_file_mkdirs(colmap->dir, err));
     TRY(look_at_options(colmap, err));
     Command c = start(colmap, "database_creator");
@@ -269,10 +266,7 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
     static const char *const names[] = {"all", "noflash", "flash"};
     char *dir = fs_file_path("%s/%s%s", colmap->dir, names[group + 1], lenient ? "-lenient" : "");
     char *list = dir ? fs_file_path("%s.txt", dir) : NULL;
-    if (!list) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!list) TRY(fs_error_memory(err));
     TRY(fs_file_mkdirs(dir, err));
     TRY(write_list(colmap, group, list, err));
     Command c = start(colmap, "mapper");

@@ -82,10 +82,7 @@ static int match_and_verify(Colmap *colmap, const FsProject *project, const Capt
     size_t pairs = (size_t)capture->n * (size_t)(capture->n - 1) / 2;
     MatchList *list = calloc(pairs + 1, sizeof *list);
     Threads *threads = fs_threads_new(project->set.threads);
-    if (!list || !threads) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!list || !threads) TRY(fs_error_memory(err));
     int most = capture->n > 40 ? 40 * MATCHED_FEATURES / capture->n : MATCHED_FEATURES; // pairs grow with the square
     if (most < FEWEST_MATCHED_FEATURES) most = FEWEST_MATCHED_FEATURES;
     TRY(fs_match_all(features, capture->n, (MatchOptions){most, 0.8f}, threads, &project->log, list, err));

@@ -49,10 +49,7 @@ static void write_photo(void *context, int job, int worker)
                      fs_file_path("%s/linear/%s_mask.png", w->out, photo->name)};
     char *to[2] = {fs_file_path("%s/images/%s.tif", w->out, photo->name),
                    fs_file_path("%s/images/%s_mask.png", w->out, photo->name)};
-    if (!from[0] || !from[1] || !to[0] || !to[1]) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!from[0] || !from[1] || !to[0] || !to[1]) TRY(fs_error_memory(err));
     TRY(fs_lens_camera(&lens, photo->name, &camera, err));
     if (fs_lens_is_pinhole(&lens)) {
         for (int k = 0; k < 2; k++) TRY(fs_file_link(from[k], to[k], err));
@@ -74,19 +71,14 @@ static int write_photos(const Sparse *sparse, const FsProject *project, const Ca
     int *photo = calloc((size_t)capture->n + 1, sizeof *photo), step = 4 * (threads ? fs_threads_count(threads) : 1);
     char *dir = fs_file_path("%s/images", project->out);
     Work work = {sparse, capture, project->out, photo, 0, failure};
-    if (!threads || !failure || !photo || !dir) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!threads || !failure || !photo || !dir) TRY(fs_error_memory(err));
     TRY(fs_file_mkdirs(dir, err));
     for (int i = 0; i < capture->n; i++)
         if (sparse->pose[i].known) photo[n++] = i;
     for (; work.first < n; work.first += step) {
         fs_log_progress(&project->log, "poses", work.first, n, "undoing lens distortion");
-        if (fs_log_cancelled(&project->log)) {
-            rc = fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while writing photos");
-            goto fail;
-        }
+        if (fs_log_cancelled(&project->log))
+            TRY(fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while writing photos"));
         fs_threads_for(threads, step < n - work.first ? step : n - work.first, write_photo, &work);
     }
     for (int i = 0; i < capture->n; i++)
@@ -187,10 +179,7 @@ static int write_sparse(const Sparse *sparse, const FsProject *project, const Ca
     ColmapModel model = {0};
     char *dir = fs_file_path("%s/sparse", project->out);
     uint32_t *index = calloc((size_t)sparse->n_sightings + 1, sizeof *index);
-    if (!dir || !index) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!dir || !index) TRY(fs_error_memory(err));
     TRY(add_images(&model, sparse, capture, index, err));
     for (int k = 0; k < sparse->n_points; k++) {
         const SparsePoint *from = &sparse->point[k];

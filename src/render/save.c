@@ -80,10 +80,7 @@ int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Im
     char *png = fs_file_path("%s/%s/%s.png", dir, fs_render_layers[layer].name, view);
     char *tiff = fs_file_path("%s/%s/%s.tif", dir, fs_render_layers[layer].name, view);
     int rc = 0;
-    if (!png || !tiff) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!png || !tiff) TRY(fs_error_memory(err));
     if (as_png) TRY(save_png(png, layer, image, metres_per_unit, err));
     if (as_float) TRY(fs_tiff_write_float(tiff, image, err));
     if (!as_png) fs_owned_remove(png); // of an earlier run, it would contradict

@@ -93,10 +93,8 @@ int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Datas
     int rc, distorted = 0, width, height;
     bool long_edge = fs_settings_was_set(&project->set, "long-edge");
     TRY(fs_cameras_file_read(path, &file, err));
-    if (file.views.n == 0) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no posed views in it, expected at least one", path);
-        goto fail;
-    }
+    if (file.views.n == 0)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: no posed views in it, expected at least one", path));
     TRY(check_names(path, &file.views, err));
     TRY(fs_frame_align(&file.views, photos, path, &project->log, err));
     working_size(photos, &width, &height);

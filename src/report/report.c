@@ -13,10 +13,7 @@ int fs_report_run(FsProject *project, FsError *err)
     AtomicFile file = {0};
     Page page = {.project = project, .dataset = &dataset};
     int rc = 0;
-    if (!views || !index || !log) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!views || !index || !log) TRY(fs_error_memory(err));
     TRY(fs_dataset_read(&dataset, views, err));
     if (dataset.n == 0) {
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views);

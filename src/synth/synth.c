@@ -77,10 +77,7 @@ static int write_photo(const Synth *s, int number, const Image *light, FsError *
     unsigned char exif[FS_PHOTO_FILE_EXIF];
     char *raw = fs_file_path("%s/capture/raw/%s.DNG", s->out, shot->name);
     char *jpeg = fs_file_path("%s/capture/jpeg/%s.JPG", s->out, shot->name);
-    if (!raw || !jpeg) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!raw || !jpeg) TRY(fs_error_memory(err));
     TRY(fs_sensor_expose(light, fs_rng_new(s->spec.seed * 100003ull + (unsigned)number), &mosaic, err));
     TRY(fs_dng_write(raw, &mosaic, &info, err));
     TRY(fs_sensor_develop(&mosaic, &picture, err));
@@ -135,18 +132,13 @@ int fs_synth_run(const char *out, const FsSettings *settings, const Log *log, Fs
     TRY(fs_spec_read(&s.spec, settings, err));
     s.truth = fs_file_path("%s/truth", out);
     s.threads = fs_threads_new(settings->threads);
-    if (!s.truth || !s.threads) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!s.truth || !s.threads) TRY(fs_error_memory(err));
     TRY(prepare(&s, err));
     TRY(make_folders(&s, err));
     for (int i = 0; i < s.n; i++) {
         fs_log_progress(log, "synth", i, s.n, s.shot[i].name);
-        if (fs_log_cancelled(log)) {
-            rc = fs_error_set(err, FS_ERR_CANCELLED, "%s: stopped after %d of %d views", out, i, s.n);
-            goto fail;
-        }
+        if (fs_log_cancelled(log))
+            TRY(fs_error_set(err, FS_ERR_CANCELLED, "%s: stopped after %d of %d views", out, i, s.n));
         TRY(make_view(&s, i, err));
     }
     fs_log_progress(log, "synth", s.n, s.n, "");
