@@ -147,10 +147,7 @@ int fs_tiff_read(const char *path, Image *image, FsError *err)
         goto fail;
     }
     tmsize_t size = TIFFIsTiled(t.tiff) ? TIFFTileSize(t.tiff) : TIFFStripSize(t.tiff);
-    if (size <= 0 || size > MAX_BLOCK) {
-        rc = fs_tiff_file_bad(&t, err);
-        goto fail;
-    }
+    if (size <= 0 || size > MAX_BLOCK) TRY(fs_tiff_file_bad(&t, err));
     block = malloc((size_t)size);
     if (!block) TRY(fs_error_memory(err));
     TRY(read_blocks(&t, &l, block, size, image, err));

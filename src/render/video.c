@@ -179,10 +179,8 @@ int fs_video_open(Video **result, const char *path, int width, int height, int f
     int rc;
     TRY(fs_file_begin(&video->file, path, err));
     capture_log(log);
-    if ((rc = open_file(video, frames_per_second)) < 0 || (rc = open_frame(video)) < 0) {
-        rc = failed(video, "begin", rc, err);
-        goto fail;
-    }
+    if ((rc = open_file(video, frames_per_second)) < 0 || (rc = open_frame(video)) < 0)
+        TRY(failed(video, "begin", rc, err));
     *result = video;
     return 0;
 fail:
