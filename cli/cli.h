@@ -62,5 +62,6 @@ typedef struct Terminal {
 void cli_terminal_start(Terminal *terminal, const Invocation *invocation); // also catches SIGINT, SIGTERM and SIGHUP
 FsCallbacks cli_terminal_callbacks(Terminal *terminal);
 void cli_terminal_finish(Terminal *terminal);
+int cli_terminal_close(void); // standard output; the errno of what could not be written to it, or 0
 
 #endif

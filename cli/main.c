@@ -92,8 +92,8 @@ static int dispatch(int argc, char **argv)
 int main(int argc, char **argv)
 {
     int code = dispatch(argc, argv);
-    bool failed = ferror(stdout) != 0;
-    if (fclose(stdout) == 0 && !failed) return code;
-    fprintf(stderr, "flashsplat: cannot write to standard output\n");
+    int lost = cli_terminal_close();
+    if (!lost) return code;
+    fprintf(stderr, "flashsplat: cannot write to standard output: %s\n", strerror(lost));
     return code ? code : EXIT_FAILED;
 }

@@ -1,6 +1,7 @@
 // What a person sees while a command works: log lines, a progress bar on a terminal and plain lines elsewhere, and
 // what Ctrl-C (or SIGTERM, SIGHUP) does: the first lets the stage save what it has, the second ends the program at
 // once.
+#include <errno.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -16,6 +17,7 @@
 #define BAR_WIDTH 24
 
 static volatile sig_atomic_t stop_asked;
+static int stdout_error; // errno of the first line that could not be written
 
 static void on_signal(int signal_number)
 {
@@ -57,8 +59,9 @@ static void on_log(void *user, FsLogLevel level, const char *message)
     if (level == FS_LOG_WARN) {
         fprintf(stderr, "warning: %s\n", message);
     } else {
+        errno = 0;
         fprintf(stdout, "%s\n", message);
-        fflush(stdout);
+        if (fflush(stdout) != 0 && !stdout_error) stdout_error = errno;
     }
 }
 
@@ -159,4 +162,12 @@ FsCallbacks cli_terminal_callbacks(Terminal *terminal)
 void cli_terminal_finish(Terminal *terminal)
 {
     clear_bar(terminal);
+}
+
+int cli_terminal_close(void)
+{
+    errno = 0;
+    bool failed = ferror(stdout) != 0;
+    failed |= fclose(stdout) != 0;
+    return !failed ? 0 : stdout_error ? stdout_error : errno ? errno : EIO;
 }

@@ -38,11 +38,11 @@ typedef struct Number {
 static const Number numbers[] = {
     {"pane_normal", offsetof(Scene, pane.normal), 3, -1.001, 1.001},
     {"pane_f0", offsetof(Scene, pane.f0), 1, 0, 1},
-    {"pane_dimming", offsetof(Scene, pane.dimming), 1, 0, 1},
+    {"pane_dimming", offsetof(Scene, pane.dimming), 1, 0, FS_PANE_MOST},
     {"flash_return", offsetof(Scene, flash_return), 1, 0, 1},
     {"gain_color", offsetof(Scene, gain_color), 3, 0, 1e6},
     {"flash_distance", offsetof(Scene, flash_distance), 1, 0, 1e12},
-    {"extent", offsetof(Scene, extent), 1, 0, 1e12},
+    {"extent", offsetof(Scene, extent), 1, 1e-12, 1e12},
     {"metres_per_unit", offsetof(Scene, metres_per_unit), 1, 0, 1e12},
 };
 #define N_NUMBERS (sizeof numbers / sizeof *numbers)
@@ -73,12 +73,26 @@ static int number_check(const Number *number, double v, const char *path, FsErro
                         number->min, number->max);
 }
 
+// What is divided by, or whose logarithm is taken, where the switches say so.
+static int switched_check(const Scene *scene, const char *path, FsError *err)
+{
+    const double *gain = scene->gain_color, *n = scene->pane.normal;
+    double length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    if (fs_scene_lit(scene) && !(gain[0] > 0 && gain[1] > 0 && gain[2] > 0 && scene->flash_distance > 0))
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: gain_color, flash_distance: expected numbers above 0 where the flash lights T", path);
+    if (scene->pane_beta && !(fabs(length2 - 1) < 0.01))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: pane_normal: expected a vector of length 1", path);
+    return 0;
+}
+
 static int write_model(const Scene *scene, const char *path, FsError *err)
 {
     int rc = 0;
     for (size_t i = 0; i < N_NUMBERS; i++)
         for (int k = 0; k < numbers[i].n; k++)
             TRY(number_check(&numbers[i], ((const double *)((const char *)scene + numbers[i].offset))[k], path, err));
+    TRY(switched_check(scene, path, err));
     json_t *root = to_json(scene);
     char *text = json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17));
     json_decref(root);
@@ -151,6 +165,7 @@ static int read_model(Scene *scene, json_t **root, const char *path, FsError *er
     TRY(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
     TRY(read_separation(*root, scene, path, err));
     for (size_t i = 0; i < N_NUMBERS; i++) TRY(read_number(*root, &numbers[i], scene, path, err));
+    TRY(switched_check(scene, path, err));
 fail:
     return rc;
 }
@@ -231,11 +246,10 @@ int fs_scene_read(Scene *scene, const char *dir, FsError *err)
     int rc;
     TRY(model ? read_model(scene, &root, model, err) : fs_error_memory(err));
     json_t *clouds = json_object_get(root, "clouds");
-    if (!json_is_object(clouds)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no object \"clouds\"", model);
-        goto fail;
-    }
+    int n = 0;
     for (int l = 0; l < LAYERS; l++) TRY(read_cloud(scene, l, clouds, dir, err));
+    for (int l = 0; l < LAYERS; l++) n += scene->cloud[l].n > 0;
+    if (!n) rc = fs_error_set(err, FS_ERR_INPUT, "%s: \"clouds\": a scene of no Gaussians", model);
 fail:
     if (rc < 0) fs_scene_free(scene);
     json_decref(root);

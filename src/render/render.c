@@ -132,6 +132,7 @@ static int find_exposure(Run *run, FsError *err)
 {
     FsError missing = {0};
     if (fs_preview_exposure(run->project->out, &run->photos, &run->look.exposure, &missing) == 0) return 0;
+    if (missing.code == FS_ERR_MEMORY) return fs_error_memory(err);
     fs_log_warn(&run->project->log, "%s; the exposure of the pictures is taken from a render", missing.message);
     int rc = fs_engine_render(run->engine, &run->photos.view[0].camera, &run->renders, err);
     if (rc == 0) run->look.exposure = fs_tone_pleasant_exposure(&run->renders.layer[RENDER_I_F], 1);
@@ -150,6 +151,7 @@ static int compare_photo(Run *run, const Walk *walk, int i, FsError *err)
     bool shown = walk->sheet && fs_pictures_sheet_wants(walk->sheet, i);
     if (fs_dataset_load_view(run->project->out, view, &photo, &mask, &missing) < 0 && shown)
         fs_log_warn(&run->project->log, "%s; the contact sheet lacks that photo", missing.message);
+    if (missing.code == FS_ERR_MEMORY) return fs_error_memory(err); // nothing was loaded
     if (walk->verdict) fs_verdict_add(walk->verdict, &run->renders, &photo, &mask, view->flash);
     if (shown) rc = fs_pictures_sheet_add(walk->sheet, &run->look, &photo, view, &run->renders, err);
     fs_image_free(&photo);

@@ -136,8 +136,8 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     if (!dir) return fs_error_memory(err);
     fs_owned_remove(dir);
     TRY(fs_file_mkdirs(dir, err));
-    if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) < 0)
-        fs_log_warn(&project->log, "report: no exposure for the pictures: %s", why.message);
+    if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) == FS_ERR_MEMORY) TRY(fs_error_memory(err));
+    if (why.code) fs_log_warn(&project->log, "report: no exposure for the pictures: %s", why.message);
     find_range(&show);
     for (int i = 0; i < set->n; i++)
         for (int p = 0; p < PREVIEWS; p++) {

@@ -3,7 +3,6 @@
 //   FAULT_FROM=1      ... and all after it
 //   FAULT_RECORD=FILE nothing fails; FILE gets the first N of each distinct call stack, a line each
 //   FAULT_TRACE=FILE  FILE gets the call stack of the allocation that failed
-#define _GNU_SOURCE
 #include <errno.h>
 #include <execinfo.h>
 #include <fcntl.h>

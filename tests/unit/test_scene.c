@@ -126,6 +126,13 @@ static void test_refused(void **state)
     refuse(dir, "\"pane_f0\": 0", "\"pane_f0\": 7");
     refuse(dir, "\"gain_color\": [", "\"gain_color\": [1, ");
     refuse(dir, "\"pane_normal\"", "\"other\"");
+    refuse(dir, "\"clouds\": {", "\"clouds\": {}, \"other\": {");
+    // What would divide by zero later, or take its logarithm.
+    refuse(dir, "\"pane_dimming\": 0.0", "\"pane_dimming\": 1.0");
+    refuse(dir, "\"extent\": 0.", "\"extent\": 0.0, \"other\": 0.");
+    refuse(dir, "\"flash_distance\": 1.", "\"flash_distance\": 0.0, \"other\": 1.");
+    refuse(dir, "3.1415926535897931", "0.0");
+    refuse(dir, "-0.66666666666666663", "0.5");
     for (int l = 0; l < LAYERS; l++) assert_int_equal(fs_scene_read(&b, dir, NULL), 0), fs_scene_free(&b);
     a.extent = NAN;
     assert_int_equal(fs_scene_write(&a, dir, NULL), FS_ERR_INPUT);
