@@ -108,7 +108,7 @@ KnnTree *fs_knn_new(const float *xyz, int n)
     KnnTree *tree = calloc(1, sizeof *tree);
     if (!tree) return NULL;
     tree->n = n;
-    tree->point = malloc(sizeof *tree->point * (size_t)(n + 1));
+    tree->point = malloc(sizeof *tree->point * ((size_t)n + 1));
     tree->node = malloc(sizeof *tree->node * ((size_t)n + 2));
     if (!tree->point || !tree->node) {
         fs_knn_free(tree);

@@ -63,7 +63,7 @@ WindowSums fs_window_compare(const double *a, const double *b, int width, int he
     }
     WindowSums sums = {0};
     for (int v = margin; v < height - margin; v++)
-        for (size_t i = (size_t)v * w + (size_t)margin; i < (size_t)(v + 1) * w - (size_t)margin; i++) {
+        for (size_t i = (size_t)v * w + (size_t)margin; i < ((size_t)v + 1) * w - (size_t)margin; i++) {
             double ma = average[0][i], mb = average[1][i];
             double va = average[2][i] - ma * ma, vb = average[3][i] - mb * mb, vab = average[4][i] - ma * mb;
             double contrast = (2 * vab + c2) / (va + vb + c2);

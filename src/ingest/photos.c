@@ -1,6 +1,8 @@
 // Finds the photos of a folder.
 #include "ingest/photos.h"
 
+#include <errno.h>
+#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -60,6 +62,16 @@ static int drop_doubles(Photos *photos, const Log *log, FsError *err)
     return 0;
 }
 
+// Views are listed as JSON.
+static int check_name(const char *folder, const char *name, FsError *err)
+{
+    json_t *text = json_string(name);
+    if (!text && errno == ENOMEM) return fs_error_memory(err);
+    if (!text) return fs_error_set(err, FS_ERR_INPUT, "%s/%s: a name that is not UTF-8: rename it", folder, name);
+    json_decref(text);
+    return 0;
+}
+
 int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *err)
 {
     *photos = (Photos){.folder = strdup(folder), .white_balance = {1, 1, 1}};
@@ -87,6 +99,7 @@ int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *
             others++, other = list.name[i];
             continue;
         }
+        TRY(check_name(folder, list.name[i], err));
         PhotoFile *photo = &photos->photo[photos->n++];
         *photo = (PhotoFile){
             .file = strdup(list.name[i]), .name = fs_file_stem(list.name[i]), .kind = (PhotoKind)kind, .gain = 1};

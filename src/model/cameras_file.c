@@ -35,8 +35,8 @@ static int take_posed(CamerasFile *file, const char *path, Posed *posed, int n, 
 {
     int rc = 0;
     qsort(posed, (size_t)n, sizeof *posed, compare_posed);
-    file->lens = malloc((size_t)(n + 1) * sizeof *file->lens);
-    file->image = malloc((size_t)(n + 1) * sizeof *file->image);
+    file->lens = malloc(((size_t)n + 1) * sizeof *file->lens);
+    file->image = malloc(((size_t)n + 1) * sizeof *file->image);
     if (!file->lens || !file->image) return fs_error_memory(err);
     for (int i = 0; i < n; i++) {
         View view = {.name = posed[i].name};
@@ -212,7 +212,7 @@ static int read_json(const char *path, CamerasFile *file, FsError *err)
         TRY(read_transforms(path, root, file, err));
     } else {
         TRY(fs_dataset_read(&file->views, path, err));
-        file->lens = malloc((size_t)(file->views.n + 1) * sizeof *file->lens);
+        file->lens = malloc(((size_t)file->views.n + 1) * sizeof *file->lens);
         if (!file->lens) {
             rc = fs_error_memory(err);
             goto fail;

@@ -38,7 +38,7 @@ typedef struct Number {
 static const Number numbers[] = {
     {"pane_normal", offsetof(Scene, pane.normal), 3, -1.001, 1.001},
     {"pane_f0", offsetof(Scene, pane.f0), 1, 0, 1},
-    {"pane_dimming", offsetof(Scene, pane.dimming), 1, 0, FS_PANE_MOST},
+    {"pane_dimming", offsetof(Scene, pane.dimming), 1, 0, FS_OPTICS_MOST},
     {"flash_return", offsetof(Scene, flash_return), 1, 0, 1},
     {"gain_color", offsetof(Scene, gain_color), 3, 0, 1e6},
     {"flash_distance", offsetof(Scene, flash_distance), 1, 0, 1e12},

@@ -216,7 +216,11 @@ static int set_text(Settings *settings, const FsOption *option, const char *valu
 {
     if (option->type == FS_OPTION_ENUM && !has_choice(option->choices, value))
         return fs_error_set(err, FS_ERR_USAGE, "--%s: '%s' is not one of %s", option->name, value, option->choices);
-    char *copy = strdup(value);
+    json_t *as_json = json_string(value); // what stages ran with is kept as JSON
+    char *copy = as_json ? strdup(value) : NULL;
+    json_decref(as_json);
+    if (!as_json && errno != ENOMEM)
+        return fs_error_set(err, FS_ERR_USAGE, "--%s: '%s' is not UTF-8", option->name, value);
     if (!copy) return fs_error_memory(err);
     char **text = member(settings, option);
     free(*text);

@@ -139,7 +139,7 @@ int fs_similarity_fit(const double (*from)[3], const double (*to)[3], int n, Sim
 int fs_similarity_fit_cameras(const Camera *from, const Camera *to, int n, Similarity *s, FsError *err)
 {
     int rc = 0;
-    double(*p)[3] = malloc((size_t)(n + 1) * sizeof *p), (*q)[3] = malloc((size_t)(n + 1) * sizeof *q);
+    double(*p)[3] = malloc(((size_t)n + 1) * sizeof *p), (*q)[3] = malloc(((size_t)n + 1) * sizeof *q);
     if (!p || !q || n < 2) {
         rc = n < 2 ? fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: fewer than 2 common views")
                    : fs_error_memory(err);
@@ -188,7 +188,7 @@ int fs_similarity_fit_robust(const double (*from)[3], const double (*to)[3], int
     int rc = 0, best = 0;
     Rng rng = fs_rng_new(7);
     Similarity trial;
-    double(*p)[3] = malloc((size_t)(n + 1) * sizeof *p), (*q)[3] = malloc((size_t)(n + 1) * sizeof *q);
+    double(*p)[3] = malloc(((size_t)n + 1) * sizeof *p), (*q)[3] = malloc(((size_t)n + 1) * sizeof *q);
     *inliers = 0;
     if (!p || !q) {
         rc = fs_error_memory(err);

@@ -88,10 +88,10 @@ int fs_align_groups(const Capture *capture, const Features *features, const Colm
     if (fixed->n_images == 0 || moving->n_images == 0)
         return fs_error_set(err, FS_ERR_INPUT, "no %s photo could be posed on its own; use --align joint",
                             fixed->n_images ? "flash" : "no-flash");
-    Described *a = malloc((size_t)(moving->n_points + 1) * sizeof *a),
-              *b = malloc((size_t)(fixed->n_points + 1) * sizeof *b);
-    double(*from)[3] = malloc((size_t)(moving->n_points + 1) * sizeof *from);
-    double(*to)[3] = malloc((size_t)(moving->n_points + 1) * sizeof *to);
+    Described *a = malloc(((size_t)moving->n_points + 1) * sizeof *a),
+              *b = malloc(((size_t)fixed->n_points + 1) * sizeof *b);
+    double(*from)[3] = malloc(((size_t)moving->n_points + 1) * sizeof *from);
+    double(*to)[3] = malloc(((size_t)moving->n_points + 1) * sizeof *to);
     if (!a || !b || !from || !to) {
         rc = fs_error_memory(err);
         goto fail;

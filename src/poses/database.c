@@ -218,7 +218,7 @@ int fs_database_add_matches(Database *d, int id1, int id2, const MatchList *list
     sqlite3_stmt *s;
     int rc = 0;
     bool swap = id1 > id2;
-    uint32_t *data = malloc((size_t)(list->n + 1) * 2 * sizeof *data);
+    uint32_t *data = malloc(((size_t)list->n + 1) * 2 * sizeof *data);
     if (!data) return fs_error_memory(err);
     for (int i = 0; i < list->n; i++) {
         data[2 * i + swap] = (uint32_t)list->match[i].a;

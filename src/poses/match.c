@@ -78,10 +78,10 @@ typedef struct Work {
 static int match_two(const Subset *a, const Subset *b, float max_ratio, MatchList *list)
 {
     int rc = -1;
-    int *dot = malloc((size_t)(b->n + 1) * TILE * sizeof *dot);
-    Best *row = malloc((size_t)(a->n + 1) * sizeof *row), *col = malloc((size_t)(b->n + 1) * sizeof *col);
+    int *dot = malloc(((size_t)b->n + 1) * TILE * sizeof *dot);
+    Best *row = malloc(((size_t)a->n + 1) * sizeof *row), *col = malloc(((size_t)b->n + 1) * sizeof *col);
     list->n = 0;
-    list->match = malloc((size_t)(a->n + 1) * sizeof *list->match);
+    list->match = malloc(((size_t)a->n + 1) * sizeof *list->match);
     if (!dot || !row || !col || !list->match) goto fail;
     for (int i = 0; i < a->n; i++) row[i] = (Best){-1, 0, 0};
     for (int j = 0; j < b->n; j++) col[j] = (Best){-1, 0, 0};
@@ -135,10 +135,10 @@ static int compare_scale(const void *a, const void *b)
 
 static int choose(const Features *f, int max_features, Subset *s, FsError *err)
 {
-    ByScale *order = malloc((size_t)(f->n + 1) * sizeof *order);
+    ByScale *order = malloc(((size_t)f->n + 1) * sizeof *order);
     s->n = f->n < max_features ? f->n : max_features;
-    s->index = malloc((size_t)(s->n + 1) * sizeof *s->index);
-    s->descriptor = malloc((size_t)(s->n + 1) * FS_DESCRIPTOR * sizeof *s->descriptor);
+    s->index = malloc(((size_t)s->n + 1) * sizeof *s->index);
+    s->descriptor = malloc(((size_t)s->n + 1) * FS_DESCRIPTOR * sizeof *s->descriptor);
     if (!order || !s->index || !s->descriptor) {
         free(order);
         return fs_error_memory(err);

@@ -70,8 +70,8 @@ static bool sighting_of(const Sparse *sparse, const Capture *capture, const Colm
 static int take_points(Sparse *sparse, const Capture *capture, const ColmapModel *model, const int *photo_of,
                        FsError *err)
 {
-    sparse->point = malloc((size_t)(model->n_points + 1) * sizeof *sparse->point);
-    sparse->sighting = malloc((size_t)(model->n_tracks + 1) * sizeof *sparse->sighting);
+    sparse->point = malloc(((size_t)model->n_points + 1) * sizeof *sparse->point);
+    sparse->sighting = malloc(((size_t)model->n_tracks + 1) * sizeof *sparse->sighting);
     if (!sparse->point || !sparse->sighting) return fs_error_memory(err);
     for (int i = 0; i < model->n_points; i++) {
         const ColmapPoint *from = &model->point[i];
@@ -95,7 +95,7 @@ static int take_points(Sparse *sparse, const Capture *capture, const ColmapModel
 int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, bool points, FsError *err)
 {
     int rc = 0;
-    int *photo_of = malloc((size_t)(model->n_images + 1) * sizeof *photo_of);
+    int *photo_of = malloc(((size_t)model->n_images + 1) * sizeof *photo_of);
     if (!photo_of) return fs_error_memory(err);
     for (int i = 0; i < model->n_images; i++) {
         double w2c[12];
@@ -133,7 +133,7 @@ fail:
 static float *undistorted(const Lens *lens, const Camera *camera, const Features *f)
 {
     bool pinhole = fs_lens_is_pinhole(lens);
-    float *xy = malloc((size_t)(f->n + 1) * 2 * sizeof *xy);
+    float *xy = malloc(((size_t)f->n + 1) * 2 * sizeof *xy);
     for (int i = 0; i < f->n && xy; i++) {
         double ray[2], pixel[2] = {f->xy[2 * i], f->xy[2 * i + 1]};
         bool ok = pinhole || fs_lens_unproject(lens, pixel, ray);
@@ -182,8 +182,8 @@ static int take_triangulated(Sparse *sparse, const PointSet *set, const int *pho
     free(sparse->point);
     free(sparse->sighting);
     sparse->n_points = sparse->n_sightings = 0;
-    sparse->point = malloc((size_t)(set->n + 1) * sizeof *sparse->point);
-    sparse->sighting = malloc((size_t)(set->n_seen + 1) * sizeof *sparse->sighting);
+    sparse->point = malloc(((size_t)set->n + 1) * sizeof *sparse->point);
+    sparse->sighting = malloc(((size_t)set->n_seen + 1) * sizeof *sparse->sighting);
     if (!sparse->point || !sparse->sighting) return fs_error_memory(err);
     for (int k = 0; k < set->n; k++) {
         const Point *from = &set->point[k];

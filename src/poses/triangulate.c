@@ -215,7 +215,7 @@ static void seeds_of_photo(void *context, int job, int worker)
     Work *w = context;
     int a = w->first + job, others[MAX_OTHERS], rc = 0;
     int n = choose_others(w, a, others), features = w->photo[a].features->n;
-    Candidates *store = malloc((size_t)(features + 1) * (size_t)(n > 0 ? n : 1) * sizeof *store);
+    Candidates *store = malloc(((size_t)features + 1) * (size_t)(n > 0 ? n : 1) * sizeof *store);
     const Candidates *candidates[MAX_OTHERS];
     double length_px[MAX_OTHERS];
     if (n < 0 || !store) rc = FS_ERR_MEMORY;
@@ -260,7 +260,7 @@ static int compare_sites(const void *a, const void *b)
 // Features with two orientations are at one place and are one observation.
 static int find_sites(const Features *f, int *site)
 {
-    const float **order = malloc((size_t)(f->n + 1) * sizeof *order);
+    const float **order = malloc(((size_t)f->n + 1) * sizeof *order);
     if (!order) return FS_ERR_MEMORY;
     for (int i = 0; i < f->n; i++) order[i] = f->xy + 2 * i;
     qsort(order, (size_t)f->n, sizeof *order, compare_sites);

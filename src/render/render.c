@@ -147,11 +147,12 @@ static int compare_photo(Run *run, const Walk *walk, int i, FsError *err)
     const View *view = &run->photos.view[i];
     Image photo = {0}, mask = {0};
     FsError missing = {0};
-    int rc = 0;
+    int rc;
     bool shown = walk->sheet && fs_pictures_sheet_wants(walk->sheet, i);
-    if (fs_dataset_load_view(run->project->out, view, &photo, &mask, &missing) < 0 && shown)
-        fs_log_warn(&run->project->log, "%s; the contact sheet lacks that photo", missing.message);
-    if (missing.code == FS_ERR_MEMORY) return fs_error_memory(err); // nothing was loaded
+    rc = fs_dataset_load_view(run->project->out, view, &photo, &mask, &missing);
+    if (rc == FS_ERR_MEMORY) return fs_error_memory(err); // nothing was loaded
+    if (rc < 0 && shown) fs_log_warn(&run->project->log, "%s; the contact sheet lacks that photo", missing.message);
+    rc = 0;
     if (walk->verdict) fs_verdict_add(walk->verdict, &run->renders, &photo, &mask, view->flash);
     if (shown) rc = fs_pictures_sheet_add(walk->sheet, &run->look, &photo, view, &run->renders, err);
     fs_image_free(&photo);

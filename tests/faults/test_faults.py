@@ -23,6 +23,8 @@ TRAIN = ["--steps", "8", "--max-splats", "400", "--progress-every", "4", "--chec
 TIMEOUT = 300  # seconds: a hang
 # What may differ between two runs: times, the log of them, and what is kept to go on from.
 UNLIKE = ("log.jsonl", "/checkpoint", "/done/", "/colmap/", "/.flashsplat/", ".part")
+# Results outside of our folders, which are not overwritten.
+OUTSIDE = ("pair.png", "pair.tif", "evaluate.json")
 # Where libraries do not survive it themselves: libtiff 4.5 looks through a table of tags that it could not make larger.
 IN_LIBRARIES = ("_TIFFCheckRealloc",)
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith(("ASAN_", "LD_PRELOAD"))}
@@ -166,6 +168,8 @@ class Faults(unittest.TestCase):
             else:
                 outcome = self.reason(process) or "reason"
                 if outcome == "reason" and job != "info":  # with memory again, the command finishes what is left
+                    for name_ in OUTSIDE:
+                        (work / name_).unlink(missing_ok=True)
                     again = run(self.jobs[job], work)
                     bad = difference(work, self.after[job]) if again.returncode == 0 else again.stderr
                     outcome = f"done again: {bad}" if bad else outcome
@@ -234,6 +238,7 @@ cd "$3" && results=$4 program=$5 && shift 5
 echo $? >"$results/first"
 cp -r . "$results/at-once"
 mount -o remount,size=1g "$PWD" || exit 97
+rm -f pair.png pair.tif evaluate.json
 "$program" "$@" >"$results/out2" 2>"$results/err2"
 echo $? >"$results/second"
 cp -r . "$results/after"
