@@ -52,7 +52,7 @@ def main():
     files = collections.defaultdict(dict)
     for (name, line), count in counts.items():
         path = (build / name).resolve()
-        if path.is_relative_to(root):
+        if path.is_relative_to(root) and path.exists():  # notes of files that are no more stay in the build
             files[path.relative_to(root)][line] = files[path.relative_to(root)].get(line, 0) + count
     folders = collections.defaultdict(lambda: [0, 0])
     for path, lines in sorted(files.items()):
