@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Line coverage of src/ in a build made with -Db_coverage=true whose tests have run: coverage.py BUILD [--missing].
 
-Prints a line per folder and one for all; --missing names the lines of each file that no test reached. A line of a header
-counts once, however many files include it. Fails below LEAST in all."""
+Prints a line per folder and one for all; --missing names the lines of each file that no test reached. A line of a
+header counts once, however many files include it. Fails below LEAST in all."""
 import argparse
 import collections
 import concurrent.futures
