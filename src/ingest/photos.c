@@ -80,16 +80,11 @@ int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *
     const char *other = NULL;
     if (!photos->folder) return fs_error_memory(err);
     for (size_t n = strlen(photos->folder); n > 1 && photos->folder[n - 1] == '/'; n--) photos->folder[n - 1] = 0;
-    if (fs_file_exists(folder) && !fs_file_is_dir(folder)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: is a file, expected the folder that holds the photos", folder);
-        goto fail;
-    }
+    if (fs_file_exists(folder) && !fs_file_is_dir(folder))
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: is a file, expected the folder that holds the photos", folder));
     TRY(fs_file_list(folder, &list, err));
     photos->photo = calloc((size_t)list.n + 1, sizeof *photos->photo);
-    if (!photos->photo) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!photos->photo) TRY(fs_error_memory(err));
     for (int i = 0; i < list.n; i++) {
         int kind = fs_photo_kind(list.name[i]);
         char *path = kind < 0 ? NULL : fs_file_path("%s/%s", folder, list.name[i]);
@@ -103,16 +98,11 @@ int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *
         PhotoFile *photo = &photos->photo[photos->n++];
         *photo = (PhotoFile){
             .file = strdup(list.name[i]), .name = fs_file_stem(list.name[i]), .kind = (PhotoKind)kind, .gain = 1};
-        if (!photo->file || !photo->name) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (!photo->file || !photo->name) TRY(fs_error_memory(err));
     }
-    if (photos->n == 0) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no photos (%d other files%s%s): expected %s", folder, others,
-                          other ? ", e.g. " : "", other ? other : "", formats);
-        goto fail;
-    }
+    if (photos->n == 0)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: no photos (%d other files%s%s): expected %s", folder, others,
+                         other ? ", e.g. " : "", other ? other : "", formats));
     if (others) fs_log_info(log, "%s: %d files that are not photos left out, e.g. %s", folder, others, other);
     qsort(photos->photo, (size_t)photos->n, sizeof *photos->photo, compare_photos);
     TRY(drop_doubles(photos, log, err));

@@ -190,10 +190,7 @@ int fs_similarity_fit_robust(const double (*from)[3], const double (*to)[3], int
     Similarity trial;
     double(*p)[3] = malloc(((size_t)n + 1) * sizeof *p), (*q)[3] = malloc(((size_t)n + 1) * sizeof *q);
     *inliers = 0;
-    if (!p || !q) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!p || !q) TRY(fs_error_memory(err));
     for (int round = 0; round < ROUNDS && n >= 3; round++) {
         double f[3][3], t[3][3];
         for (int k = 0; k < 3; k++) {
@@ -207,10 +204,8 @@ int fs_similarity_fit_robust(const double (*from)[3], const double (*to)[3], int
         best = count;
         *s = trial;
     }
-    if (best < 3) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: no three of %d common points agree", n);
-        goto fail;
-    }
+    if (best < 3)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: no three of %d common points agree", n));
     for (int round = 0; round < 5; round++) {
         *inliers = count_inliers(s, from, to, n, tolerance, p, q);
         TRY(fs_similarity_fit((const double(*)[3])p, (const double(*)[3])q, *inliers, s, err));

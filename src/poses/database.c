@@ -193,18 +193,13 @@ int fs_database_features(Database *d, int image_id, Features *f, FsError *err)
     TRY(read_blob(d, "SELECT rows, cols, data FROM descriptors WHERE image_id = ?", image_id, 1, &v, err));
     if (!k.data || !v.data) goto fail; // no features: an empty photo is no error here
     int n = k.rows;
-    if (v.rows != n || v.cols != FS_DESCRIPTOR) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d descriptors of %d bytes for %d features of photo %d", d->path,
-                          v.rows, v.cols, n, image_id);
-        goto fail;
-    }
+    if (v.rows != n || v.cols != FS_DESCRIPTOR)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d descriptors of %d bytes for %d features of photo %d", d->path,
+                         v.rows, v.cols, n, image_id));
     f->n = n;
     TRY(take_keypoints(f, k.data, k.cols, d->path, err));
     f->descriptor = malloc((size_t)n * FS_DESCRIPTOR * sizeof *f->descriptor);
-    if (!f->descriptor) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!f->descriptor) TRY(fs_error_memory(err));
     for (size_t i = 0; i < (size_t)n * FS_DESCRIPTOR; i++) f->descriptor[i] = ((const unsigned char *)v.data)[i];
 fail:
     sqlite3_finalize(k.statement);

@@ -165,15 +165,9 @@ int fs_match_all(const Features *features, int n, MatchOptions options, Threads 
     for (int i = 0; i < n; i++) TRY(choose(&features[i], options.max_features, &subset[i], err));
     for (; work.first < n; work.first += step) { // some columns of the triangle at a time, to be cancelled between
         fs_log_progress(log, "poses", work.first, n, "matching");
-        if (fs_log_cancelled(log)) {
-            rc = fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while matching");
-            goto fail;
-        }
+        if (fs_log_cancelled(log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while matching"));
         fs_threads_for(threads, step < n - work.first ? step : n - work.first, match_job, &work);
-        if (work.failed) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (work.failed) TRY(fs_error_memory(err));
     }
 fail:
     for (int i = 0; i < n; i++) {

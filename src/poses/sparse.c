@@ -209,20 +209,14 @@ int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Captur
     Camera *camera = calloc((size_t)capture->n + 1, sizeof *camera);
     Features *posed = calloc((size_t)capture->n + 1, sizeof *posed); // borrowed, but for the places
     int *photo_of = calloc((size_t)capture->n + 1, sizeof *photo_of);
-    if (!threads || !camera || !posed || !photo_of) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!threads || !camera || !posed || !photo_of) TRY(fs_error_memory(err));
     for (int i = 0; i < capture->n; i++) {
         if (!sparse->pose[i].known) continue;
         TRY(fs_sparse_camera(sparse, i, &camera[n], err));
         photo_of[n] = i;
         posed[n] = features[i];
         posed[n].xy = undistorted(&sparse->pose[i].lens, &camera[n], &features[i]);
-        if (!posed[n++].xy) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (!posed[n++].xy) TRY(fs_error_memory(err));
     }
     TRY(fs_triangulate(&(PosedFeatures){posed, camera, n}, &fs_triangulate_defaults, threads, &project->log, &set,
                        err));

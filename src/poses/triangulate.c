@@ -388,23 +388,14 @@ int fs_triangulate(const PosedFeatures *photos, const TriangulateOptions *option
     Work work = {.photo = photo, .n = n, .options = options, .max_inverse_z = radius > 0 ? 1 / (0.7 * radius) : 1};
     *points = (PointSet){0};
     work.proposals = calloc((size_t)n + 1, sizeof *work.proposals);
-    if (!photo || !work.proposals) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!photo || !work.proposals) TRY(fs_error_memory(err));
     TRY(make_photos(photos->features, photos->camera, n, photo, err));
     TRY(make_claims(photo, n, &claims, err));
     for (; work.first < n; work.first += step) {
         fs_log_progress(log, "poses", work.first, n, "triangulating");
-        if (fs_log_cancelled(log)) {
-            rc = fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while triangulating");
-            goto fail;
-        }
+        if (fs_log_cancelled(log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while triangulating"));
         fs_threads_for(threads, step < n - work.first ? step : n - work.first, seeds_of_photo, &work);
-        if (work.status < 0) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (work.status < 0) TRY(fs_error_memory(err));
     }
     TRY(settle(&work, &claims, points, err));
 fail:

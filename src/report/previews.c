@@ -141,10 +141,7 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     find_range(&show);
     for (int i = 0; i < set->n; i++)
         for (int p = 0; p < PREVIEWS; p++) {
-            if (fs_log_cancelled(&project->log)) {
-                rc = fs_error_set(err, FS_ERR_CANCELLED, "report: stopped");
-                goto fail;
-            }
+            if (fs_log_cancelled(&project->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "report: stopped"));
             TRY(write_picture(&show, i, (Preview)p, err));
         }
 fail:
