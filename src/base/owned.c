@@ -261,6 +261,18 @@ static void sweep(const char *own)
     fs_file_list_free(&list);
 }
 
+// A .flashsplat without list may be what a crash left on the way to one, and nothing else.
+static int check_foreign(const char *own, FsError *err)
+{
+    struct stat st;
+    FileList list = {0};
+    bool there = lstat(own, &st) == 0, foreign = there && !S_ISDIR(st.st_mode);
+    if (there && !foreign && fs_file_list(own, &list, NULL) < 0) foreign = true;
+    for (int i = 0; i < list.n; i++) foreign |= strncmp(list.name[i], "made.part", 9) != 0;
+    fs_file_list_free(&list);
+    return foreign ? fs_error_set(err, FS_ERR_INPUT, "%s: is in the way: flashsplat did not make it; move it", own) : 0;
+}
+
 int fs_owned_open(const char *dir, const char *kind, FsError *err)
 {
     Place above = {0};
@@ -278,6 +290,7 @@ int fs_owned_open(const char *dir, const char *kind, FsError *err)
         else if (!inside)
             sweep(own);
     } else {
+        TRY(check_foreign(own, err));
         TRY(fs_file_mkdirs(own, err));
         TRY(fs_file_write(path, first, strlen(first), err));
     }

@@ -137,6 +137,14 @@ static void test_kinds_of_folders(void **state)
     assert_int_equal(fs_owned_open(in(state, "capture/T"), "renders", &err), FS_ERR_INPUT);
     assert_int_equal(fs_owned_open(in(state, "more"), "renders", &err), 0);
     assert_false(fs_file_exists(in(state, "more/" FS_OWNED_DIR)));
+    assert_int_equal(fs_file_mkdirs(in(state, "foreign/" FS_OWNED_DIR), NULL), 0);
+    put(in(state, "foreign/" FS_OWNED_DIR "/made.part7-0"), "");
+    put(in(state, "foreign/" FS_OWNED_DIR "/7-notes"), "");
+    assert_int_equal(fs_owned_open(in(state, "foreign"), "project", &err), FS_ERR_INPUT);
+    assert_int_equal(unlink(in(state, "foreign/" FS_OWNED_DIR "/7-notes")), 0);
+    assert_int_equal(fs_owned_open(in(state, "foreign"), "project", &err), 0);
+    assert_int_equal(mkdir(in(state, "linked"), 0777) | symlink("..", in(state, "linked/" FS_OWNED_DIR)), 0);
+    assert_int_equal(fs_owned_open(in(state, "linked"), "project", &err), FS_ERR_INPUT);
     put(in(state, "plain"), "");
     assert_int_equal(fs_owned_open(in(state, "plain"), "project", &err), FS_ERR_IO);
 }
