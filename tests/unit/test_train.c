@@ -1,0 +1,298 @@
+// The training stage's own parts: edits of clouds, relocation, the paper's densification, schedules, the order of
+// photos, the table of loss terms.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "train/cloud_edit.h"
+#include "train/trainer.h"
+
+enum { N = 200 };
+
+// Opacity by number: i % 5 of 0 is dead.
+static Cloud make_cloud(int n, int gains)
+{
+    Cloud cloud;
+    Rng rng = fs_rng_new(6);
+    assert_int_equal(fs_cloud_new(&cloud, n, 3, gains, NULL), 0);
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < 2; k++) cloud.field[CLOUD_MEANS][3 * i + k] = 1.6f * (fs_rng_uniform(&rng) - 0.5f);
+        cloud.field[CLOUD_MEANS][3 * i + 2] = 2 + 0.5f * fs_rng_uniform(&rng);
+        for (int k = 0; k < 3; k++) cloud.field[CLOUD_SCALES][3 * i + k] = -2.6f + 0.3f * fs_rng_normal(&rng);
+        for (int k = 0; k < 4; k++) cloud.field[CLOUD_QUATS][4 * i + k] = fs_rng_normal(&rng);
+        cloud.field[CLOUD_OPACITIES][i] = i % 5 == 0 ? -7 : -1 + fs_rng_uniform(&rng);
+        for (int k = 0; k < 3; k++) cloud.field[CLOUD_COLORS][3 * i + k] = 0.4f + 0.5f * fs_rng_uniform(&rng);
+    }
+    return cloud;
+}
+
+static void test_edit(void **state)
+{
+    (void)state;
+    Cloud cloud = make_cloud(6, 1);
+    Edit edit;
+    assert_int_equal(fs_cloud_edit_begin(&edit, &cloud, NULL), 0);
+    assert_int_equal(fs_cloud_edit_append(&edit, 3, NULL), 0);
+    fs_cloud_edit_copy(&edit, 7, 2);
+    for (int k = 0; k < 3; k++) assert_true(cloud.field[CLOUD_MEANS][21 + k] == cloud.field[CLOUD_MEANS][6 + k]);
+    assert_true(cloud.field[CLOUD_MEANS][18] == 0);
+    const unsigned char keep[9] = {0, 1, 1, 0, 0, 1, 0, 1, 1};
+    fs_cloud_edit_compact(&edit, keep);
+    const int from[5] = {1, 2, 5, -1, -1};
+    assert_int_equal(cloud.n, 5);
+    assert_memory_equal(edit.from, from, sizeof from);
+    assert_true(cloud.field[CLOUD_SCALES][9] == cloud.field[CLOUD_SCALES][3]); // the copy of 2, and 2
+    fs_cloud_edit_free(&edit);
+    fs_cloud_free(&cloud);
+}
+
+// ---- relocation ----
+
+static void render_cloud(const Cloud *cloud, Image *image)
+{
+    Scene scene = {.extent = 1, .flash_distance = 1, .pane_beta = true, .pane = {{0, 0, 1}, 0.1, 0.1}};
+    Engine *engine;
+    Renders renders = {0};
+    const Camera camera = {64, 48, 50, 50, 32, 24, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    assert_int_equal(fs_cloud_copy(&scene.cloud[LAYER_T_N], cloud, NULL), 0);
+    assert_int_equal(fs_engine_new(&engine, "auto", "best", 1, NULL), 0);
+    assert_int_equal(fs_engine_scene_up(engine, &scene, NULL), 0);
+    assert_int_equal(fs_engine_render(engine, &camera, &renders, NULL), 0);
+    *image = renders.layer[RENDER_T_N];
+    renders.layer[RENDER_T_N] = (Image){0};
+    fs_engine_renders_free(&renders);
+    fs_engine_free(engine);
+    fs_scene_free(&scene);
+}
+
+static double psnr(const Image *a, const Image *b)
+{
+    double sum = 0, most = 0;
+    int n = a->width * a->height * 3;
+    for (int i = 0; i < n; i++) {
+        sum += pow((double)a->px[i] - (double)b->px[i], 2);
+        most = fmax(most, (double)a->px[i]);
+    }
+    return 10 * log10(most * most * n / sum);
+}
+
+// What is moved or added lands on what is there, and the picture hardly changes.
+static void test_relocation_keeps_the_picture(void **state)
+{
+    (void)state;
+    for (int grown = N; grown <= N + 40; grown += 40) {
+        Cloud cloud = make_cloud(N, 0);
+        Image before, after;
+        Edit edit;
+        Rng rng = fs_rng_new(2);
+        render_cloud(&cloud, &before);
+        assert_int_equal(fs_cloud_edit_begin(&edit, &cloud, NULL), 0);
+        assert_int_equal(fs_densify_relocate(&edit, grown, &rng, NULL), 0);
+        render_cloud(&cloud, &after);
+        assert_int_equal(cloud.n, grown);
+        assert_true(psnr(&before, &after) > 30);
+        int fresh = 0;
+        for (int i = 0; i < grown; i++) {
+            assert_true(fs_cloud_edit_sigmoid(cloud.field[CLOUD_OPACITIES][i]) > 0.004f); // nobody is dead
+            assert_true(edit.from[i] == -1 || edit.from[i] == i);
+            fresh += edit.from[i] == -1;
+            if (i % 5 == 0 || i >= N) assert_int_equal(edit.from[i], -1);
+        }
+        assert_true(fresh > N / 5 + grown - N && fresh < grown); // with those that they landed on
+        fs_cloud_edit_free(&edit);
+        fs_image_free(&before), fs_image_free(&after);
+        fs_cloud_free(&cloud);
+    }
+}
+
+static void test_all_dead(void **state)
+{
+    (void)state;
+    Cloud cloud = make_cloud(10, 0);
+    for (int i = 0; i < 10; i++) cloud.field[CLOUD_OPACITIES][i] = -9;
+    Edit edit;
+    Rng rng = fs_rng_new(2);
+    FsError err;
+    float screen[10] = {0};
+    FsgsArgs args = {screen, 1, 100, 3000, NULL};
+    assert_int_equal(fs_cloud_edit_begin(&edit, &cloud, NULL), 0);
+    assert_int_equal(fs_densify_relocate(&edit, 12, &rng, &err), FS_ERR_NUMERIC);
+    assert_int_equal(fs_fsgs_densify(&edit, &args, &rng, &err), FS_ERR_NUMERIC);
+    fs_cloud_edit_free(&edit);
+    fs_cloud_free(&cloud);
+}
+
+// ---- the paper's densification ----
+
+static int densify(Cloud *cloud, float *screen, double extent, int most, int step, Edit *edit)
+{
+    Rng rng = fs_rng_new(2);
+    FsgsArgs args = {screen, extent, most, step, NULL};
+    assert_int_equal(fs_cloud_edit_begin(edit, cloud, NULL), 0);
+    assert_int_equal(fs_fsgs_densify(edit, &args, &rng, NULL), 0);
+    return cloud->n;
+}
+
+static void test_fsgs(void **state)
+{
+    (void)state;
+    float screen[N] = {0};
+    Edit edit;
+    screen[1] = screen[2] = 1e-3f; // above the threshold; number 2 is large, number 1 is not
+    Cloud cloud = make_cloud(N, 0);
+    for (int k = 0; k < 3; k++) cloud.field[CLOUD_SCALES][3 + k] = -6, cloud.field[CLOUD_SCALES][6 + k] = -1;
+    assert_int_equal(densify(&cloud, screen, 1, 1000, 2500, &edit), N - N / 5 + 2); // pruned, cloned, split
+    assert_int_equal(edit.forget, 0);
+    assert_int_equal(edit.from[0], 1); // number 0 was pruned
+    assert_int_equal(edit.from[cloud.n - 1], -1);
+    const float *means = cloud.field[CLOUD_MEANS], *scales = cloud.field[CLOUD_SCALES];
+    for (int k = 0; k < 3; k++) {
+        assert_true(means[k] == means[3 * (cloud.n - 2) + k]); // a clone
+        assert_true(fabsf(scales[3 + k] - (-1 - logf(1.6f))) < 1e-5f && scales[3 + k] == scales[3 * (cloud.n - 1) + k]);
+    }
+    assert_true(means[3] != means[3 * (cloud.n - 1)]); // a split is two samples
+    fs_cloud_edit_free(&edit);
+    fs_cloud_free(&cloud);
+
+    cloud = make_cloud(N, 0); // no room
+    assert_int_equal(densify(&cloud, screen, 1, N, 2500, &edit), N - N / 5);
+    fs_cloud_edit_free(&edit);
+    fs_cloud_free(&cloud);
+
+    cloud = make_cloud(N, 0); // few, and far from one another: new ones between neighbours
+    for (int i = 0; i < 3 * N; i++) cloud.field[CLOUD_MEANS][i] *= 40, cloud.field[CLOUD_SCALES][i] = 0;
+    memset(screen, 0, sizeof screen);
+    assert_true(densify(&cloud, screen, 1, 100000, 1000, &edit) > 2 * N);
+    fs_cloud_edit_free(&edit);
+    fs_cloud_free(&cloud);
+
+    cloud = make_cloud(N, 0); // opacities are reset
+    for (int i = 0; i < N; i++) cloud.field[CLOUD_OPACITIES][i] = 3;
+    assert_int_equal(densify(&cloud, screen, 1, 1000, 3000, &edit), N);
+    assert_int_equal(edit.forget, 1u << CLOUD_OPACITIES);
+    for (int i = 0; i < N; i++)
+        assert_true(fabsf(fs_cloud_edit_sigmoid(cloud.field[CLOUD_OPACITIES][i]) - 0.05f) < 1e-4f);
+    fs_cloud_edit_free(&edit);
+    fs_cloud_free(&cloud);
+}
+
+// ---- schedules ----
+
+static FsSettings *settings(const char *preset, const char *steps)
+{
+    FsSettings *set = fs_settings_new();
+    assert_non_null(set);
+    assert_int_equal(fs_settings_set(set, "preset", preset, NULL), 0);
+    assert_int_equal(fs_settings_set(set, "steps", steps, NULL), 0);
+    return set;
+}
+
+static void test_schedule(void **state)
+{
+    (void)state;
+    FsSettings *set = settings("preview", "1000");
+    Scene scene = {.shared_geometry = true, .pane_beta = true, .extent = 2};
+    StepArgs first, late, last;
+    fs_schedule_step(set, &scene, 0, &first);
+    fs_schedule_step(set, &scene, 699, &late);
+    fs_schedule_step(set, &scene, 999, &last);
+    assert_true(fabs(first.rate[CLOUD_MEANS] / (2.4e-3 * 2) - pow(0.01, 0.001)) < 1e-9);
+    assert_true(fabs(last.rate[CLOUD_MEANS] / (2.4e-3 * 2) - 0.01) < 1e-9);
+    assert_true(fabs(first.rate[CLOUD_COLORS] - 2 * 2.5e-3) < 1e-12 && first.rate[CLOUD_OPACITIES] == 5e-2);
+    assert_true(late.rate[CLOUD_COLORS] == first.rate[CLOUD_COLORS]);
+    assert_true(fabs(last.rate[CLOUD_COLORS] - 0.1 * first.rate[CLOUD_COLORS]) < 1e-9); // settled
+    assert_true(first.explore > 0 && !first.statistics);
+    assert_true(first.darkest[LAYER_T_N] == 0.1 && first.darkest[LAYER_R] == 0.2);
+    scene.separation = SEPARATION_LINEAR;
+    fs_schedule_step(set, &scene, 0, &first);
+    assert_true(first.rate[CLOUD_GAINS] == 0);
+    assert_false(fs_schedule_relocates(set, 0));
+    assert_true(fs_schedule_relocates(set, 100) && fs_schedule_relocates(set, 800));
+    assert_false(fs_schedule_relocates(set, 150) || fs_schedule_relocates(set, 900));
+    fs_settings_free(set);
+    set = settings("paper", "500");
+    fs_schedule_step(set, &scene, 499, &last);
+    assert_true(last.statistics && last.explore == 0);
+    assert_true(fabs(last.rate[CLOUD_MEANS] / (1.6e-4 * 2) - pow(0.01, 0.05)) < 1e-9); // over 10000 steps
+    assert_true(fs_schedule_fsgs(500) && fs_schedule_fsgs(10000));
+    assert_false(fs_schedule_fsgs(400) || fs_schedule_fsgs(550) || fs_schedule_fsgs(10100));
+    fs_settings_free(set);
+}
+
+// Every photo once an epoch, shuffled, however many there are.
+static void test_order_of_photos(void **state)
+{
+    (void)state;
+    const int sizes[] = {1, 7, 1024, 1025, 3000};
+    FsSettings *set = settings("preview", "10");
+    for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
+        int n = sizes[s], in_place = 0;
+        Trainer trainer = {.set = set, .n_views = n, .epoch = -1, .order = calloc((size_t)n, sizeof(int))};
+        int *times = calloc((size_t)n, sizeof(int)), *first = calloc((size_t)n, sizeof(int)), same = 0;
+        for (int step = 0; step < 2 * n; step++) {
+            int view = fs_views_at_step(&trainer, step);
+            assert_true(view >= 0 && view < n);
+            times[view]++;
+            if (step < n) first[step] = view, in_place += view == step;
+            if (step >= n) same += first[step - n] == view;
+        }
+        for (int i = 0; i < n; i++) assert_int_equal(times[i], 2);
+        if (n > 100) assert_true(in_place < n / 10 && same < n / 10);
+        trainer.epoch = -1; // as after a checkpoint
+        assert_int_equal(fs_views_at_step(&trainer, n / 2), first[n / 2]);
+        free(trainer.order), free(times), free(first);
+    }
+    fs_settings_free(set);
+}
+
+// ---- loss terms ----
+
+static void test_loss_table(void **state)
+{
+    (void)state;
+    FsSettings *set = settings("preview", "10");
+    size_t n_options;
+    const FsOption *options = fs_settings_options(&n_options);
+    double weight[LOSS_TERMS];
+    for (int k = 0; k < LOSS_TERMS; k++) {
+        const LossInfo *term = &fs_loss_terms[k];
+        bool found = false;
+        assert_true(term->name && term->setting && term->layers);
+        for (size_t i = 0; i < n_options; i++)
+            found |= strcmp(options[i].name, term->setting) == 0 && options[i].stages & FS_STAGE_TRAIN;
+        assert_true(found);
+        for (int j = 0; j < k; j++) assert_string_not_equal(fs_loss_terms[j].name, term->name);
+        assert_int_equal(fs_settings_set(set, term->setting, "0.5", NULL), 0);
+    }
+    Scene scene = {.shared_geometry = true, .pane_beta = true, .extent = 1};
+    fs_loss_weights(set, &scene, 0, weight);
+    assert_true(weight[LOSS_L1] == 0.25 && weight[LOSS_DSSIM] == 0.25 && weight[LOSS_SCALE_REG] == 0.5);
+    assert_true(weight[LOSS_LINEARITY] == 0 && weight[LOSS_BETA_SMOOTH] == 0 && weight[LOSS_GAIN_SMOOTH] == 0.5);
+    assert_true(weight[LOSS_OPAQUE] == 0 && !fs_loss_looks(weight, LAYER_R).transmittance);
+    assert_true(fs_loss_looks(weight, LAYER_R).depth && !fs_loss_looks(weight, LAYER_BETA).depth);
+    fs_loss_weights(set, &scene, 0.5, weight);
+    assert_true(fabs(weight[LOSS_OPAQUE] - 0.25) < 1e-12 && fs_loss_looks(weight, LAYER_T_N).transmittance);
+    scene.separation = SEPARATION_LINEAR;
+    fs_loss_weights(set, &scene, 1, weight);
+    assert_true(weight[LOSS_GAIN_SMOOTH] == 0 && weight[LOSS_GAIN_PUSH] == 0 && weight[LOSS_OPAQUE] == 0.5);
+    scene = (Scene){.extent = 1}; // the paper's four clouds
+    scene.cloud[LAYER_BETA].n = 1;
+    fs_loss_weights(set, &scene, 1, weight);
+    assert_true(weight[LOSS_LINEARITY] == 0.5 && weight[LOSS_BETA_SMOOTH] == 0.5 && weight[LOSS_GAIN_PUSH] == 0);
+    fs_settings_free(set);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_edit),       cmocka_unit_test(test_relocation_keeps_the_picture),
+        cmocka_unit_test(test_all_dead),   cmocka_unit_test(test_fsgs),
+        cmocka_unit_test(test_schedule),   cmocka_unit_test(test_order_of_photos),
+        cmocka_unit_test(test_loss_table),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
