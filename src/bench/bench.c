@@ -32,6 +32,11 @@
         .work = fs_case_splats_##work_, .close = fs_case_splats_close, .n = n_, .width = width_, .height = height_,    \
         .wanted = pairs_                                                                                               \
     }
+#define TRAIN(name_, n_, width_, height_)                                                                              \
+    {                                                                                                                  \
+        .name = name_, .unit = "splat", .open = fs_case_train_open, .call = fs_case_train_call,                        \
+        .work = fs_case_train_work, .close = fs_case_train_close, .n = n_, .width = width_, .height = height_          \
+    }
 #define RASTER(count, n, size, width, height)                                                                          \
     SPLATS("forward/" count "/" size, forward, forward_work, n, width, height, 50.0 * width * height),                 \
         SPLATS("backward/" count "/" size, backward, backward_work, n, width, height, 50.0 * width * height),          \
@@ -53,6 +58,10 @@ static const BenchCase cases[] = {
     SPLATS("step/20k", step, work, 20000, 571, 421, 12e6),
     SPLATS("step/50k", step, work, 50000, 571, 421, 19e6),
     SPLATS("step/100k", step, work, 100000, 571, 421, 25e6),
+    // What training does, twice: 2 x 20k and 2 x 40k Gaussians are the preset `preview` early and late.
+    TRAIN("train/20k/300x200", 20000, 300, 200),
+    TRAIN("train/40k/300x200", 40000, 300, 200),
+    TRAIN("train/40k/600x400", 40000, 600, 400),
 };
 
 static double seconds(clockid_t clock)

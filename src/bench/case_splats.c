@@ -30,7 +30,7 @@ typedef struct SplatsState {
     int step;
 } SplatsState;
 
-static void fill_cloud(Cloud *cloud, double scale)
+void fs_case_splats_fill(Cloud *cloud, double scale)
 {
     Rng rng = fs_rng_new(3);
     for (int i = 0; i < cloud->n; i++) {
@@ -62,7 +62,7 @@ static void seek_pairs(SplatsState *s, double scale, double wanted)
 {
     s->task.count = true;
     for (int i = 0;; i++) {
-        fill_cloud(&s->cloud, scale);
+        fs_case_splats_fill(&s->cloud, scale);
         forward(s);
         s->pairs = (double)s->task.pairs;
         double ratio = wanted / fmax(s->pairs, 1);
