@@ -8,6 +8,7 @@ from common import FolderTest, run
 class Bench(FolderTest):
     def measure(self, word):
         path = self.dir / "cases.json"
+        path.unlink(missing_ok=True)
         process = run("bench", "--cases", word, "--threads", 2, "--json", path)
         self.assertEqual(process.returncode, 0, process.stderr)
         cases = {c["name"]: c for c in json.loads(path.read_text())}
