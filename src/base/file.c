@@ -256,6 +256,16 @@ void fs_file_remove_tree(const char *path)
     if (nftw(path, remove_one, 16, FTW_DEPTH | FTW_PHYS) != 0 && errno == ENOMEM) fs_error_memory(NULL);
 }
 
+FilePath fs_file_at(const char *format, ...)
+{
+    FilePath path;
+    va_list ap;
+    va_start(ap, format);
+    vsnprintf(path.text, sizeof path.text, format, ap);
+    va_end(ap);
+    return path;
+}
+
 char *fs_file_path(const char *format, ...)
 {
     va_list ap;

@@ -39,6 +39,12 @@ bool fs_file_exists(const char *path);
 bool fs_file_is_dir(const char *path);
 void fs_file_remove_tree(const char *path); // whatever it is: for scratch and tests, the rest takes fs_owned_remove
 
+// A path put together, at its place: fs_file_at("%s/views.json", out).text. One longer than the system takes stays so:
+// what opens it fails and says why.
+typedef struct FilePath {
+    char text[4200];
+} FilePath;
+__attribute__((format(printf, 1, 2))) FilePath fs_file_at(const char *format, ...);
 __attribute__((format(printf, 1, 2))) char *fs_file_path(const char *format, ...); // asprintf; NULL when out of memory
 const char *fs_file_name(const char *path);                                        // after the last '/'
 char *fs_file_stem(const char *path);                    // name without folder and extension; caller frees

@@ -263,7 +263,8 @@ static inline int push_children(const BvhNode *node, Four entry, Todo *stack, in
     return top;
 }
 
-bool fs_bvh_hit(const Bvh *bvh, Vec o, Vec d, Hit *hit)
+// The nearest hit with t in (t_min, hit->t), or any, of shapes without a flag of ignore.
+static inline bool walk(const Bvh *bvh, Vec o, Vec d, float t_min, int ignore, bool any, Hit *hit)
 {
     Todo stack[STACK];
     int top = 0;
@@ -278,29 +279,20 @@ bool fs_bvh_hit(const Bvh *bvh, Vec o, Vec d, Hit *hit)
             top = push_children(node, enter(node, o, inv, hit->t), stack, top);
             continue;
         }
-        for (int i = 0; i < now.count; i++) hit_shape(&bvh->shape[now.first + i], o, d, 0.0f, hit->t, hit);
+        for (int i = 0; i < now.count; i++) {
+            const PrimShape *s = &bvh->shape[now.first + i];
+            if (!(s->flags & ignore) && hit_shape(s, o, d, t_min, hit->t, hit) && any) return true;
+        }
     }
     return hit->prim >= 0;
 }
 
+bool fs_bvh_hit(const Bvh *bvh, Vec o, Vec d, Hit *hit)
+{
+    return walk(bvh, o, d, 0.0f, 0, false, hit);
+}
+
 bool fs_bvh_blocked(const Bvh *bvh, Vec o, Vec d, float t_min, float t_max, int ignore)
 {
-    Todo stack[STACK];
-    int top = 0;
-    Vec inv = inverse(d);
-    if (bvh->n > 0) stack[top++] = (Todo){0, 0, 0};
-    while (top > 0) {
-        Todo now = stack[--top];
-        if (now.count == 0) {
-            const BvhNode *node = &bvh->node[now.first];
-            top = push_children(node, enter(node, o, inv, t_max), stack, top);
-            continue;
-        }
-        for (int i = 0; i < now.count; i++) {
-            const PrimShape *s = &bvh->shape[now.first + i];
-            Hit hit;
-            if (!(s->flags & ignore) && hit_shape(s, o, d, t_min, t_max, &hit)) return true;
-        }
-    }
-    return false;
+    return walk(bvh, o, d, t_min, ignore, true, &(Hit){.t = t_max});
 }

@@ -4,12 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define FOCAL 1.0722534 // of the longer side: 38.6 mm on 36 mm film
+#include "base/linalg.h"
 
-static double uniform(Rng *rng, double low, double high)
-{
-    return low + (high - low) * (double)fs_rng_uniform(rng);
-}
+#define FOCAL 1.0722534 // of the longer side: 38.6 mm on 36 mm film
 
 // A camera at `eye` looking at `at`, upright but for roll (radians).
 static Camera look(Vec eye, Vec at, float roll, const Spec *spec)
@@ -46,7 +43,7 @@ static Camera take(const Layout *l, const Spec *spec, double a, double b, Rng *r
     eye = vec_add(eye, jitter[0]);
     at = vec_mad(vec_mad(at, along, spec->follow * (float)a * width), up, spec->follow * (float)b * height);
     at = vec_add(at, jitter[1]);
-    return look(eye, at, (float)uniform(rng, -0.02, 0.02), spec);
+    return look(eye, at, (float)(-0.02 + 0.04 * (double)fs_rng_uniform(rng)), spec);
 }
 
 // Which photos get truth layers: one out of each eighth of the path, of either lighting by turns.
@@ -92,21 +89,19 @@ int fs_path_plan(const Layout *layout, const Spec *spec, Shot **shots, FsError *
 
 Camera fs_path_disturbed(const Camera *camera, Rng *rng)
 {
-    double r[9], q[4], centre[3], turn[3], d[9];
+    double r[9], q[4] = {1}, centre[3], d[9];
     for (int i = 0; i < 9; i++) r[i] = camera->w2c[4 * (i / 3) + i % 3];
     fs_camera_centre(camera, centre);
     for (int i = 0; i < 3; i++) {
-        turn[i] = 0.0006 * (double)fs_rng_normal(rng);    // 0.035 degrees
-        centre[i] += 0.0012 * (double)fs_rng_normal(rng); // 1.2 mm
+        q[i + 1] = 0.5 * (0.0006 * (double)fs_rng_normal(rng)); // 0.035 degrees
+        centre[i] += 0.0012 * (double)fs_rng_normal(rng);       // 1.2 mm
     }
-    q[0] = 1;
-    for (int i = 0; i < 3; i++) q[i + 1] = 0.5 * turn[i];
     fs_camera_quat_to_rotation(q, d);
     Camera c = *camera;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
             c.w2c[4 * i + j] = d[3 * i] * r[j] + d[3 * i + 1] * r[3 + j] + d[3 * i + 2] * r[6 + j];
-    for (int i = 0; i < 3; i++)
-        c.w2c[4 * i + 3] = -(c.w2c[4 * i] * centre[0] + c.w2c[4 * i + 1] * centre[1] + c.w2c[4 * i + 2] * centre[2]);
+        c.w2c[4 * i + 3] = -v3_dot(c.w2c + 4 * i, centre);
+    }
     return c;
 }

@@ -1,4 +1,4 @@
-// The setting "hard": a table of words and what each changes.
+// The setting "hard": its words, and what each changes.
 #include "synth/spec.h"
 
 #include <math.h>
@@ -7,95 +7,69 @@
 
 #include "base/rng.h"
 
-static void weak_flash(Spec *s)
-{
-    s->alpha = 0.3f;
-}
-
-static void strong_reflection(Spec *s)
-{
-    s->reflection = 0.6f;
-    s->f0 = 0.3f;
-}
-
-static void few_photos(Spec *s)
-{
-    s->photos = s->photos < 12 ? s->photos : 12;
-}
-
-static void low_texture(Spec *s)
-{
-    s->texture_keep = 0.25f;
-}
-
-static void depth_overlap(Spec *s)
-{
-    s->depth_stretch = 2.2f;
-    s->room_size = 0.6f;
-}
-
-static void frame(Spec *s)
-{
-    s->frame = true;
-}
-
-static void flash_return(Spec *s)
-{
-    s->flash_return = 0.05f + 0.05f * (float)(s->seed * 2654435761u >> 8 & 255) / 255.0f;
-}
-
-static void bright_near_room(Spec *s)
-{
-    s->reflection = fmaxf(s->reflection, 0.55f);
-    s->f0 = 0.1f;
-    s->room_size = 0.55f;
-    s->texture_keep = 0.35f;
-}
-
-static void dark(Spec *s)
-{
-    s->shade = 1.0f;
-    s->black = 0.5f;
-}
-
-static void wide_path(Spec *s)
-{
-    s->path_scale = 1.5f;
-    s->follow = 1.0f; // the outer parts of the scene are seen by few photos
-}
-
-static void pose_noise(Spec *s)
-{
-    s->pose_noise = true;
-}
-
-static const struct {
-    const char *word;
-    void (*apply)(Spec *spec);
-} difficulties[] = {
-    {"weak-flash", weak_flash},
-    {"strong-reflection", strong_reflection},
-    {"few-photos", few_photos},
-    {"low-texture", low_texture},
-    {"depth-overlap", depth_overlap},
-    {"frame", frame},
-    {"flash-return", flash_return},
-    {"bright-near-room", bright_near_room},
-    {"dark", dark},
-    {"wide-path", wide_path},
-    {"pose-noise", pose_noise},
+enum {
+    WEAK_FLASH,
+    STRONG_REFLECTION,
+    FEW_PHOTOS,
+    LOW_TEXTURE,
+    DEPTH_OVERLAP,
+    FRAME,
+    FLASH_RETURN,
+    BRIGHT_NEAR_ROOM,
+    DARK,
+    WIDE_PATH,
+    POSE_NOISE,
+    DIFFICULTIES
 };
-#define N_DIFFICULTIES (sizeof difficulties / sizeof *difficulties)
+
+static const char *const words[DIFFICULTIES] = {
+    "weak-flash",   "strong-reflection", "few-photos", "low-texture", "depth-overlap", "frame",
+    "flash-return", "bright-near-room",  "dark",       "wide-path",   "pose-noise",
+};
+
+static void apply(Spec *s, int difficulty)
+{
+    switch (difficulty) {
+    case WEAK_FLASH: s->alpha = 0.3f; break;
+    case STRONG_REFLECTION:
+        s->reflection = 0.6f;
+        s->f0 = 0.3f;
+        break;
+    case FEW_PHOTOS: s->photos = s->photos < 12 ? s->photos : 12; break;
+    case LOW_TEXTURE: s->texture_keep = 0.25f; break;
+    case DEPTH_OVERLAP:
+        s->depth_stretch = 2.2f;
+        s->room_size = 0.6f;
+        break;
+    case FRAME: s->frame = true; break;
+    case FLASH_RETURN: s->flash_return = 0.05f + 0.05f * (float)(s->seed * 2654435761u >> 8 & 255) / 255.0f; break;
+    case BRIGHT_NEAR_ROOM:
+        s->reflection = fmaxf(s->reflection, 0.55f);
+        s->f0 = 0.1f;
+        s->room_size = 0.55f;
+        s->texture_keep = 0.35f;
+        break;
+    case DARK:
+        s->shade = 1.0f;
+        s->black = 0.5f;
+        break;
+    case WIDE_PATH:
+        s->path_scale = 1.5f;
+        s->follow = 1.0f; // the outer parts of the scene are seen by few photos
+        break;
+    case POSE_NOISE: s->pose_noise = true; break;
+    }
+}
 
 static int apply_word(Spec *spec, const char *word, size_t length, FsError *err)
 {
     char known[300] = "";
-    for (size_t i = 0; i < N_DIFFICULTIES; i++) {
-        if (strlen(difficulties[i].word) == length && strncmp(difficulties[i].word, word, length) == 0) {
-            difficulties[i].apply(spec);
+    for (int i = 0; i < DIFFICULTIES; i++) {
+        if (strlen(words[i]) == length && strncmp(words[i], word, length) == 0) {
+            apply(spec, i);
             return 0;
         }
-        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", difficulties[i].word);
+        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", words[i]);
     }
     return fs_error_set(err, FS_ERR_USAGE, "--hard: no difficulty '%.*s'; known are %s",
                         (int)(length < 60 ? length : 60), word, known);

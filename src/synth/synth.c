@@ -12,7 +12,7 @@
 
 typedef struct Synth {
     const char *out;
-    char *truth; // <out>/truth
+    FilePath truth; // <out>/truth
     Spec spec;
     Layout layout;
     Lighting lighting;
@@ -45,22 +45,14 @@ fail:
 static int make_folders(const Synth *s, FsError *err)
 {
     static const char *const folders[] = {"capture", "truth", "capture/raw", "capture/jpeg"};
-    char *path[4] = {0}, *all[2] = {0};
-    int rc = 0;
-    for (int i = 0; i < 2; i++)
-        if (!(all[i] = fs_file_path("%s/%s/.", s->out, folders[i]))) rc = fs_error_memory(err);
-    for (int i = 0; i < 4; i++)
-        if (!(path[i] = fs_file_path("%s/%s", s->out, folders[i]))) rc = fs_error_memory(err);
-    for (int i = 0; i < 2 && rc == 0; i++) rc = fs_owned_check_tree(path[i], err);
-    for (int i = 0; i < 2 && rc == 0; i++) rc = fs_owned_open(path[i], "capture", err);
-    for (int i = 0; i < 2 && rc == 0; i++) fs_owned_remove(all[i]);
-    for (int i = 0; i < 4 && rc == 0; i++) rc = fs_file_mkdirs(path[i], err);
-    if (rc < 0) goto fail;
-    TRY(fs_truth_files_cameras(s->truth, s->layout.name, s->shot, s->n, &s->spec, err));
-    TRY(fs_truth_files_folders(s->truth, err));
+    int rc;
+    for (int i = 0; i < 2; i++) TRY(fs_owned_check_tree(fs_file_at("%s/%s", s->out, folders[i]).text, err));
+    for (int i = 0; i < 2; i++) TRY(fs_owned_open(fs_file_at("%s/%s", s->out, folders[i]).text, "capture", err));
+    for (int i = 0; i < 2; i++) fs_owned_remove(fs_file_at("%s/%s/.", s->out, folders[i]).text);
+    for (int i = 0; i < 4; i++) TRY(fs_file_mkdirs(fs_file_at("%s/%s", s->out, folders[i]).text, err));
+    TRY(fs_truth_files_cameras(s->truth.text, s->layout.name, s->shot, s->n, &s->spec, err));
+    TRY(fs_truth_files_folders(s->truth.text, err));
 fail:
-    for (int i = 0; i < 4; i++) free(path[i]);
-    for (int i = 0; i < 2; i++) free(all[i]);
     return rc;
 }
 
@@ -75,18 +67,14 @@ static int write_photo(const Synth *s, int number, const Image *light, FsError *
     ShotInfo info = {shot->flash,    number + 1, s->spec.width,
                      s->spec.height, 23.9,       (int)(36.0 * shot->camera.fx / side + 0.5)};
     unsigned char exif[FS_PHOTO_FILE_EXIF];
-    char *raw = fs_file_path("%s/capture/raw/%s.DNG", s->out, shot->name);
-    char *jpeg = fs_file_path("%s/capture/jpeg/%s.JPG", s->out, shot->name);
-    if (!raw || !jpeg) TRY(fs_error_memory(err));
     TRY(fs_sensor_expose(light, fs_rng_new(s->spec.seed * 100003ull + (unsigned)number), &mosaic, err));
-    TRY(fs_dng_write(raw, &mosaic, &info, err));
+    TRY(fs_dng_write(fs_file_at("%s/capture/raw/%s.DNG", s->out, shot->name).text, &mosaic, &info, err));
     TRY(fs_sensor_develop(&mosaic, &picture, err));
-    TRY(fs_jpeg_write(jpeg, &picture, 95, exif, fs_photo_file_exif(&info, exif), err));
+    TRY(fs_jpeg_write(fs_file_at("%s/capture/jpeg/%s.JPG", s->out, shot->name).text, &picture, 95, exif,
+                      fs_photo_file_exif(&info, exif), err));
 fail:
     fs_sensor_mosaic_free(&mosaic);
     fs_image_free(&picture);
-    free(raw);
-    free(jpeg);
     return rc;
 }
 
@@ -95,7 +83,7 @@ static int write_geometry(const Synth *s, const Shot *shot, FsError *err)
     Image depth = {0}, beta = {0};
     int rc;
     TRY(fs_trace_geometry(&s->layout, &s->lighting, &shot->camera, s->threads, &depth, &beta, err));
-    TRY(fs_truth_files_geometry(s->truth, shot, &depth, &beta, err));
+    TRY(fs_truth_files_geometry(s->truth.text, shot, &depth, &beta, err));
 fail:
     fs_image_free(&depth);
     fs_image_free(&beta);
@@ -111,7 +99,7 @@ static int make_view(const Synth *s, int number, FsError *err)
     int rc = fs_trace_view(&s->layout, &s->spec, &s->lighting, (TraceRequest){&shot->camera, want, number}, s->threads,
                            &traced, err);
     if (rc < 0) return rc;
-    if (shot->truth) TRY(fs_truth_files_layers(s->truth, shot, &traced, err));
+    if (shot->truth) TRY(fs_truth_files_layers(s->truth.text, shot, &traced, err));
     if (shot->held_out) {
         TRY(write_geometry(s, shot, err));
     } else {
@@ -128,11 +116,10 @@ fail:
 int fs_synth_run(const char *out, const FsSettings *settings, const Log *log, FsError *err)
 {
     int rc;
-    Synth s = {.out = out, .log = log};
+    Synth s = {.out = out, .log = log, .truth = fs_file_at("%s/truth", out)};
     TRY(fs_spec_read(&s.spec, settings, err));
-    s.truth = fs_file_path("%s/truth", out);
     s.threads = fs_threads_new(settings->threads);
-    if (!s.truth || !s.threads) TRY(fs_error_memory(err));
+    TRY(s.threads ? 0 : fs_error_memory(err));
     TRY(prepare(&s, err));
     TRY(make_folders(&s, err));
     for (int i = 0; i < s.n; i++) {
@@ -142,12 +129,11 @@ int fs_synth_run(const char *out, const FsSettings *settings, const Log *log, Fs
         TRY(make_view(&s, i, err));
     }
     fs_log_progress(log, "synth", s.n, s.n, "");
-    fs_log_info(log, "synth: %d photos in %s/capture/raw and jpeg, ground truth in %s", s.spec.photos, out, s.truth);
-    rc = 0;
+    fs_log_info(log, "synth: %d photos in %s/capture/raw and jpeg, ground truth in %s", s.spec.photos, out,
+                s.truth.text);
 fail:
     fs_threads_free(s.threads);
     fs_layout_free(&s.layout);
     free(s.shot);
-    free(s.truth);
     return rc;
 }

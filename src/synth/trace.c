@@ -213,7 +213,6 @@ typedef struct Job {
     const View *view;
     unsigned want;
     uint64_t seed;
-    int stride; // 1: every pixel; else one sample every so many pixels, for balancing
     Traced *traced;
     Image *depth, *beta;
     int width;
@@ -263,24 +262,21 @@ static void geometry_job(void *context, int y, int worker)
         bool found = fs_bvh_hit(&v->layout->behind.bvh, v->eye, d, &hit);
         bool bare = found && fs_world_surface_of(&v->layout->behind, &hit)->in_front;
         size_t i = (size_t)y * (size_t)job->width + (size_t)x;
-        if (job->depth) job->depth->px[i] = found ? hit.t * vec_dot(d, v->ahead) : 0.0f;
-        if (job->beta)
-            job->beta->px[i] = bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
+        job->depth->px[i] = found ? hit.t * vec_dot(d, v->ahead) : 0.0f;
+        job->beta->px[i] = bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
     }
 }
 
 int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
                       Image *depth, Image *beta, FsError *err)
 {
-    int rc = 0;
-    if (depth) TRY(fs_image_new(depth, camera->width, camera->height, 1, err));
-    if (beta) TRY(fs_image_new(beta, camera->width, camera->height, 1, err));
+    int rc;
+    TRY(fs_image_new(depth, camera->width, camera->height, 1, err));
+    TRY(fs_image_new(beta, camera->width, camera->height, 1, err));
     View view = view_of(layout, lighting, camera);
     Job job = {.view = &view, .depth = depth, .beta = beta, .width = camera->width};
     fs_threads_for(threads, camera->height, geometry_job, &job);
-    return 0;
 fail:
-    if (depth) fs_image_free(depth);
     return rc;
 }
 
@@ -294,19 +290,12 @@ static float index_for(float f0) // of a thin pane whose reflectance at normal i
     return (1 + r) / (1 - r);
 }
 
-typedef struct Means {
-    double layer[TRACE_LAYERS];
-} Means;
-
-static Means mean_of(const Traced *t)
+static double mean_of(const Image *image)
 {
-    Means m = {0};
-    size_t n = (size_t)t->layer[0].width * (size_t)t->layer[0].height * 3;
-    for (int l = 0; l < TRACE_LAYERS; l++) {
-        for (size_t i = 0; i < n; i++) m.layer[l] += (double)t->layer[l].px[i];
-        m.layer[l] /= (double)n;
-    }
-    return m;
+    size_t n = (size_t)image->width * (size_t)image->height * 3;
+    double sum = 0;
+    for (size_t i = 0; i < n; i++) sum += (double)image->px[i];
+    return sum / (double)n;
 }
 
 int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camera, int n, Threads *threads,
@@ -315,7 +304,7 @@ int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camer
     const float target = 0.11f; // mean linear value of a no-flash photo
     const float even = 0.06f;   // of the flash's light, comes after many bounces from everywhere
     Lighting unit = {.behind = 1, .room = 1, .flash = 1, .flash_back = 1, .refraction = index_for(spec->f0)};
-    Means m = {0};
+    double mean[TRACE_LAYERS] = {0};
     int views = n < MEAN_VIEWS ? n : MEAN_VIEWS;
     for (int i = 0; i < views; i++) { // means of all layers over a few of the cameras, at a small size
         Camera small = fs_camera_limited(&camera[i * n / views], PROBE_WIDTH);
@@ -323,13 +312,11 @@ int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camer
         int rc = fs_trace_view(layout, spec, &unit, (TraceRequest){&small, (1 << TRACE_LAYERS) - 1, 100000 + i},
                                threads, &traced, err);
         if (rc < 0) return rc;
-        Means one = mean_of(&traced);
+        for (int l = 0; l < TRACE_LAYERS; l++) mean[l] += mean_of(&traced.layer[l]) / views;
         fs_trace_free(&traced);
-        for (int l = 0; l < TRACE_LAYERS; l++) m.layer[l] += one.layer[l] / views;
     }
-    double t = fmax(m.layer[TRACE_T_N], 1e-9), r = fmax(m.layer[TRACE_R_N], 1e-9);
-    double flash = fmax(m.layer[TRACE_T_F] - m.layer[TRACE_T_N], 1e-9),
-           back = fmax(m.layer[TRACE_R_F] - m.layer[TRACE_R_N], 1e-9);
+    double t = fmax(mean[TRACE_T_N], 1e-9), flash = fmax(mean[TRACE_T_F] - mean[TRACE_T_N], 1e-9);
+    double r = fmax(mean[TRACE_R_N], 1e-9), back = fmax(mean[TRACE_R_F] - mean[TRACE_R_N], 1e-9);
     *lighting = unit;
     lighting->behind = (float)(target * (1 - spec->reflection) / t);
     lighting->room = (float)(target * spec->reflection / r);

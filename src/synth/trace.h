@@ -35,7 +35,7 @@ typedef struct TraceRequest {
 } TraceRequest;
 int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, TraceRequest request,
                   Threads *threads, Traced *traced, FsError *err);
-// z-depth of the transmitted scene and reflectance of the pane, at pixel centres (either may be NULL).
+// z-depth of the transmitted scene and reflectance of the pane, at pixel centres.
 int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
                       Image *depth, Image *beta, FsError *err);
 

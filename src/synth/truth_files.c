@@ -10,62 +10,41 @@
 #include "image/tone.h"
 #include "model/colmap_model.h"
 
-static json_t *matrix_json(const double w2c[12])
-{
-    static const double last[4] = {0, 0, 0, 1};
-    json_t *rows = json_array();
-    for (int i = 0; i < 4; i++) {
-        json_t *row = json_array();
-        for (int j = 0; j < 4; j++) json_array_append_new(row, json_real(i < 3 ? w2c[4 * i + j] : last[j]));
-        json_array_append_new(rows, row);
-    }
-    return rows;
-}
-
 static json_t *shot_json(const Shot *s)
 {
+    const Camera *c = &s->camera;
+    const double *m = c->w2c;
     char file[24];
     snprintf(file, sizeof file, "%s.DNG", s->name);
-    json_t *o = json_object();
-    json_object_set_new(o, "name", json_string(s->name));
-    json_object_set_new(o, "file", s->held_out ? json_null() : json_string(file));
-    json_object_set_new(o, "flash", s->held_out ? json_null() : json_boolean(s->flash));
-    json_object_set_new(o, "held_out", json_boolean(s->held_out));
-    json_object_set_new(o, "width", json_integer(s->camera.width));
-    json_object_set_new(o, "height", json_integer(s->camera.height));
-    json_object_set_new(o, "fx", json_real(s->camera.fx));
-    json_object_set_new(o, "fy", json_real(s->camera.fy));
-    json_object_set_new(o, "cx", json_real(s->camera.cx));
-    json_object_set_new(o, "cy", json_real(s->camera.cy));
-    json_object_set_new(o, "w2c", matrix_json(s->camera.w2c));
-    json_object_set_new(o, "truth", json_boolean(s->truth));
-    return o;
+    return json_pack("{s:s, s:s?, s:o, s:b, s:i, s:i, s:f, s:f, s:f, s:f, s:[[ffff][ffff][ffff][ffff]], s:b}", "name",
+                     s->name, "file", s->held_out ? NULL : file, "flash",
+                     s->held_out ? json_null() : json_boolean(s->flash), "held_out", s->held_out, "width", c->width,
+                     "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx, "cy", c->cy, "w2c", m[0], m[1], m[2],
+                     m[3], m[4], m[5], m[6], m[7], m[8], m[9], m[10], m[11], 0.0, 0.0, 0.0, 1.0, "truth", s->truth);
 }
 
 static int write_json(const char *dir, const char *scene, const Shot *shot, int n, FsError *err)
 {
-    json_t *root = json_object(), *images = json_array();
-    json_object_set_new(root, "scene", json_string(scene));
-    json_object_set_new(root, "note",
-                        json_string("w2c: world-to-camera, COLMAP axes (x right, y down, z forward), metres; "
-                                    "pixel centres at +0.5"));
+    json_t *images = json_array();
     for (int i = 0; i < n; i++) json_array_append_new(images, shot_json(&shot[i]));
-    json_object_set_new(root, "images", images);
-    char *text = json_dumps(root, JSON_INDENT(1)), *path = fs_file_path("%s/cameras.json", dir);
-    int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
+    json_t *root = json_pack("{s:s, s:s, s:o}", "scene", scene, "note",
+                             "w2c: world-to-camera, COLMAP axes (x right, y down, z forward), metres; "
+                             "pixel centres at +0.5",
+                             "images", images);
+    char *text = json_dumps(root, JSON_INDENT(1));
+    int rc =
+        text ? fs_file_write(fs_file_at("%s/cameras.json", dir).text, text, strlen(text), err) : fs_error_memory(err);
     free(text);
-    free(path);
     json_decref(root);
     return rc;
 }
 
 static int write_sparse(const char *dir, const Shot *shot, int n, const Spec *spec, FsError *err)
 {
-    int rc = 0;
+    int rc;
     ColmapModel model = {0};
-    char *path = fs_file_path("%s/sparse", dir);
-    if (!path) return fs_error_memory(err);
-    TRY(fs_file_mkdirs(path, err));
+    FilePath path = fs_file_at("%s/sparse", dir);
+    TRY(fs_file_mkdirs(path.text, err));
     Rng rng = fs_rng_new(spec->seed * 53ull + 11);
     for (int i = 0; i < n; i++) {
         char name[24];
@@ -73,26 +52,18 @@ static int write_sparse(const char *dir, const Shot *shot, int n, const Spec *sp
         Camera camera = spec->pose_noise ? fs_path_disturbed(&shot[i].camera, &rng) : shot[i].camera;
         if (i == 0) {
             ColmapCamera *c = fs_colmap_model_add_camera(&model, err);
-            if (!c) goto memory;
+            TRY(c ? 0 : FS_ERR_MEMORY);
             *c = (ColmapCamera){1, fs_lens_from_camera(&camera)};
         }
         ColmapImage *image = fs_colmap_model_add_image(&model, name, err);
-        if (!image) goto memory;
-        double r[9];
-        for (int k = 0; k < 9; k++) r[k] = camera.w2c[4 * (k / 3) + k % 3];
+        TRY(image ? 0 : FS_ERR_MEMORY);
         image->id = (uint32_t)i + 1;
         image->camera_id = 1;
-        fs_camera_rotation_to_quat(r, image->quat);
-        for (int k = 0; k < 3; k++) image->t[k] = camera.w2c[4 * k + 3];
+        fs_camera_pose_to_quat(camera.w2c, image->quat, image->t);
     }
-    TRY(fs_colmap_model_write(path, &model, false, err));
-    goto done;
-memory:
-    rc = fs_error_memory(err);
+    TRY(fs_colmap_model_write(path.text, &model, false, err));
 fail:
-done:
     fs_colmap_model_free(&model);
-    free(path);
     return rc;
 }
 
@@ -109,13 +80,11 @@ static const char *const folders[] = {"T_N", "T_F", "R", "I_N", "I_F", "depth_T"
 
 int fs_truth_files_folders(const char *dir, FsError *err)
 {
-    for (size_t i = 0; i < sizeof folders / sizeof *folders; i++) {
-        char *path = fs_file_path("%s/%s", dir, folders[i]);
-        int rc = path ? fs_file_mkdirs(path, err) : fs_error_memory(err);
-        free(path);
-        if (rc < 0) return rc;
-    }
-    return 0;
+    int rc;
+    for (size_t i = 0; i < sizeof folders / sizeof *folders; i++)
+        TRY(fs_file_mkdirs(fs_file_at("%s/%s", dir, folders[i]).text, err));
+fail:
+    return rc;
 }
 
 // Writes a + b (b may be NULL), coded; scale: for maps that are not colours, which stay linear.
@@ -123,17 +92,15 @@ static int write_png(const char *dir, const char *layer, const char *name, const
                      FsError *err)
 {
     Image image = {0};
-    char *path = fs_file_path("%s/%s/%s.png", dir, layer, name);
-    int rc = path ? fs_image_copy(&image, a, err) : fs_error_memory(err);
-    if (rc == 0) {
-        size_t n = (size_t)image.width * (size_t)image.height * (size_t)image.channels;
-        for (size_t i = 0; i < n; i++) image.px[i] = (image.px[i] + (b ? b->px[i] : 0.0f)) * scale;
-        bool color = image.channels == 3;
-        if (color) fs_tone_encode_image(&image);
-        rc = fs_png_write(path, &image, color ? 8 : 16, err);
-    }
+    int rc;
+    TRY(fs_image_copy(&image, a, err));
+    size_t n = (size_t)image.width * (size_t)image.height * (size_t)image.channels;
+    for (size_t i = 0; i < n; i++) image.px[i] = (image.px[i] + (b ? b->px[i] : 0.0f)) * scale;
+    bool color = image.channels == 3;
+    if (color) fs_tone_encode_image(&image);
+    TRY(fs_png_write(fs_file_at("%s/%s/%s.png", dir, layer, name).text, &image, color ? 8 : 16, err));
+fail:
     fs_image_free(&image);
-    free(path);
     return rc;
 }
 
