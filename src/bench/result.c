@@ -1,11 +1,10 @@
 #include "bench/result.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
+#include "base/json_file.h"
 
 #define MAX_FILE (16 << 20)
 
@@ -62,50 +61,36 @@ int fs_result_write(const BenchResults *results, const char *path, FsError *err)
                                               "share_of_fma_peak", r->share_of_fma_peak, "cpu", results->cpu, "threads",
                                               results->threads));
     }
-    char *text = json_dumps(list, JSON_INDENT(1) | JSON_REAL_PRECISION(6));
-    json_decref(list);
-    if (!text) return fs_error_memory(err);
-    int rc = fs_file_write(path, text, strlen(text), err);
-    free(text);
-    return rc;
+    return fs_json_file_write(path, list, JSON_INDENT(1) | JSON_REAL_PRECISION(6), err);
 }
 
 static int read_row(BenchResult *row, const json_t *item, const char *path, int i, FsError *err)
 {
     const char *name = json_string_value(json_object_get(item, "name"));
-    const json_t *ms = json_object_get(item, "ms"), *cpu_ms = json_object_get(item, "cpu_ms");
-    if (!name || !*name || strlen(name) >= sizeof row->name || !json_is_number(ms) || !(json_number_value(ms) > 0))
+    *row = (BenchResult){.ms = json_number_value(json_object_get(item, "ms")),
+                         .cpu_ms = json_number_value(json_object_get(item, "cpu_ms"))};
+    if (!name || !*name || strlen(name) >= sizeof row->name || !(row->ms > 0))
         return fs_error_set(err, FS_ERR_INPUT, "%s: case %d has no name and positive ms; make it with bench --json",
                             path, i + 1);
-    *row = (BenchResult){.ms = json_number_value(ms), .cpu_ms = json_number_value(cpu_ms)};
     strcpy(row->name, name);
     return 0;
 }
 
 int fs_result_read(BenchResults *results, const char *path, FsError *err)
 {
-    char *text = NULL;
-    size_t size;
-    json_t *list = NULL;
-    json_error_t why;
     int rc;
+    json_t *list;
     *results = (BenchResults){0};
-    TRY(fs_file_read(path, MAX_FILE, &text, &size, err));
-    list = json_loadb(text, size, 0, &why);
-    if (!list || !json_is_array(list)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a JSON list of cases (%s); make it with bench --json", path,
-                          list ? "something else" : why.text);
-        goto fail;
-    }
+    TRY(fs_json_file_read(path, MAX_FILE, &list, err));
+    if (!json_is_array(list))
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a JSON list of cases; make it with bench --json", path));
     for (size_t i = 0; i < json_array_size(list); i++) {
         BenchResult row;
         TRY(read_row(&row, json_array_get(list, i), path, (int)i, err));
         TRY(fs_result_add(results, &row, err));
     }
-    rc = 0;
 fail:
     json_decref(list);
-    free(text);
     if (rc < 0) fs_result_free(results);
     return rc;
 }

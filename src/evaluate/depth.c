@@ -3,9 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "base/file.h"
 #include "base/order.h"
 
 typedef struct Pairs {
@@ -90,15 +88,13 @@ static double relative_error(const Pairs *pairs, size_t first, double scale, dou
 
 static int view_score(DepthViewScore *view, const TruthView *truth, const char *dir, Pairs *pairs, FsError *err)
 {
-    view->name = strdup(truth->name);
-    if (!view->name) return fs_error_memory(err);
+    FilePath path;
+    snprintf(view->name, sizeof view->name, "%s", truth->name);
     view->error = view->covered = NAN;
-    char *path = fs_truth_find(dir, "depth_T", truth->name, "png|tif|tiff");
-    view->missing = !path;
-    if (!path) return 0;
+    view->missing = !fs_truth_find(dir, "depth_T", truth->name, "png|tif|tiff", &path);
+    if (view->missing) return 0;
     size_t first = pairs->n, asked = pairs->asked;
-    int rc = collect(pairs, truth->path, path, err);
-    free(path);
+    int rc = collect(pairs, truth->path.text, path.text, err);
     if (rc < 0) return rc;
     double *values = malloc(sizeof(double) * (pairs->n - first + 1));
     if (!values) return fs_error_memory(err);
@@ -127,19 +123,14 @@ int fs_depth_score(DepthScore *score, const TruthViews *views, const char *dir, 
 {
     *score = (DepthScore){0};
     Pairs pairs = {0};
-    int rc = 0;
+    int rc;
     score->view = calloc((size_t)views->n + 1, sizeof *score->view);
     if (!score->view) return fs_error_memory(err);
     for (int i = 0; i < views->n; i++) {
-        DepthViewScore *view = &score->view[score->n + score->missing];
-        rc = view_score(view, &views->view[i], dir, &pairs, err);
-        if (view->missing) {
-            score->missing++;
-        } else {
-            score->n++;
-        }
-        if (rc < 0) goto fail;
+        TRY(view_score(&score->view[i], &views->view[i], dir, &pairs, err));
+        score->missing += score->view[i].missing;
     }
+    score->n = views->n - score->missing;
     if (score->missing)
         fs_log_warn(log, "evaluate: %d of %d views are missing in %s/depth_T", score->missing, views->n, dir);
     TRY(summarise(score, &pairs, err));
@@ -152,7 +143,6 @@ fail:
 
 void fs_depth_free(DepthScore *score)
 {
-    for (int i = 0; i < score->n + score->missing; i++) free(score->view[i].name);
     free(score->view);
     *score = (DepthScore){0};
 }

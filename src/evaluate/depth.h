@@ -6,7 +6,7 @@
 #include "evaluate/truth.h"
 
 typedef struct DepthViewScore {
-    char *name;
+    char name[256];
     bool missing;
     double error, covered; // as below, of this view
 } DepthViewScore;

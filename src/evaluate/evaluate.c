@@ -28,13 +28,13 @@ static int add_method(Evaluation *e, const char *name, size_t name_length, const
 {
     MethodScore *method = &e->method[e->n++];
     method->name = strndup(name, name_length);
-    method->dir = strndup(dir, dir_length);
-    if (!method->name || !method->dir) return fs_error_memory(err);
+    method->dir = fs_file_at("%.*s", (int)dir_length, dir);
+    if (!method->name) return fs_error_memory(err);
     for (int i = 0; i < e->n - 1; i++)
         if (strcmp(e->method[i].name, method->name) == 0)
             return fs_error_set(err, FS_ERR_USAGE, "--method: the name '%s' is taken twice", method->name);
-    if (!fs_file_is_dir(method->dir))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: no such folder: %s", method->dir,
+    if (!fs_file_is_dir(method->dir.text))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: no such folder: %s", method->dir.text,
                             e->n == 1 ? "render the layers first"
                                       : "--method NAME=DIR expects <layer>/<view>.png in it");
     return 0;
@@ -47,9 +47,9 @@ static int list_methods(Evaluation *e, FsError *err)
     size_t most = 2;
     for (const char *p = set->methods; *p; p++) most += *p == ',';
     e->method = calloc(most, sizeof *e->method);
-    char *own = *set->output ? strdup(set->output) : fs_file_path("%s/renders", e->project->out);
-    int rc = e->method && own ? add_method(e, "flashsplat", 10, own, strlen(own), err) : fs_error_memory(err);
-    free(own);
+    if (!e->method) return fs_error_memory(err);
+    FilePath own = *set->output ? fs_file_at("%s", set->output) : fs_file_at("%s/renders", e->project->out);
+    int rc = add_method(e, "flashsplat", 10, own.text, strlen(own.text), err);
     for (const char *p = set->methods; *p && rc == 0;) {
         size_t n = strcspn(p, ","), name = strcspn(p, "=");
         if (name == 0 || name + 1 >= n)
@@ -71,7 +71,7 @@ static int evaluate_layer(Evaluation *e, int l, FsError *err)
     for (int i = 0; i < e->n && views.n; i++) {
         TRY(fs_log_cancelled(&e->project->log) ? fs_error_set(err, FS_ERR_CANCELLED, "evaluate: stopped") : 0);
         fs_log_progress(&e->project->log, "evaluate", l * e->n + i, FS_EVALUATE_LAYERS * e->n, layers[l].name);
-        LayerTask task = {layers[l].name, e->truth, e->method[i].dir, &views, layers[l].transmitted};
+        LayerTask task = {layers[l].name, e->truth, e->method[i].dir.text, &views, layers[l].transmitted};
         TRY(fs_score_layer(&e->method[i].layer[l], &task, &e->context, &e->project->log, err));
     }
 fail:
@@ -85,7 +85,7 @@ static int evaluate_depth(Evaluation *e, FsError *err)
     int rc = fs_truth_list(e->truth, "depth_T", &e->cameras, e->project->set.views, &views, err);
     for (int i = 0; i < e->n && rc == 0 && views.n; i++) {
         e->method[i].has_depth = true;
-        rc = fs_depth_score(&e->method[i].depth, &views, e->method[i].dir, &e->project->log, err);
+        rc = fs_depth_score(&e->method[i].depth, &views, e->method[i].dir.text, &e->project->log, err);
     }
     fs_truth_free(&views);
     return rc;
@@ -101,16 +101,14 @@ static int finish(const Evaluation *e, FsError *err)
         return fs_error_set(err, FS_ERR_INPUT,
                             "%s: no picture of the truth at %s views has a render in %s: check --views "
                             "and the folder's <layer>/<view>.png",
-                            e->truth, set->views, e->method[0].dir);
+                            e->truth, set->views, e->method[0].dir.text);
     fs_score_table_log(e->method, e->n, &e->project->log);
-    char *path = fs_file_path("%s/evaluate.json", e->project->out);
-    if (!path) return fs_error_memory(err);
-    TRY(fs_score_table_write(e->method, e->n, e->truth, set->views, path, err));
+    FilePath path = fs_file_at("%s/evaluate.json", e->project->out);
+    TRY(fs_score_table_write(e->method, e->n, e->truth, set->views, path.text, err));
     if (*set->json) TRY(fs_score_table_write(e->method, e->n, e->truth, set->views, set->json, err));
-    fs_log_info(&e->project->log, "evaluate: figures of every view in %s", *set->json ? set->json : path);
+    fs_log_info(&e->project->log, "evaluate: figures of every view in %s", *set->json ? set->json : path.text);
     TRY(fs_project_mark_done(e->project, FS_STAGE_EVALUATE, err));
 fail:
-    free(path);
     return rc;
 }
 
@@ -120,7 +118,6 @@ static void free_all(Evaluation *e)
         for (int l = 0; l < FS_EVALUATE_LAYERS; l++) fs_score_free(&e->method[i].layer[l]);
         fs_depth_free(&e->method[i].depth);
         free(e->method[i].name);
-        free(e->method[i].dir);
     }
     free(e->method);
     fs_dataset_free(&e->cameras);
@@ -145,8 +142,7 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
 {
     Evaluation e = {.project = project, .truth = truth};
     int rc;
-    char *cameras = fs_file_path("%s/cameras.json", truth);
-    TRY(cameras ? fs_dataset_read(&e.cameras, cameras, err) : fs_error_memory(err));
+    TRY(fs_dataset_read(&e.cameras, fs_file_at("%s/cameras.json", truth).text, err));
     if (*project->set.json) TRY(fs_owned_check(project->set.json, err));
     TRY(fs_project_begin(project, FS_STAGE_EVALUATE, NULL, 0, err));
     e.context.threads = fs_threads_new(project->set.threads);
@@ -158,7 +154,6 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     fs_log_progress(&project->log, "evaluate", FS_EVALUATE_LAYERS * e.n, FS_EVALUATE_LAYERS * e.n, "done");
     TRY(finish(&e, err));
 fail:
-    free(cameras);
     free_all(&e);
     return rc;
 }

@@ -13,7 +13,7 @@
 typedef struct Task {
     const TruthView *truth; // of this view
     const char *truth_dir;
-    char *estimate; // path
+    FilePath estimate;
     bool paired;
     const double *gain; // NULL in the first pass
     const MetricContext *context;
@@ -54,24 +54,19 @@ static void stretch(Image *image)
 // gamma(I_F - I_N) of the true composites; *there false when they lack this view.
 static int paired_difference(const Task *task, Image *difference, bool *there, FsError *err)
 {
-    Image flash = {0}, ambient = {0};
-    int rc = 0;
-    char *path_f = fs_truth_find(task->truth_dir, "I_F", task->truth->name, PICTURES);
-    char *path_n = fs_truth_find(task->truth_dir, "I_N", task->truth->name, PICTURES);
-    *there = path_f && path_n;
-    if (!*there) goto fail;
-    TRY(fs_truth_read_pair(path_f, path_n, &flash, &ambient, err));
+    Image flash, ambient;
+    FilePath path_f, path_n;
+    *there = fs_truth_find(task->truth_dir, "I_F", task->truth->name, PICTURES, &path_f) &&
+             fs_truth_find(task->truth_dir, "I_N", task->truth->name, PICTURES, &path_n);
+    if (!*there) return 0;
+    int rc = fs_truth_read_pair(path_f.text, path_n.text, &flash, &ambient, err);
+    if (rc < 0) return rc;
     size_t n = (size_t)flash.width * (size_t)flash.height * 3;
     for (size_t i = 0; i < n; i++) // negative differences become 0
         flash.px[i] = fs_tone_encode(fs_tone_decode(flash.px[i]) - fs_tone_decode(ambient.px[i]));
     *difference = flash;
-    flash = (Image){0};
-fail:
-    fs_image_free(&flash);
     fs_image_free(&ambient);
-    free(path_f);
-    free(path_n);
-    return rc;
+    return 0;
 }
 
 static int measure_paired(const Task *task, Image *estimate, Figures *figures, FsError *err)
@@ -81,7 +76,7 @@ static int measure_paired(const Task *task, Image *estimate, Figures *figures, F
     int rc;
     TRY(paired_difference(task, &difference, &there, err));
     if (!there) goto fail;
-    TRY(fs_truth_same_size(&difference, estimate, task->estimate, err));
+    TRY(fs_truth_same_size(&difference, estimate, task->estimate.text, err));
     stretch(&difference);
     stretch(estimate);
     TRY(measure(task, &difference, estimate, figures, err));
@@ -97,7 +92,7 @@ static void score_view(void *context, int job, int worker)
     Image a = {0}, b = {0}, fitted = {0};
     int rc = 0;
     if (task->score->missing) return;
-    TRY(fs_truth_read_pair(task->truth->path, task->estimate, &a, &b, &task->err));
+    TRY(fs_truth_read_pair(task->truth->path.text, task->estimate.text, &a, &b, &task->err));
     if (!task->gain) {
         fit_one(task, &a, &b);
         goto fail;
@@ -154,23 +149,18 @@ static void mean_of(const LayerScore *score, size_t which, Figures *mean, int *n
     *n_views = n;
 }
 
-static int make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks, FsError *err)
+static void make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks)
 {
     const TruthViews *views = layer->views;
     for (int i = 0; i < views->n; i++) {
         ViewScore *view = &score->view[i];
         for (int m = 0; m < METRICS; m++) view->raw.value[m] = view->fitted.value[m] = view->paper.value[m] = NAN;
-        view->name = strdup(views->view[i].name);
-        if (!view->name) return fs_error_memory(err);
+        memcpy(view->name, views->view[i].name, sizeof view->name);
         tasks[i] = (Task){.truth = &views->view[i], .truth_dir = layer->truth, .paired = layer->paired, .score = view};
-        tasks[i].estimate = fs_truth_find(layer->dir, layer->layer, view->name, PICTURES);
-        view->missing = !tasks[i].estimate;
-        if (view->missing)
-            score->missing++;
-        else
-            score->n++;
+        view->missing = !fs_truth_find(layer->dir, layer->layer, view->name, PICTURES, &tasks[i].estimate);
+        score->missing += view->missing;
     }
-    return 0;
+    score->n = views->n - score->missing;
 }
 
 static void warn_missing(const LayerScore *score, const char *dir, const Log *log)
@@ -192,7 +182,7 @@ int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContex
     Task *tasks = calloc((size_t)views->n + 1, sizeof *tasks);
     score->view = calloc((size_t)views->n + 1, sizeof *score->view);
     if (!tasks || !score->view) TRY(fs_error_memory(err));
-    TRY(make_tasks(score, layer, tasks, err));
+    make_tasks(score, layer, tasks);
     warn_missing(score, layer->dir, log);
     TRY(run_pass(tasks, views->n, NULL, context, err));
     for (int c = 0; c < 3 && score->n; c++) {
@@ -206,7 +196,6 @@ int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContex
     mean_of(score, offsetof(ViewScore, fitted), &score->fitted, &ignored);
     mean_of(score, offsetof(ViewScore, paper), &score->paper, &score->n_paper);
 fail:
-    for (int i = 0; i < views->n && tasks; i++) free(tasks[i].estimate);
     free(tasks);
     if (rc < 0) fs_score_free(score);
     return rc;
@@ -214,7 +203,6 @@ fail:
 
 void fs_score_free(LayerScore *score)
 {
-    for (int i = 0; i < score->n + score->missing && score->view; i++) free(score->view[i].name);
     free(score->view);
     *score = (LayerScore){0};
 }

@@ -11,7 +11,7 @@ typedef struct Figures {
 } Figures;
 
 typedef struct ViewScore {
-    char *name;
+    char name[256];
     bool missing;   // no file of that view
     Figures raw;    // as it is
     Figures fitted; // after the layer's gain

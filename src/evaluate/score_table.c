@@ -1,13 +1,12 @@
 // The table and the JSON, both driven by the table of metrics.
 #include "evaluate/score_table.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
+#include "base/json_file.h"
 
 // The three ways a layer is measured.
 static const struct {
@@ -114,7 +113,7 @@ static void log_method(const MethodScore *method, const Log *log)
     Columns columns = columns_of(method);
     bool any = false;
     for (int l = 0; l < FS_EVALUATE_LAYERS; l++) any |= method->layer[l].n > 0;
-    fs_log_info(log, "%s (%s)%s", method->name, method->dir, any ? "" : ": no layer to measure");
+    fs_log_info(log, "%s (%s)%s", method->name, method->dir.text, any ? "" : ": no layer to measure");
     Line line;
     for (int l = -2; l < FS_EVALUATE_LAYERS && any; l++) {
         if (l >= 0 && !method->layer[l].n) continue;
@@ -177,9 +176,7 @@ static void put_figures(json_t *object, const Figures *figures, const char *suff
 
 static json_t *layer_json(const LayerScore *layer)
 {
-    json_t *root = json_object(), *views = json_object();
-    json_object_set_new(root, "n", json_integer(layer->n));
-    json_object_set_new(root, "missing", json_integer(layer->missing));
+    json_t *root = json_pack("{s:i, s:i}", "n", layer->n, "missing", layer->missing), *views = json_object();
     for (size_t k = 0; k < N_KINDS; k++) put_figures(root, figures_at(layer, kinds[k].in_layer), kinds[k].suffix);
     if (layer->n) json_object_set_new(root, "gain", json_pack("[fff]", layer->gain[0], layer->gain[1], layer->gain[2]));
     for (int i = 0; i < layer->n + layer->missing; i++) {
@@ -195,9 +192,7 @@ static json_t *layer_json(const LayerScore *layer)
 
 static json_t *depth_json(const DepthScore *depth)
 {
-    json_t *root = json_object(), *views = json_object();
-    json_object_set_new(root, "n", json_integer(depth->n));
-    json_object_set_new(root, "missing", json_integer(depth->missing));
+    json_t *root = json_pack("{s:i, s:i}", "n", depth->n, "missing", depth->missing), *views = json_object();
     put_number(root, "median_relative_error", depth->error);
     put_number(root, "scale", depth->scale);
     put_number(root, "median_relative_error_scaled", depth->error_scaled);
@@ -215,24 +210,17 @@ static json_t *depth_json(const DepthScore *depth)
 int fs_score_table_write(const MethodScore *methods, int n, const char *truth, const char *views, const char *path,
                          FsError *err)
 {
-    json_t *root = json_object(), *all = json_object();
-    json_object_set_new(root, "truth", json_string(truth));
-    json_object_set_new(root, "views", json_string(views));
+    json_t *all = json_object();
     for (int i = 0; i < n; i++) {
-        json_t *method = json_object(), *layers = json_object();
-        json_object_set_new(method, "dir", json_string(methods[i].dir));
+        json_t *layers = json_object(), *depth = methods[i].has_depth ? depth_json(&methods[i].depth) : NULL;
         for (int l = 0; l < FS_EVALUATE_LAYERS; l++)
             if (methods[i].layer[l].layer)
                 json_object_set_new(layers, methods[i].layer[l].layer, layer_json(&methods[i].layer[l]));
-        json_object_set_new(method, "layers", layers);
-        if (methods[i].has_depth) json_object_set_new(method, "depth_T", depth_json(&methods[i].depth));
-        json_object_set_new(all, methods[i].name, method);
+        json_object_set_new(all, methods[i].name,
+                            json_pack("{s:o*, s:o, s:o*}", "dir", json_string(methods[i].dir.text), "layers", layers,
+                                      "depth_T", depth));
     }
-    json_object_set_new(root, "methods", all);
-    char *text = json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
-    json_decref(root);
-    if (!text) return fs_error_set(err, FS_ERR_IO, "%s: cannot write: a name is not UTF-8, or memory is out", path);
-    int rc = fs_file_write(path, text, strlen(text), err);
-    free(text);
-    return rc;
+    json_t *root =
+        json_pack("{s:o*, s:o*, s:o}", "truth", json_string(truth), "views", json_string(views), "methods", all);
+    return fs_json_file_write(path, root, JSON_INDENT(1) | JSON_REAL_PRECISION(9), err);
 }

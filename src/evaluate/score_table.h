@@ -8,7 +8,8 @@
 #define FS_EVALUATE_LAYERS 5
 
 typedef struct MethodScore {
-    char *name, *dir;
+    char *name;
+    FilePath dir;
     LayerScore layer[FS_EVALUATE_LAYERS]; // layer NULL where the truth has none
     DepthScore depth;
     bool has_depth; // the truth has depth

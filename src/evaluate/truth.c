@@ -5,15 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "image/tone.h"
 
 static bool wanted(const Dataset *cameras, const char *name, const char *which)
 {
+    if (strcmp(which, "all") == 0) return true;
     int at = fs_dataset_find(cameras, name);
     bool held_out = at >= 0 && cameras->view[at].held_out;
-    if (strcmp(which, "held_out") == 0) return held_out;
-    return strcmp(which, "capture") == 0 ? !held_out : true;
+    return held_out == (strcmp(which, "held_out") == 0);
 }
 
 static bool is_picture(const char *name)
@@ -27,48 +26,41 @@ int fs_truth_list(const char *truth, const char *layer, const Dataset *cameras, 
     *views = (TruthViews){0};
     FileList list = {0};
     int rc = 0;
-    char *dir = fs_file_path("%s/%s", truth, layer);
-    if (!dir) return fs_error_memory(err);
-    if (!fs_file_is_dir(dir)) goto fail;
-    TRY(fs_file_list(dir, &list, err));
+    FilePath dir = fs_file_at("%s/%s", truth, layer);
+    if (!fs_file_is_dir(dir.text)) return 0;
+    TRY(fs_file_list(dir.text, &list, err));
     views->view = calloc((size_t)list.n + 1, sizeof *views->view);
     if (!views->view) TRY(fs_error_memory(err));
     for (int i = 0; i < list.n; i++) {
+        TruthView *view = &views->view[views->n];
         char *stem = fs_file_stem(list.name[i]);
-        if (!stem || !is_picture(list.name[i]) || !wanted(cameras, stem, which)) {
-            free(stem);
-            continue;
-        }
-        views->view[views->n++] = (TruthView){stem, fs_file_path("%s/%s", dir, list.name[i])};
-        if (!views->view[views->n - 1].path) TRY(fs_error_memory(err));
+        snprintf(view->name, sizeof view->name, "%s", stem ? stem : "");
+        free(stem);
+        if (!is_picture(list.name[i]) || !wanted(cameras, view->name, which)) continue;
+        view->path = fs_file_at("%s/%s", dir.text, list.name[i]);
+        views->n++;
     }
 fail:
     if (rc < 0) fs_truth_free(views);
     fs_file_list_free(&list);
-    free(dir);
     return rc;
 }
 
 void fs_truth_free(TruthViews *views)
 {
-    for (int i = 0; i < views->n; i++) {
-        free(views->view[i].name);
-        free(views->view[i].path);
-    }
     free(views->view);
     *views = (TruthViews){0};
 }
 
-char *fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions)
+bool fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions, FilePath *path)
 {
     for (const char *e = extensions; *e;) {
         size_t n = strcspn(e, "|");
-        char *path = fs_file_path("%s/%s/%s.%.*s", dir, layer, view, (int)n, e);
-        if (path && fs_file_exists(path)) return path;
-        free(path);
+        *path = fs_file_at("%s/%s/%s.%.*s", dir, layer, view, (int)n, e);
+        if (fs_file_exists(path->text)) return true;
         e += n + (e[n] == '|');
     }
-    return NULL;
+    return false;
 }
 
 int fs_truth_read_rgb(const char *path, Image *image, FsError *err)

@@ -2,12 +2,13 @@
 #ifndef FS_EVALUATE_TRUTH_H
 #define FS_EVALUATE_TRUTH_H
 
+#include "base/file.h"
 #include "image/image.h"
 #include "model/dataset.h"
 
 typedef struct TruthView {
-    char *name; // without folder and extension
-    char *path;
+    char name[256]; // without folder and extension
+    FilePath path;
 } TruthView;
 
 typedef struct TruthViews {
@@ -21,8 +22,8 @@ int fs_truth_list(const char *truth, const char *layer, const Dataset *cameras, 
                   FsError *err);
 void fs_truth_free(TruthViews *views);
 
-// Path of <dir>/<layer>/<view>.<ext> for the first extension of "png|jpg|..." that exists; NULL when none does.
-char *fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions);
+// Path of <dir>/<layer>/<view>.<ext> for the first extension of "png|jpg|..." that exists; false when none does.
+bool fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions, FilePath *path);
 // PNG or JPEG as tone-mapped RGB.
 int fs_truth_read_rgb(const char *path, Image *image, FsError *err);
 // The wider of the two is averaged down in linear light to the other's size. name: of b, for the error.

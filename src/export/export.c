@@ -1,13 +1,10 @@
 // Export: one development for the whole scene, then two files per layer.
 #include "export/export.h"
 
-#include <jansson.h>
-#include <math.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "export/colors.h"
 #include "export/inria.h"
 #include "export/splat.h"
@@ -28,20 +25,12 @@ static void mean_centre(const Dataset *views, Development *development)
 // What the capture's colours mean, where ingest knew it from the RAW files.
 static void read_matrix(const FsProject *project, Development *development)
 {
-    char *path = fs_file_path("%s/ingest.json", project->out), *text = NULL;
-    size_t size;
-    json_t *root = NULL;
-    if (path && fs_file_read(path, 64 << 20, &text, &size, NULL) == 0) root = json_loadb(text, size, 0, NULL);
-    const json_t *matrix = json_object_get(root, "srgb_from_camera");
-    development->has_matrix = json_array_size(matrix) == 9;
-    for (size_t k = 0; k < 9 && development->has_matrix; k++) {
-        const json_t *number = json_array_get(matrix, k);
-        development->srgb_from_camera[k] = json_number_value(number);
-        development->has_matrix = json_is_number(number) && isfinite(development->srgb_from_camera[k]);
-    }
+    json_t *root;
+    fs_json_file_read(fs_file_at("%s/ingest.json", project->out).text, 64 << 20, &root, NULL);
+    double *m = development->srgb_from_camera;
+    development->has_matrix = json_unpack(root, "{s:[FFFFFFFFF!]}", "srgb_from_camera", m, m + 1, m + 2, m + 3, m + 4,
+                                          m + 5, m + 6, m + 7, m + 8) == 0;
     json_decref(root);
-    free(text);
-    free(path);
 }
 
 // Without photos: from the Gaussians' own colours, the brightest lighting there is.
@@ -67,14 +56,12 @@ static int develop(const FsProject *project, const Scene *scene, Development *de
     *development = (Development){0};
     Dataset views = {0};
     read_matrix(project, development);
-    char *path = fs_file_path("%s/views.json", project->out);
-    if (!path) return fs_error_memory(err);
-    if (fs_file_exists(path) && fs_dataset_read(&views, path, NULL) == 0) {
+    FilePath path = fs_file_at("%s/views.json", project->out);
+    if (fs_file_exists(path.text) && fs_dataset_read(&views, path.text, NULL) == 0) {
         mean_centre(&views, development);
         fs_preview_exposure(project->out, &views, &development->exposure, NULL); // 0 when the photos are gone
     }
     fs_dataset_free(&views);
-    free(path);
     const char *source = "the photos";
     if (!(development->exposure > 0)) {
         source = "the clouds";
@@ -92,20 +79,18 @@ static int export_layer(const FsProject *project, const Scene *scene, Layer laye
 {
     const Cloud *cloud = fs_colors_cloud(scene, layer);
     const char *name = fs_layers[layer].name;
-    int rc = 0;
-    char *ply = fs_file_path("%s/export/%s.ply", project->out, name);
-    char *splat = fs_file_path("%s/export/%s.splat", project->out, name);
-    float *srgb = malloc(sizeof(float) * 3 * (size_t)(cloud ? cloud->n : 1));
-    if (!ply || !splat || !srgb) TRY(fs_error_memory(err));
-    if (!cloud) goto fail; // nothing to show
+    if (!cloud) return 0; // nothing to show
+    int rc;
+    FilePath ply = fs_file_at("%s/export/%s.ply", project->out, name);
+    FilePath splat = fs_file_at("%s/export/%s.splat", project->out, name);
+    float *srgb = malloc(sizeof(float) * 3 * (size_t)cloud->n);
+    if (!srgb) return fs_error_memory(err);
     fs_colors_display(scene, layer, development, srgb);
-    TRY(fs_inria_write(cloud, srgb, ply, err));
-    TRY(fs_splat_write(cloud, srgb, splat, err));
-    fs_log_info(&project->log, "export: %s: %d Gaussians: %s, %s", name, cloud->n, ply, splat);
+    TRY(fs_inria_write(cloud, srgb, ply.text, err));
+    TRY(fs_splat_write(cloud, srgb, splat.text, err));
+    fs_log_info(&project->log, "export: %s: %d Gaussians: %s, %s", name, cloud->n, ply.text, splat.text);
 fail:
     free(srgb);
-    free(ply);
-    free(splat);
     return rc;
 }
 
@@ -114,14 +99,13 @@ int fs_export_run(FsProject *project, FsError *err)
     if (fs_project_done(project, FS_STAGE_EXPORT)) return 0;
     Scene scene = {0};
     Development development;
-    int rc = 0;
-    char *clouds = fs_file_path("%s/clouds", project->out), *model = fs_file_path("%s/clouds/model.json", project->out);
-    char *dir = fs_file_path("%s/export", project->out);
-    if (!clouds || !model || !dir) TRY(fs_error_memory(err));
-    if (!fs_file_exists(model)) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: missing: train the scene first", model));
+    int rc;
+    FilePath model = fs_file_at("%s/clouds/model.json", project->out);
+    if (!fs_file_exists(model.text))
+        return fs_error_set(err, FS_ERR_INPUT, "%s: missing: train the scene first", model.text);
     TRY(fs_project_begin(project, FS_STAGE_EXPORT, NULL, 0, err));
-    TRY(fs_scene_read(&scene, clouds, err));
-    TRY(fs_file_mkdirs(dir, err));
+    TRY(fs_scene_read(&scene, fs_file_at("%s/clouds", project->out).text, err));
+    TRY(fs_file_mkdirs(fs_file_at("%s/export", project->out).text, err));
     TRY(develop(project, &scene, &development, err));
     for (int l = 0; l < LAYERS; l++) {
         if (fs_log_cancelled(&project->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "export: stopped"));
@@ -132,8 +116,5 @@ int fs_export_run(FsProject *project, FsError *err)
     TRY(fs_project_mark_done(project, FS_STAGE_EXPORT, err));
 fail:
     fs_scene_free(&scene);
-    free(clouds);
-    free(model);
-    free(dir);
     return rc;
 }

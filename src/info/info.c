@@ -9,10 +9,7 @@
 
 static bool holds(const char *dir, const char *name)
 {
-    char *path = fs_file_path("%s/%s", dir, name);
-    bool there = path && fs_file_exists(path);
-    free(path);
-    return there;
+    return fs_file_exists(fs_file_at("%s/%s", dir, name).text);
 }
 
 static int describe_folder(const char *dir, const Log *log, FsError *err)
@@ -48,12 +45,8 @@ int fs_info_run(const char *path, const Log *log, FsError *err)
     if (fs_file_has_ext(path, "ply")) return fs_info_ply(path, log, err);
     if (fs_file_has_ext(path, "json")) return fs_info_cameras(path, log, err);
     if (!is_model_part(path)) return fs_info_photo(path, log, err);
-    const char *name = fs_file_name(path);
-    size_t n = (size_t)(name - path); // with the slash
-    char *dir = n == 0 ? strdup(".") : strndup(path, n > 1 ? n - 1 : n);
-    int rc = dir ? fs_info_cameras(dir, log, err) : fs_error_memory(err);
-    free(dir);
-    return rc;
+    size_t n = (size_t)(fs_file_name(path) - path); // with the slash
+    return fs_info_cameras(n == 0 ? "." : fs_file_at("%.*s", (int)(n > 1 ? n - 1 : n), path).text, log, err);
 }
 
 void fs_info_size(double bytes, char *buf, size_t n)

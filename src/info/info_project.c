@@ -2,8 +2,6 @@
 // person would open first.
 #include "info/info.h"
 
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 
 #include "base/file.h"
@@ -33,12 +31,10 @@ static void measure(const char *dir, int depth, Usage *usage)
     if (depth == 0 || fs_file_list(dir, &list, NULL) < 0) return;
     for (int i = 0; i < list.n; i++) {
         struct stat st;
-        char *path = fs_file_path("%s/%s", dir, list.name[i]);
-        if (path && lstat(path, &st) == 0) {
-            if (S_ISDIR(st.st_mode)) measure(path, depth - 1, usage);
-            if (S_ISREG(st.st_mode)) usage->bytes += (double)st.st_size, usage->files++;
-        }
-        free(path);
+        FilePath path = fs_file_at("%s/%s", dir, list.name[i]);
+        if (lstat(path.text, &st) != 0) continue;
+        if (S_ISDIR(st.st_mode)) measure(path.text, depth - 1, usage);
+        if (S_ISREG(st.st_mode)) usage->bytes += (double)st.st_size, usage->files++;
     }
     fs_file_list_free(&list);
 }
@@ -46,19 +42,16 @@ static void measure(const char *dir, int depth, Usage *usage)
 static void describe_stage(const char *out, size_t i, const Log *log)
 {
     Usage usage = {0};
-    char size[32], *mark = fs_file_path("%s/done/%s.json", out, stages[i].stage);
-    for (int k = 0; k < 4 && stages[i].folders[k]; k++) {
-        char *dir = fs_file_path("%s/%s", out, stages[i].folders[k]);
-        if (dir) measure(dir, MAX_DEPTH, &usage);
-        free(dir);
-    }
+    char size[32];
+    bool done = fs_file_exists(fs_file_at("%s/done/%s.json", out, stages[i].stage).text);
+    for (int k = 0; k < 4 && stages[i].folders[k]; k++)
+        measure(fs_file_at("%s/%s", out, stages[i].folders[k]).text, MAX_DEPTH, &usage);
     fs_info_size(usage.bytes, size, sizeof size);
-    const char *state = mark && fs_file_exists(mark) ? "done" : usage.files ? "begun" : "not done";
+    const char *state = done ? "done" : usage.files ? "begun" : "not done";
     if (usage.files)
         fs_log_info(log, "  %-10s  %-8s  %d files, %s", stages[i].stage, state, usage.files, size);
     else
         fs_log_info(log, "  %-10s  %s", stages[i].stage, state);
-    free(mark);
 }
 
 static void describe_clouds(const char *out, const char *folder, const Log *log)
@@ -66,9 +59,7 @@ static void describe_clouds(const char *out, const char *folder, const Log *log)
     char text[200] = "";
     size_t used = 0;
     for (int l = 0; l < LAYERS; l++) {
-        char *path = fs_file_path("%s/%s/%s.ply", out, folder, fs_layers[l].name);
-        int n = path ? fs_info_ply_count(path) : -1;
-        free(path);
+        int n = fs_info_ply_count(fs_file_at("%s/%s/%s.ply", out, folder, fs_layers[l].name).text);
         if (n >= 0 && used < sizeof text)
             used +=
                 (size_t)snprintf(text + used, sizeof text - used, "%s%s %d", used ? ", " : "", fs_layers[l].name, n);
@@ -80,26 +71,24 @@ int fs_info_project(const char *out, const Log *log, FsError *err)
 {
     fs_log_info(log, "%s: project folder", out);
     for (size_t i = 0; i < N_STAGES; i++) describe_stage(out, i, log);
-    char *views = fs_file_path("%s/views.json", out);
-    int rc = 0;
-    if (views && fs_file_exists(views)) rc = fs_info_cameras(views, log, err);
-    free(views);
+    FilePath views = fs_file_at("%s/views.json", out);
+    int rc = fs_file_exists(views.text) ? fs_info_cameras(views.text, log, err) : 0;
     describe_clouds(out, "start", log);
     describe_clouds(out, "clouds", log);
     if (rc == 0) fs_info_results(out, log);
     return rc;
 }
 
-// The last (by name) file of a folder with an extension; NULL when there is none. The caller frees.
-static char *last_file(const char *dir, const char *ext)
+// The last (by name) file of a folder with an extension; false when there is none.
+static bool last_file(const char *dir, const char *ext, FilePath *path)
 {
     FileList list;
-    char *path = NULL;
-    if (fs_file_list(dir, &list, NULL) < 0) return NULL;
-    for (int i = list.n - 1; i >= 0 && !path; i--)
-        if (fs_file_has_ext(list.name[i], ext)) path = fs_file_path("%s/%s", dir, list.name[i]);
+    if (fs_file_list(dir, &list, NULL) < 0) return false;
+    int i = list.n - 1;
+    while (i >= 0 && !fs_file_has_ext(list.name[i], ext)) i--;
+    if (i >= 0) *path = fs_file_at("%s/%s", dir, list.name[i]);
     fs_file_list_free(&list);
-    return path;
+    return i >= 0;
 }
 
 void fs_info_results(const char *out, const Log *log)
@@ -120,15 +109,11 @@ void fs_info_results(const char *out, const Log *log)
     bool any = false;
     for (size_t i = 0; i < sizeof results / sizeof *results; i++) {
         const char *folder = results[i].folder;
-        char *dir = fs_file_path("%s%s%s", out, *folder ? "/" : "", folder);
-        char *file = dir ? last_file(dir, results[i].ext) : NULL;
-        if (file && !any) fs_log_info(log, "Open these:");
-        if (file && results[i].whole)
-            fs_log_info(log, "  %s/  %s", dir, results[i].what);
-        else if (file)
-            fs_log_info(log, "  %s  %s", file, results[i].what);
-        any |= file != NULL;
-        free(file);
-        free(dir);
+        FilePath dir = fs_file_at("%s%s%s", out, *folder ? "/" : "", folder), file;
+        if (!last_file(dir.text, results[i].ext, &file)) continue;
+        if (!any) fs_log_info(log, "Open these:");
+        fs_log_info(log, results[i].whole ? "  %s/  %s" : "  %s  %s", results[i].whole ? dir.text : file.text,
+                    results[i].what);
+        any = true;
     }
 }

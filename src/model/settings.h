@@ -40,7 +40,7 @@ typedef struct FsSettings {
 
 int fs_settings_copy(Settings *to, const Settings *from, FsError *err); // deep; to clear even after a failure
 void fs_settings_clear(Settings *settings);
-bool fs_settings_was_set(const Settings *settings, const char *name); // by the user, not by default or preset
+bool fs_settings_was_set(const Settings *settings, const char *name);  // by the user, not by default or preset
 double fs_settings_number(const Settings *settings, const char *name); // of an option of type FLOAT
 // The settings of the given stages as a JSON object text (caller frees), NULL when out of memory.
 char *fs_settings_json(const Settings *settings, unsigned stages);

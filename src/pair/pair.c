@@ -153,9 +153,9 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
     if (!fs_file_has_ext(out, "png"))
         return fs_error_set(err, FS_ERR_USAGE, "%s: the difference is written as PNG: give a name that ends in .png",
                             out);
-    char *tiff = fs_file_path("%.*s.tif", (int)(strlen(out) - 4), out);
-    TRY(tiff ? fs_owned_check(out, err) : fs_error_memory(err));
-    if (settings->linear) TRY(fs_owned_check(tiff, err));
+    FilePath tiff = fs_file_at("%.*s.tif", (int)(strlen(out) - 4), out);
+    TRY(fs_owned_check(out, err));
+    if (settings->linear) TRY(fs_owned_check(tiff.text, err));
     TRY(fs_photo_read_info(flash.path, &flash.exif, flash.white_balance, err));
     TRY(fs_photo_read_info(noflash.path, &noflash.exif, noflash.white_balance, err));
     common_white_balance(&flash, &noflash, white_balance, log);
@@ -168,9 +168,9 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
                          "on a tripod",
                          noflash.path, noflash.width, noflash.height, flash.path, flash.width, flash.height));
     subtract(&flash, &noflash, exposure_ratio(&flash, &noflash, log), log);
-    TRY(write_difference(&flash.rgb, out, settings->linear ? tiff : NULL, log, err));
+    TRY(write_difference(&flash.rgb, out, settings->linear ? tiff.text : NULL, log, err));
 fail:
-    free(tiff);
+
     free_photo(&flash);
     free_photo(&noflash);
     return rc;

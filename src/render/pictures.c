@@ -120,12 +120,10 @@ int fs_pictures_films_begin(Films **result, const char *dir, int width, int heig
     TRY(fs_file_mkdirs(dir, err));
     TRY(fs_image_new(&films->wide, FILM_LAYERS * width, height, 3, err));
     for (int i = 0; i < FILMS; i++) {
-        char *path = fs_file_path("%s/%s.mp4", dir, films_table[i].name);
+        FilePath path = fs_file_at("%s/%s.mp4", dir, films_table[i].name);
         int film_width = i == FILM_SIDE_BY_SIDE ? FILM_LAYERS * width : width;
-        rc = path ? fs_owned_check(path, err) : fs_error_memory(err);
-        if (rc == 0) rc = fs_video_open(&films->video[i], path, film_width, height, FRAMES_PER_SECOND, log, err);
-        free(path);
-        if (rc < 0) goto fail;
+        TRY(fs_owned_check(path.text, err));
+        TRY(fs_video_open(&films->video[i], path.text, film_width, height, FRAMES_PER_SECOND, log, err));
     }
     *result = films;
     return 0;
@@ -156,8 +154,7 @@ fail:
 int fs_pictures_films_finish(Films *films, FsError *err)
 {
     int rc = 0;
-    for (int i = 0; i < FILMS; i++) {
-        if (rc < 0) break;
+    for (int i = 0; i < FILMS && rc == 0; i++) {
         rc = fs_video_finish(films->video[i], err);
         films->video[i] = NULL;
     }

@@ -29,7 +29,7 @@ typedef struct Run {
     Renders renders;
     bool wanted[RENDER_LAYERS];
     Look look;
-    char *dir, *film_dir;
+    FilePath dir, film_dir;
 } Run;
 
 // One walk over views: what to leave behind.
@@ -81,7 +81,7 @@ static void save_job(void *context, int job, int worker)
     SaveJobs *jobs = context;
     const Run *run = jobs->run;
     int l = jobs->layer[job];
-    jobs->rc[job] = fs_save_layer(run->dir, (RenderLayer)l, jobs->view, &run->renders.layer[l],
+    jobs->rc[job] = fs_save_layer(run->dir.text, (RenderLayer)l, jobs->view, &run->renders.layer[l],
                                   run->scene.metres_per_unit, run->project->set.linear, &jobs->error[job]);
 }
 
@@ -105,7 +105,7 @@ static int save_view(const Run *run, const char *view, FsError *err)
 // The depths that hold nearly all of the transmitted scene, from small renders at some of the photos.
 static int probe_depth(Run *run, FsError *err)
 {
-    int chosen[PROBE_VIEWS], n = fs_preview_choose(&run->photos, PROBE_VIEWS, chosen), rc = 0, side = 0;
+    int chosen[PROBE_VIEWS], n = fs_preview_choose(&run->photos, PROBE_VIEWS, chosen), rc;
     Image all = {0}; // the depth maps below one another
     Renders small = {0};
     TRY(fs_image_new(&all, PROBE_EDGE, PROBE_EDGE * PROBE_VIEWS, 1, err));
@@ -114,8 +114,7 @@ static int probe_depth(Run *run, FsError *err)
         TRY(fs_engine_render(run->engine, &camera, &small, err));
         const Image *depth = &small.layer[RENDER_DEPTH_T];
         size_t pixels = (size_t)depth->width * (size_t)depth->height;
-        memcpy(all.px + (size_t)side * PROBE_EDGE * PROBE_EDGE, depth->px, pixels * sizeof(float));
-        side++;
+        memcpy(all.px + (size_t)i * PROBE_EDGE * PROBE_EDGE, depth->px, pixels * sizeof(float));
     }
     if (!fs_colormap_range(&all, 0.01, 0.99, &run->look.nearest, &run->look.farthest)) {
         fs_log_warn(&run->project->log, "render: the transmitted scene is empty at every photo looked at");
@@ -191,13 +190,13 @@ static int check_film_sizes(const Run *run, const Dataset *views, FsError *err)
 static int check_files(const Run *run, const Dataset *views, FsError *err)
 {
     int rc = 0;
-    for (int i = 0; i < views->n * RENDER_LAYERS * 2 && rc == 0; i++) {
+    for (int i = 0; i < views->n * RENDER_LAYERS * 2; i++) {
         int l = i / 2 % RENDER_LAYERS;
-        char *path = fs_file_path("%s/%s/%s.%s", run->dir, fs_render_layers[l].name,
-                                  views->view[i / 2 / RENDER_LAYERS].name, i % 2 ? "tif" : "png");
-        if (run->wanted[l]) rc = path ? fs_owned_check(path, err) : fs_error_memory(err);
-        free(path);
+        FilePath path = fs_file_at("%s/%s/%s.%s", run->dir.text, fs_render_layers[l].name,
+                                   views->view[i / 2 / RENDER_LAYERS].name, i % 2 ? "tif" : "png");
+        if (run->wanted[l]) TRY(fs_owned_check(path.text, err));
     }
+fail:
     return rc;
 }
 
@@ -206,24 +205,24 @@ static int walk_views(Run *run, const Walk *walk, FsError *err)
     Films *films = NULL;
     int rc = 0;
     if (walk->files) TRY(check_files(run, walk->views, err));
-    if (*run->project->set.output) TRY(fs_owned_open(run->dir, "renders", err));
+    if (*run->project->set.output) TRY(fs_owned_open(run->dir.text, "renders", err));
     if (walk->films) {
         const Camera *first = &walk->views->view[0].camera;
         TRY(check_film_sizes(run, walk->views, err));
-        TRY(fs_pictures_films_begin(&films, run->film_dir, first->width, first->height, &run->project->log, err));
+        TRY(fs_pictures_films_begin(&films, run->film_dir.text, first->width, first->height, &run->project->log, err));
     }
     for (int l = 0; l < RENDER_LAYERS && walk->files; l++)
-        if (run->wanted[l]) TRY(fs_save_prepare(run->dir, (RenderLayer)l, err));
+        if (run->wanted[l]) TRY(fs_save_prepare(run->dir.text, (RenderLayer)l, err));
     for (int i = 0; i < walk->views->n; i++) TRY(walk_view(run, walk, films, i, err));
     fs_log_progress(&run->project->log, "render", walk->views->n, walk->views->n, walk->what);
     if (films) {
         Films *done = films;
         films = NULL;
         TRY(fs_pictures_films_finish(done, err));
-        fs_log_info(&run->project->log, "render: films of %d %s in %s", walk->views->n, walk->what, run->film_dir);
+        fs_log_info(&run->project->log, "render: films of %d %s in %s", walk->views->n, walk->what, run->film_dir.text);
     }
     if (walk->files)
-        fs_log_info(&run->project->log, "render: %d %s, each layer in %s", walk->views->n, walk->what, run->dir);
+        fs_log_info(&run->project->log, "render: %d %s, each layer in %s", walk->views->n, walk->what, run->dir.text);
 fail:
     fs_pictures_films_abort(films);
     return rc;
@@ -237,43 +236,36 @@ static int render_photos(Run *run, FsError *err)
     PictureSheet *sheet = NULL;
     Verdict verdict = {0};
     const char *elsewhere = run->project->set.output;
-    char *sheet_path = fs_file_path("%s/sheet.png", *elsewhere ? elsewhere : run->project->out);
+    FilePath sheet_path = fs_file_at("%s/sheet.png", *elsewhere ? elsewhere : run->project->out);
     int rc;
-    if (!sheet_path) return fs_error_memory(err);
-    TRY(fs_owned_check(sheet_path, err));
+    TRY(fs_owned_check(sheet_path.text, err));
     TRY(fs_view_list_of_photos(run->project, &run->photos, &views, err));
     TRY(fs_pictures_sheet_begin(&sheet, &run->photos, err));
     TRY(walk_views(run, &(Walk){.what = "photos", .views = &views, .files = true, .sheet = sheet, .verdict = &verdict},
                    err));
     if (run->scene.separation != SEPARATION_NONE) fs_verdict_tell(&verdict, &run->project->log);
-    TRY(fs_pictures_sheet_write(sheet, sheet_path, err));
-    fs_log_info(&run->project->log, "render: contact sheet %s", sheet_path);
+    TRY(fs_pictures_sheet_write(sheet, sheet_path.text, err));
+    fs_log_info(&run->project->log, "render: contact sheet %s", sheet_path.text);
 fail:
     fs_pictures_sheet_free(sheet);
     fs_dataset_free(&views);
-    free(sheet_path);
     return rc;
 }
 
-static int render_model(Run *run, FsError *err)
+// The views of the setting "cameras", or of a spiral.
+static int render_path(Run *run, bool spiral, bool files, FsError *err)
 {
     Dataset views = {0};
+    Walk walk = {"views", &views, files, .films = run->project->set.video};
     int rc;
-    TRY(fs_view_list_of_model(run->project, &run->photos, &views, err));
-    TRY(walk_views(run, &(Walk){.what = "views", .views = &views, .files = true, .films = run->project->set.video},
-                   err));
-fail:
-    fs_dataset_free(&views);
-    return rc;
-}
-
-static int render_spiral(Run *run, bool files, FsError *err)
-{
-    Dataset views = {0};
-    int rc;
-    TRY(fs_view_list_of_spiral(run->project, &run->photos, run->look.nearest, run->look.farthest, &views, err));
-    TRY(walk_views(run, &(Walk){.what = "frames of the spiral path", .views = &views, .files = files, .films = true},
-                   err));
+    if (spiral) {
+        walk.what = "frames of the spiral path";
+        walk.films = true;
+        TRY(fs_view_list_of_spiral(run->project, &run->photos, run->look.nearest, run->look.farthest, &views, err));
+    } else {
+        TRY(fs_view_list_of_model(run->project, &run->photos, &views, err));
+    }
+    TRY(walk_views(run, &walk, err));
 fail:
     fs_dataset_free(&views);
     return rc;
@@ -284,35 +276,25 @@ static int open_run(Run *run, FsError *err)
     const FsProject *project = run->project;
     const Settings *set = &project->set;
     bool spiral = strcmp(set->path, "spiral") == 0;
-    char *clouds = fs_file_path("%s/clouds", project->out), *views = fs_file_path("%s/views.json", project->out);
-    char *model = fs_file_path("%s/clouds/model.json", project->out);
-    run->dir = *set->output ? strdup(set->output) : fs_file_path("%s/%s", project->out, spiral ? "path" : "renders");
-    run->film_dir = fs_file_path("%s/video", *set->output ? set->output : project->out);
-    int rc = 0;
-    if (!clouds || !views || !model || !run->dir || !run->film_dir) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    FilePath views = fs_file_at("%s/views.json", project->out);
+    FilePath model = fs_file_at("%s/clouds/model.json", project->out);
+    run->dir =
+        *set->output ? fs_file_at("%s", set->output) : fs_file_at("%s/%s", project->out, spiral ? "path" : "renders");
+    run->film_dir = fs_file_at("%s/video", *set->output ? set->output : project->out);
+    int rc;
     TRY(parse_layers(set->layers, run->wanted, err));
-    if (!fs_file_exists(model)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not there; train the scene first (flashsplat train %s)", model,
-                          project->out);
-        goto fail;
-    }
-    TRY(fs_scene_read(&run->scene, clouds, err));
+    if (!fs_file_exists(model.text))
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not there; train the scene first (flashsplat train %s)", model.text,
+                         project->out));
+    TRY(fs_scene_read(&run->scene, fs_file_at("%s/clouds", project->out).text, err));
     if (set->metres_per_unit > 0) run->scene.metres_per_unit = set->metres_per_unit;
-    TRY(fs_dataset_read(&run->photos, views, err));
-    if (run->photos.n == 0) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views);
-        goto fail;
-    }
+    TRY(fs_dataset_read(&run->photos, views.text, err));
+    if (run->photos.n == 0)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views.text));
     TRY(fs_engine_new(&run->engine, set->device, set->cpu, set->threads, err));
     TRY(fs_engine_scene_up(run->engine, &run->scene, err));
     if (!(run->threads = fs_threads_new(set->threads))) rc = fs_error_memory(err);
 fail:
-    free(clouds);
-    free(views);
-    free(model);
     return rc;
 }
 
@@ -323,17 +305,13 @@ static void close_run(Run *run)
     fs_engine_renders_free(&run->renders);
     fs_engine_free(run->engine);
     fs_threads_free(run->threads);
-    free(run->dir);
-    free(run->film_dir);
 }
 
 // Renders that an earlier training left in the project's own folder would be taken for this one's.
 static void drop_outdated(const Run *run)
 {
-    char *model = fs_file_path("%s/clouds/model.json", run->project->out);
-    int n = model ? fs_save_drop_older(run->dir, model) : 0;
-    if (n) fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n, run->dir);
-    free(model);
+    int n = fs_save_drop_older(run->dir.text, fs_file_at("%s/clouds/model.json", run->project->out).text);
+    if (n) fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n, run->dir.text);
 }
 
 int fs_render_run(FsProject *project, FsError *err)
@@ -351,13 +329,8 @@ int fs_render_run(FsProject *project, FsError *err)
     if (!*set->output) drop_outdated(&run);
     TRY(probe_depth(&run, err));
     TRY(find_exposure(&run, err));
-    if (model)
-        TRY(render_model(&run, err));
-    else if (spiral)
-        TRY(render_spiral(&run, true, err));
-    else
-        TRY(render_photos(&run, err));
-    if (set->video && !spiral && !model) TRY(render_spiral(&run, false, err));
+    TRY(model || spiral ? render_path(&run, spiral, true, err) : render_photos(&run, err));
+    if (set->video && !spiral && !model) TRY(render_path(&run, true, false, err));
     if (usual) TRY(fs_project_mark_done(project, FS_STAGE_RENDER, err));
 fail:
     close_run(&run);

@@ -12,10 +12,7 @@
 
 int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err)
 {
-    char *path = fs_file_path("%s/%s", dir, fs_render_layers[layer].name);
-    int rc = path ? fs_file_mkdirs(path, err) : fs_error_memory(err);
-    free(path);
-    return rc;
+    return fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[layer].name).text, err);
 }
 
 static bool is_older(const struct timespec *a, const struct timespec *b)
@@ -29,20 +26,18 @@ int fs_save_drop_older(const char *dir, const char *than)
     int dropped = 0;
     if (stat(than, &limit) != 0) return 0;
     for (int l = 0; l < RENDER_LAYERS; l++) {
-        char *folder = fs_file_path("%s/%s", dir, fs_render_layers[l].name);
+        FilePath folder = fs_file_at("%s/%s", dir, fs_render_layers[l].name);
         FileList list;
-        if (!folder || fs_file_list(folder, &list, NULL) < 0) list = (FileList){0};
+        if (fs_file_list(folder.text, &list, NULL) < 0) continue;
         for (int i = 0; i < list.n; i++) {
-            char *path = fs_file_path("%s/%s", folder, list.name[i]);
-            bool ours = path && (fs_file_has_ext(path, "png") || fs_file_has_ext(path, "tif"));
-            if (ours && stat(path, &st) == 0 && is_older(&st.st_mtim, &limit.st_mtim)) {
-                fs_owned_remove(path);
-                dropped += !fs_file_exists(path);
+            FilePath path = fs_file_at("%s/%s", folder.text, list.name[i]);
+            bool ours = fs_file_has_ext(path.text, "png") || fs_file_has_ext(path.text, "tif");
+            if (ours && stat(path.text, &st) == 0 && is_older(&st.st_mtim, &limit.st_mtim)) {
+                fs_owned_remove(path.text);
+                dropped += !fs_file_exists(path.text);
             }
-            free(path);
         }
         fs_file_list_free(&list);
-        free(folder);
     }
     return dropped;
 }
@@ -77,16 +72,13 @@ int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Im
 {
     bool as_float = fs_render_layers[layer].depth ? !(metres_per_unit > 0) : linear;
     bool as_png = !fs_render_layers[layer].depth || metres_per_unit > 0;
-    char *png = fs_file_path("%s/%s/%s.png", dir, fs_render_layers[layer].name, view);
-    char *tiff = fs_file_path("%s/%s/%s.tif", dir, fs_render_layers[layer].name, view);
+    FilePath png = fs_file_at("%s/%s/%s.png", dir, fs_render_layers[layer].name, view);
+    FilePath tiff = fs_file_at("%s/%s/%s.tif", dir, fs_render_layers[layer].name, view);
     int rc = 0;
-    if (!png || !tiff) TRY(fs_error_memory(err));
-    if (as_png) TRY(save_png(png, layer, image, metres_per_unit, err));
-    if (as_float) TRY(fs_tiff_write_float(tiff, image, err));
-    if (!as_png) fs_owned_remove(png); // of an earlier run, it would contradict
-    if (!as_float) fs_owned_remove(tiff);
+    if (as_png) TRY(save_png(png.text, layer, image, metres_per_unit, err));
+    if (as_float) TRY(fs_tiff_write_float(tiff.text, image, err));
+    if (!as_png) fs_owned_remove(png.text); // of an earlier run, it would contradict
+    if (!as_float) fs_owned_remove(tiff.text);
 fail:
-    free(png);
-    free(tiff);
     return rc;
 }

@@ -1,11 +1,11 @@
 #include "report/page.h"
 
 #include <errno.h>
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "report/html.h"
 
 #define MAX_FIGURES (64 << 20) // bytes
@@ -30,17 +30,12 @@ static void write_head(FILE *f, const Page *page)
 
 static int count_splats(const Page *page)
 {
-    char *path = fs_file_path("%s/clouds/model.json", page->project->out);
-    char *text = NULL;
-    size_t size;
-    json_t *value,
-        *root = path && fs_file_read(path, MAX_MARK, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
+    json_t *root, *value;
     const char *key;
     json_int_t n = 0;
+    fs_json_file_read(fs_file_at("%s/clouds/model.json", page->project->out).text, MAX_MARK, &root, NULL);
     json_object_foreach(json_object_get(root, "clouds"), key, value) n += json_integer_value(value);
     json_decref(root);
-    free(text);
-    free(path);
     return (int)n;
 }
 
@@ -154,10 +149,7 @@ static void write_layers(FILE *f, const Page *page)
 
 static bool is_there(const Page *page, const char *name)
 {
-    char *path = fs_file_path("%s/%s", page->project->out, name);
-    bool there = path && fs_file_exists(path);
-    free(path);
-    return there;
+    return fs_file_exists(fs_file_at("%s/%s", page->project->out, name).text);
 }
 
 static void write_films(FILE *f, const Page *page)
@@ -198,11 +190,8 @@ static void write_figure_cells(FILE *f, const json_t *layer)
 // OUT/evaluate.json where a truth was measured against.
 static void write_figures(FILE *f, const Page *page)
 {
-    char *path = fs_file_path("%s/evaluate.json", page->project->out), *text = NULL;
-    size_t size;
-    json_t *root = path && fs_file_exists(path) && fs_file_read(path, MAX_FIGURES, &text, &size, NULL) == 0
-                       ? json_loadb(text, size, 0, NULL)
-                       : NULL;
+    json_t *root;
+    fs_json_file_read(fs_file_at("%s/evaluate.json", page->project->out).text, MAX_FIGURES, &root, NULL);
     json_t *methods = json_object_get(root, "methods"), *method, *layer;
     const char *name, *key;
     if (json_object_size(methods)) {
@@ -222,8 +211,6 @@ static void write_figures(FILE *f, const Page *page)
         fputs("</table>\n", f);
     }
     json_decref(root);
-    free(text);
-    free(path);
 }
 
 static void write_capture(FILE *f, const Page *page)
@@ -256,17 +243,11 @@ static void write_link(FILE *f, const char *path, const char *what)
 
 static void write_folder_links(FILE *f, const Page *page, const char *folder, const char *ext, const char *what)
 {
-    char *dir = fs_file_path("%s/%s", page->project->out, folder);
     FileList list;
-    if (dir && fs_file_list(dir, &list, NULL) == 0) {
-        for (int i = 0; i < list.n; i++) {
-            char *path = fs_file_has_ext(list.name[i], ext) ? fs_file_path("%s/%s", folder, list.name[i]) : NULL;
-            if (path) write_link(f, path, what);
-            free(path);
-        }
-        fs_file_list_free(&list);
-    }
-    free(dir);
+    if (fs_file_list(fs_file_at("%s/%s", page->project->out, folder).text, &list, NULL) < 0) return;
+    for (int i = 0; i < list.n; i++)
+        if (fs_file_has_ext(list.name[i], ext)) write_link(f, fs_file_at("%s/%s", folder, list.name[i]).text, what);
+    fs_file_list_free(&list);
 }
 
 static void write_files(FILE *f, const Page *page)
@@ -311,14 +292,11 @@ static json_t *read_marks(const Page *page)
 {
     json_t *all = json_object();
     for (int i = PROJECT_STAGES - 1; i >= 0; i--) { // what an early stage ran with counts
-        char *path = fs_file_path("%s/done/%s.json", page->project->out, fs_project_stages[i].name), *text = NULL;
-        size_t size;
-        json_t *mark =
-            path && fs_file_read(path, MAX_MARK, &text, &size, NULL) == 0 ? json_loadb(text, size, 0, NULL) : NULL;
+        FilePath path = fs_file_at("%s/done/%s.json", page->project->out, fs_project_stages[i].name);
+        json_t *mark;
+        fs_json_file_read(path.text, MAX_MARK, &mark, NULL);
         json_object_update(all, json_object_get(mark, "settings"));
         json_decref(mark);
-        free(text);
-        free(path);
     }
     return all;
 }

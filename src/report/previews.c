@@ -1,7 +1,6 @@
 #include "report/previews.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/file.h"
 #include "base/owned.h"
@@ -13,12 +12,18 @@
 #define QUALITY 88
 
 const PreviewInfo fs_previews[PREVIEWS] = {
-    [PREVIEW_PHOTO] = {"photo", "Photo", "as taken, both scenes mixed"},
-    [PREVIEW_COMPOSITE] = {"I", "Model of the photo", "transmitted and reflected put together again"},
-    [PREVIEW_T_N] = {"T_N", "Behind the glass", "the transmitted scene in ambient light"},
-    [PREVIEW_T_F] = {"T_F", "Behind the glass, with flash", "the transmitted scene lit by the flash too"},
-    [PREVIEW_R] = {"R", "Mirrored in the glass", "the reflected scene"},
-    [PREVIEW_DEPTH] = {"depth", "Depth behind the glass", "near is bright, far is dark, grey is empty"},
+    [PREVIEW_PHOTO] = {"photo", {NULL}, "Photo", "as taken, both scenes mixed"},
+    [PREVIEW_COMPOSITE] = {"I", {"I_N", "I_F"}, "Model of the photo", "transmitted and reflected put together again"},
+    [PREVIEW_T_N] = {"T_N", {"T_N", "T_N"}, "Behind the glass", "the transmitted scene in ambient light"},
+    [PREVIEW_T_F] = {"T_F",
+                     {"T_F", "T_F"},
+                     "Behind the glass, with flash",
+                     "the transmitted scene lit by the flash too"},
+    [PREVIEW_R] = {"R", {"R", "R"}, "Mirrored in the glass", "the reflected scene"},
+    [PREVIEW_DEPTH] = {"depth",
+                       {"depth_T", "depth_T"},
+                       "Depth behind the glass",
+                       "near is bright, far is dark, grey is empty"},
 };
 
 // What the pictures share.
@@ -32,29 +37,10 @@ typedef struct Show {
 // Reads the first of <out>/renders/<layer>/<view>.{png,tif} that exists; image stays empty when there is none.
 static int read_render(const Show *show, const char *layer, const char *view, Image *image, FsError *err)
 {
-    int rc = 0;
-    char *png = fs_file_path("%s/renders/%s/%s.png", show->project->out, layer, view);
-    char *tiff = fs_file_path("%s/renders/%s/%s.tif", show->project->out, layer, view);
-    if (!png || !tiff)
-        rc = fs_error_memory(err);
-    else if (fs_file_exists(png))
-        rc = fs_png_read(png, image, err);
-    else if (fs_file_exists(tiff))
-        rc = fs_tiff_read(tiff, image, err);
-    free(png);
-    free(tiff);
-    return rc;
-}
-
-static const char *layer_of(Preview preview, const View *view)
-{
-    switch (preview) {
-    case PREVIEW_COMPOSITE: return view->flash ? "I_F" : "I_N";
-    case PREVIEW_T_N: return "T_N";
-    case PREVIEW_T_F: return "T_F";
-    case PREVIEW_R: return "R";
-    default: return "depth_T";
-    }
+    FilePath png = fs_file_at("%s/renders/%s/%s.png", show->project->out, layer, view);
+    FilePath tiff = fs_file_at("%s/renders/%s/%s.tif", show->project->out, layer, view);
+    if (fs_file_exists(png.text)) return fs_png_read(png.text, image, err);
+    return fs_file_exists(tiff.text) ? fs_tiff_read(tiff.text, image, err) : 0;
 }
 
 // The display picture of one view; empty when its source is not there.
@@ -65,7 +51,7 @@ static int make_picture(const Show *show, Preview preview, const View *view, Ima
     if (preview == PREVIEW_PHOTO)
         TRY(fs_dataset_load_view(show->project->out, view, &source, &mask, err));
     else
-        TRY(read_render(show, layer_of(preview, view), view->name, &source, err));
+        TRY(read_render(show, fs_previews[preview].layer[view->flash], view->name, &source, err));
     if (!source.px) goto fail;
     if (preview == PREVIEW_DEPTH) {
         TRY(fs_colormap_depth(&source, show->nearest, show->farthest, &full, err));
@@ -94,16 +80,13 @@ static int write_picture(const Show *show, int i, Preview preview, FsError *err)
         return 0;
     }
     if (!picture.px) return 0;
-    char *path = fs_file_path("%s/report/%d_%s.jpg", show->project->out, i + 1, fs_previews[preview].key);
-    int rc = path ? fs_jpeg_write(path, &picture, QUALITY, NULL, 0, err) : fs_error_memory(err);
-    if (rc == 0) {
-        set->has[i][preview] = true;
-        if (!set->width) {
-            set->width = picture.width;
-            set->height = picture.height;
-        }
+    FilePath path = fs_file_at("%s/report/%d_%s.jpg", show->project->out, i + 1, fs_previews[preview].key);
+    int rc = fs_jpeg_write(path.text, &picture, QUALITY, NULL, 0, err);
+    set->has[i][preview] = rc == 0;
+    if (rc == 0 && !set->width) {
+        set->width = picture.width;
+        set->height = picture.height;
     }
-    free(path);
     fs_image_free(&picture);
     return rc;
 }
@@ -131,11 +114,10 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     set->n = fs_preview_choose(dataset, FS_PREVIEWS_VIEWS, set->view);
     Show show = {.project = project, .dataset = dataset, .set = set, .exposure = 1};
     FsError why = {0};
-    char *dir = fs_file_path("%s/report", project->out);
-    int rc = 0;
-    if (!dir) return fs_error_memory(err);
-    fs_owned_remove(dir);
-    TRY(fs_file_mkdirs(dir, err));
+    FilePath dir = fs_file_at("%s/report", project->out);
+    int rc;
+    fs_owned_remove(dir.text);
+    TRY(fs_file_mkdirs(dir.text, err));
     if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) == FS_ERR_MEMORY) TRY(fs_error_memory(err));
     if (why.code) fs_log_warn(&project->log, "report: no exposure for the pictures: %s", why.message);
     find_range(&show);
@@ -145,6 +127,5 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
             TRY(write_picture(&show, i, (Preview)p, err));
         }
 fail:
-    free(dir);
     return rc;
 }

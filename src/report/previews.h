@@ -16,8 +16,9 @@ typedef enum Preview {
 } Preview;
 
 typedef struct PreviewInfo {
-    const char *key;   // of the file: report/<n>_<key>.jpg
-    const char *title; // for the reader
+    const char *key;      // of the file: report/<n>_<key>.jpg
+    const char *layer[2]; // the render it shows, at a view without and with flash; NULL: the photo
+    const char *title;    // for the reader
     const char *help;
 } PreviewInfo;
 extern const PreviewInfo fs_previews[PREVIEWS];

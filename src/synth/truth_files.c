@@ -1,12 +1,8 @@
 // Layers as 8-bit PNG in the encoding of the layer PNGs; depth in millimetres and reflectance as 16-bit PNG.
 #include "synth/truth_files.h"
 
-#include <jansson.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/file.h"
+#include "base/json_file.h"
 #include "image/tone.h"
 #include "model/colmap_model.h"
 
@@ -31,12 +27,7 @@ static int write_json(const char *dir, const char *scene, const Shot *shot, int 
                              "w2c: world-to-camera, COLMAP axes (x right, y down, z forward), metres; "
                              "pixel centres at +0.5",
                              "images", images);
-    char *text = json_dumps(root, JSON_INDENT(1));
-    int rc =
-        text ? fs_file_write(fs_file_at("%s/cameras.json", dir).text, text, strlen(text), err) : fs_error_memory(err);
-    free(text);
-    json_decref(root);
-    return rc;
+    return fs_json_file_write(fs_file_at("%s/cameras.json", dir).text, root, JSON_INDENT(1), err);
 }
 
 static int write_sparse(const char *dir, const Shot *shot, int n, const Spec *spec, FsError *err)

@@ -272,13 +272,14 @@ static int read_truth(const char *dir, FsError *err)
     TruthViews pictures = {0}, depths = {0};
     DepthScore depth = {0};
     Image a = {0}, b = {0};
-    char *path = in(dir, "cameras.json"), *estimate = NULL;
+    char *path = in(dir, "cameras.json");
+    FilePath estimate;
     int rc;
     TRY(fs_dataset_read(&cameras, path, err));
     TRY(fs_truth_list(dir, "T_N", &cameras, "all", &pictures, err));
     TRY(fs_truth_list(dir, "depth", &cameras, "held_out", &depths, err));
-    estimate = fs_truth_find(dir, "est", "a", "png|jpg");
-    if (estimate && pictures.n) TRY(fs_truth_read_pair(pictures.view[0].path, estimate, &a, &b, err));
+    if (pictures.n && fs_truth_find(dir, "est", "a", "png|jpg", &estimate))
+        TRY(fs_truth_read_pair(pictures.view[0].path.text, estimate.text, &a, &b, err));
     TRY(fs_depth_score(&depth, &depths, dir, &(const Log){0}, err));
 fail:
     fs_depth_free(&depth);
@@ -287,7 +288,6 @@ fail:
     fs_truth_free(&pictures);
     fs_truth_free(&depths);
     fs_dataset_free(&cameras);
-    free(estimate);
     free(path);
     return rc;
 }

@@ -1,0 +1,29 @@
+#include "base/json_file.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+
+int fs_json_file_read(const char *path, size_t max_size, json_t **root, FsError *err)
+{
+    char *text;
+    size_t size;
+    json_error_t at;
+    *root = NULL;
+    int rc = fs_file_read(path, max_size, &text, &size, err);
+    if (rc < 0) return rc;
+    *root = json_loadb(text, size, 0, &at);
+    free(text);
+    return *root ? 0 : fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text);
+}
+
+int fs_json_file_write(const char *path, json_t *root, size_t flags, FsError *err)
+{
+    char *text = root ? json_dumps(root, flags) : NULL;
+    json_decref(root);
+    if (!text) return fs_error_set(err, FS_ERR_IO, "%s: cannot write: a name is not UTF-8, or memory is out", path);
+    int rc = fs_file_write(path, text, strlen(text), err);
+    free(text);
+    return rc;
+}
