@@ -97,15 +97,17 @@ int fs_engine_state_down(Engine *engine, TrainState *state, FsError *err)
     return engine->device->state_down(engine, state, err);
 }
 
+void fs_engine_cloud_state_free(CloudState *state)
+{
+    fs_cloud_free(&state->m);
+    fs_cloud_free(&state->v);
+    free(state->screen);
+    *state = (CloudState){0};
+}
+
 void fs_engine_state_free(TrainState *state)
 {
-    for (int l = 0; l < LAYERS; l++) {
-        CloudState *c = &state->cloud[l];
-        fs_cloud_free(&c->m);
-        fs_cloud_free(&c->v);
-        free(c->screen_sum);
-        free(c->screen_count);
-    }
+    for (int l = 0; l < LAYERS; l++) fs_engine_cloud_state_free(&state->cloud[l]);
     *state = (TrainState){0};
 }
 

@@ -26,9 +26,8 @@ int fs_engine_scene_down(Engine *engine, unsigned layers, Scene *scene, FsError 
 
 // What training keeps beside the scene.
 typedef struct CloudState {
-    Cloud m, v;        // Adam's moments, fields like the cloud's
-    float *screen_sum; // (N) sum of screen-space gradients (RasterTask.d_screen) since the last edit
-    int *screen_count; // (N) steps in which the Gaussian was seen since then
+    Cloud m, v;    // Adam's moments, fields like the cloud's
+    float *screen; // (N, 2) since the last edit: sum of screen-space gradients (RasterTask.d_screen), steps in view
 } CloudState;
 enum { ENGINE_NUMBERS = 8 }; // of the whole scene that are learned: see engine/update.c
 typedef struct TrainState {
@@ -38,6 +37,7 @@ typedef struct TrainState {
 int fs_engine_state_up(Engine *engine, const TrainState *state, FsError *err); // of the scene that is up
 int fs_engine_state_down(Engine *engine, TrainState *state, FsError *err);     // `state`: the caller's, may be {0}
 void fs_engine_state_free(TrainState *state);
+void fs_engine_cloud_state_free(CloudState *state);
 
 // A layer's cloud as it shall be from now on. Statistics begin anew.
 typedef struct CloudEdit {
@@ -101,7 +101,7 @@ typedef struct StepArgs {
     double rate[CLOUD_FIELDS]; // Adam's learning rates (means: world units); 0: the field stays as it is
     double explore;            // standard deviations that nearly transparent Gaussians wander; 0: none do
     double darkest[LAYERS];    // least tone-mapped colour of a Gaussian
-    bool statistics;           // keep screen_sum and screen_count
+    bool statistics;           // keep CloudState.screen
     uint64_t seed;
 } StepArgs;
 

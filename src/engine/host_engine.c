@@ -51,17 +51,6 @@ static void close_host(Engine *base)
 
 // ---- the scene ----
 
-// What training keeps of a cloud, all zero.
-static int new_state(CloudState *state, const Cloud *cloud, FsError *err)
-{
-    int rc = fs_cloud_new(&state->m, cloud->n, cloud->width[CLOUD_COLORS], cloud->width[CLOUD_GAINS], err);
-    if (rc == 0) rc = fs_cloud_new(&state->v, cloud->n, cloud->width[CLOUD_COLORS], cloud->width[CLOUD_GAINS], err);
-    if (rc < 0) return rc;
-    state->screen_sum = calloc((size_t)cloud->n + 1, sizeof(float));
-    state->screen_count = calloc((size_t)cloud->n + 1, sizeof(int));
-    return state->screen_sum && state->screen_count ? 0 : fs_error_memory(err);
-}
-
 static int scene_up(Engine *base, const Scene *scene, FsError *err)
 {
     HostEngine *e = fs_host_engine(base);
@@ -93,97 +82,83 @@ static int scene_down(Engine *base, unsigned layers, Scene *scene, FsError *err)
 
 // ---- what training keeps ----
 
-static int copy_state(CloudState *to, const CloudState *from, int n, FsError *err)
+static void take_rows(Cloud *to, const Cloud *from, const int *rows, unsigned forget)
 {
-    fs_cloud_free(&to->m);
-    fs_cloud_free(&to->v);
-    int rc = fs_cloud_copy(&to->m, &from->m, err);
-    if (rc == 0) rc = fs_cloud_copy(&to->v, &from->v, err);
-    if (rc < 0) return rc;
-    free(to->screen_sum);
-    free(to->screen_count);
-    to->screen_sum = calloc((size_t)n + 1, sizeof(float));
-    to->screen_count = calloc((size_t)n + 1, sizeof(int));
-    if (!to->screen_sum || !to->screen_count) return fs_error_memory(err);
-    if (from->screen_sum) memcpy(to->screen_sum, from->screen_sum, sizeof(float) * (size_t)n);
-    if (from->screen_count) memcpy(to->screen_count, from->screen_count, sizeof(int) * (size_t)n);
-    return 0;
+    for (int f = 0; f < CLOUD_FIELDS; f++) {
+        size_t w = (size_t)to->width[f];
+        for (int i = 0; i < to->n && w && !(forget >> f & 1); i++) {
+            int row = rows ? rows[i] : i;
+            if (row >= 0) memcpy(to->field[f] + (size_t)i * w, from->field[f] + (size_t)row * w, sizeof(float) * w);
+        }
+    }
 }
 
-static int copy_states(TrainState *to, const TrainState *from, const Scene *scene, FsError *err)
+// The state of a cloud like `like`: zero, then the moments of `from` where there is one, of the rows and fields that
+// an edit says; without an edit all of it, and the statistics too. `to` is replaced.
+static int make_state(CloudState *to, const Cloud *like, const CloudState *from, const CloudEdit *edit, FsError *err)
 {
+    CloudState state = {.screen = calloc(2 * (size_t)like->n + 1, sizeof(float))};
+    int rc = state.screen ? 0 : fs_error_memory(err);
+    if (rc == 0) rc = fs_cloud_new(&state.m, like->n, like->width[CLOUD_COLORS], like->width[CLOUD_GAINS], err);
+    if (rc == 0) rc = fs_cloud_new(&state.v, like->n, like->width[CLOUD_COLORS], like->width[CLOUD_GAINS], err);
+    if (rc == 0 && from) {
+        take_rows(&state.m, &from->m, edit ? edit->from : NULL, edit ? edit->forget : 0);
+        take_rows(&state.v, &from->v, edit ? edit->from : NULL, edit ? edit->forget : 0);
+        if (!edit && from->screen) memcpy(state.screen, from->screen, sizeof(float) * 2 * (size_t)like->n);
+    }
+    CloudState gone = rc == 0 ? *to : state;
+    if (rc == 0) *to = state;
+    fs_engine_cloud_state_free(&gone);
+    return rc;
+}
+
+static int copy_state(TrainState *to, const TrainState *from, const Scene *scene, FsError *err)
+{
+    int rc = 0;
     memcpy(to->m, from->m, sizeof to->m);
     memcpy(to->v, from->v, sizeof to->v);
-    for (int l = 0; l < LAYERS; l++) {
-        int n = scene->cloud[l].n, rc = n ? copy_state(&to->cloud[l], &from->cloud[l], n, err) : 0;
-        if (rc < 0) return rc;
-    }
-    return 0;
+    for (int l = 0; l < LAYERS && rc == 0; l++)
+        if (scene->cloud[l].n) rc = make_state(&to->cloud[l], &scene->cloud[l], &from->cloud[l], NULL, err);
+    return rc;
 }
 
-// The state of a scene that was never stepped is made when it is first asked for.
 int fs_host_engine_need_state(HostEngine *e, FsError *err)
 {
     int rc = 0;
     for (int l = 0; l < LAYERS && rc == 0; l++)
-        if (e->scene.cloud[l].n && !e->state.cloud[l].screen_count) {
-            fs_cloud_free(&e->state.cloud[l].m);
-            fs_cloud_free(&e->state.cloud[l].v);
-            free(e->state.cloud[l].screen_sum);
-            rc = new_state(&e->state.cloud[l], &e->scene.cloud[l], err);
-        }
+        if (e->scene.cloud[l].n && !e->state.cloud[l].screen)
+            rc = make_state(&e->state.cloud[l], &e->scene.cloud[l], NULL, NULL, err);
     return rc;
 }
 
 static int state_up(Engine *base, const TrainState *state, FsError *err)
 {
     HostEngine *e = fs_host_engine(base);
-    return copy_states(&e->state, state, &e->scene, err);
+    return copy_state(&e->state, state, &e->scene, err);
 }
 
 static int state_down(Engine *base, TrainState *state, FsError *err)
 {
     HostEngine *e = fs_host_engine(base);
     int rc = fs_host_engine_need_state(e, err);
-    return rc < 0 ? rc : copy_states(state, &e->state, &e->scene, err);
-}
-
-// ---- edits ----
-
-static void take_rows(Cloud *to, const Cloud *from, const int *rows, unsigned forget)
-{
-    for (int f = 0; f < CLOUD_FIELDS; f++) {
-        size_t w = (size_t)to->width[f];
-        for (int i = 0; i < to->n && w && !(forget >> f & 1); i++)
-            if (rows[i] >= 0)
-                memcpy(to->field[f] + (size_t)i * w, from->field[f] + (size_t)rows[i] * w, sizeof(float) * w);
-    }
+    return rc < 0 ? rc : copy_state(state, &e->state, &e->scene, err);
 }
 
 static int edit(Engine *base, const CloudEdit *edit, FsError *err)
 {
     HostEngine *e = fs_host_engine(base);
+    CloudState *state = &e->state.cloud[edit->layer];
     Cloud cloud = {0};
-    CloudState state = {0}, *old = &e->state.cloud[edit->layer];
     int rc;
     TRY(fs_host_engine_need_state(e, err));
     TRY(fs_cloud_copy(&cloud, edit->cloud, err));
-    TRY(new_state(&state, edit->cloud, err));
-    take_rows(&state.m, &old->m, edit->from, edit->forget);
-    take_rows(&state.v, &old->v, edit->from, edit->forget);
+    TRY(make_state(state, &cloud, state, edit, err));
     Cloud gone = e->scene.cloud[edit->layer];
-    CloudState gone_state = *old;
     e->scene.cloud[edit->layer] = cloud;
-    *old = state;
     cloud = gone;
-    state = gone_state;
     if (edit->layer == LAYER_T_N) fs_gain_graph_free(&e->graph);
 fail:
     fs_cloud_free(&cloud);
-    fs_cloud_free(&state.m);
-    fs_cloud_free(&state.v);
-    free(state.screen_sum);
-    free(state.screen_count);
     return rc;
 }
 
@@ -251,32 +226,10 @@ RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *pa
     return t;
 }
 
-const EngineDevice fs_device_cpu = {
-    .name = "cpu",
-    .open = open_cpu,
-    .close = close_host,
-    .scene_up = scene_up,
-    .scene_down = scene_down,
-    .state_up = state_up,
-    .state_down = state_down,
-    .edit = edit,
-    .neighbours = neighbours,
-    .load_view = load_view,
-    .render = fs_host_render,
-    .step = fs_host_step,
-};
-
-const EngineDevice fs_device_reference = {
-    .name = "reference",
-    .open = open_reference,
-    .close = close_host,
-    .scene_up = scene_up,
-    .scene_down = scene_down,
-    .state_up = state_up,
-    .state_down = state_down,
-    .edit = edit,
-    .neighbours = neighbours,
-    .load_view = load_view,
-    .render = fs_host_render,
-    .step = fs_host_step,
-};
+#define HOST_DEVICE(name, open)                                                                                        \
+    {                                                                                                                  \
+        name, open, close_host, scene_up, scene_down, state_up, state_down, edit, neighbours, load_view,               \
+            fs_host_render, fs_host_step                                                                               \
+    }
+const EngineDevice fs_device_cpu = HOST_DEVICE("cpu", open_cpu);
+const EngineDevice fs_device_reference = HOST_DEVICE("reference", open_reference);

@@ -102,8 +102,8 @@ static void keep_statistics(const Range *r)
 {
     for (int i = r->begin; i < r->end; i++)
         if (r->task->seen[i]) {
-            r->state->screen_sum[i] += r->task->d_screen[i];
-            r->state->screen_count[i]++;
+            r->state->screen[2 * i] += r->task->d_screen[i];
+            r->state->screen[2 * i + 1]++;
         }
 }
 

@@ -64,11 +64,9 @@ static int each_statistic(Trainer *trainer, const char *dir, bool write, FsError
     for (int l = 0; l < LAYERS && rc == 0; l++) {
         CloudState *state = &trainer->state.cloud[l];
         size_t n = (size_t)trainer->scene.cloud[l].n;
-        char sum[40], count[40];
-        snprintf(sum, sizeof sum, "%s_screen_sum", fs_layers[l].name);
-        snprintf(count, sizeof count, "%s_screen_count", fs_layers[l].name);
-        if (n) rc = each_array(dir, sum, (void **)&state->screen_sum, sizeof(float) * n, write, err);
-        if (n && rc == 0) rc = each_array(dir, count, (void **)&state->screen_count, sizeof(int) * n, write, err);
+        char name[40];
+        snprintf(name, sizeof name, "%s_screen", fs_layers[l].name);
+        if (n) rc = each_array(dir, name, (void **)&state->screen, sizeof(float) * 2 * n, write, err);
     }
     int n = trainer->scene.cloud[LAYER_T_N].n;
     size_t size = sizeof(int) * (size_t)n * ENGINE_NEIGHBOURS;

@@ -155,7 +155,7 @@ static int edit_fsgs(Trainer *trainer, Edit *edit, const CloudState *statistics,
     float *screen = calloc((size_t)n + 1, sizeof *screen);
     if (!screen) return fs_error_memory(err);
     for (int i = 0; i < n; i++)
-        if (statistics->screen_count[i]) screen[i] = statistics->screen_sum[i] / (float)statistics->screen_count[i];
+        if (statistics->screen[2 * i + 1] > 0) screen[i] = statistics->screen[2 * i] / statistics->screen[2 * i + 1];
     FsgsArgs args = {screen, trainer->scene.extent, trainer->set->max_splats, trainer->step, trainer->threads};
     int rc = fs_fsgs_densify(edit, &args, rng, err);
     free(screen);
