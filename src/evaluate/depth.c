@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "base/order.h"
+#include "model/layers.h"
 
 typedef struct Pairs {
     float *truth, *estimate; // metres
@@ -91,7 +92,7 @@ static int view_score(DepthViewScore *view, const TruthView *truth, const char *
     FilePath path;
     snprintf(view->name, sizeof view->name, "%s", truth->name);
     view->error = view->covered = NAN;
-    view->missing = !fs_truth_find(dir, "depth_T", truth->name, "png|tif|tiff", &path);
+    view->missing = !fs_truth_find(dir, fs_render_layers[RENDER_DEPTH_T].name, truth->name, "png|tif|tiff", &path);
     if (view->missing) return 0;
     size_t first = pairs->n, asked = pairs->asked;
     int rc = collect(pairs, truth->path.text, path.text, err);

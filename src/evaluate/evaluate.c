@@ -7,11 +7,13 @@
 #include "base/file.h"
 #include "base/owned.h"
 #include "evaluate/score_table.h"
+#include "model/layers.h"
 
 static const struct {
-    const char *name;
+    RenderLayer layer;
     bool transmitted; // measured in the paper's convention too
-} layers[FS_EVALUATE_LAYERS] = {{"T_N", true}, {"T_F", true}, {"R", false}, {"I_N", false}, {"I_F", false}};
+} layers[FS_EVALUATE_LAYERS] = {
+    {RENDER_T_N, true}, {RENDER_T_F, true}, {RENDER_R, false}, {RENDER_I_N, false}, {RENDER_I_F, false}};
 
 typedef struct Evaluation {
     FsProject *project;
@@ -62,16 +64,17 @@ static int list_methods(Evaluation *e, FsError *err)
 
 static int evaluate_layer(Evaluation *e, int l, FsError *err)
 {
+    const char *name = fs_render_layers[layers[l].layer].name;
     TruthViews views;
-    int rc = fs_truth_list(e->truth, layers[l].name, &e->cameras, e->project->set.views, &views, err);
+    int rc = fs_truth_list(e->truth, name, &e->cameras, e->project->set.views, &views, err);
     if (rc < 0) return rc;
     if (!views.n)
-        fs_log_info(&e->project->log, "evaluate: the truth has no %s at %s views, skipped", layers[l].name,
+        fs_log_info(&e->project->log, "evaluate: the truth has no %s at %s views, skipped", name,
                     e->project->set.views);
     for (int i = 0; i < e->n && views.n; i++) {
         TRY(fs_log_cancelled(&e->project->log) ? fs_error_set(err, FS_ERR_CANCELLED, "evaluate: stopped") : 0);
-        fs_log_progress(&e->project->log, "evaluate", l * e->n + i, FS_EVALUATE_LAYERS * e->n, layers[l].name);
-        LayerTask task = {layers[l].name, e->truth, e->method[i].dir.text, &views, layers[l].transmitted};
+        fs_log_progress(&e->project->log, "evaluate", l * e->n + i, FS_EVALUATE_LAYERS * e->n, name);
+        LayerTask task = {name, e->truth, e->method[i].dir.text, &views, layers[l].transmitted};
         TRY(fs_score_layer(&e->method[i].layer[l], &task, &e->context, &e->project->log, err));
     }
 fail:
@@ -82,7 +85,8 @@ fail:
 static int evaluate_depth(Evaluation *e, FsError *err)
 {
     TruthViews views;
-    int rc = fs_truth_list(e->truth, "depth_T", &e->cameras, e->project->set.views, &views, err);
+    int rc =
+        fs_truth_list(e->truth, fs_render_layers[RENDER_DEPTH_T].name, &e->cameras, e->project->set.views, &views, err);
     for (int i = 0; i < e->n && rc == 0 && views.n; i++) {
         e->method[i].has_depth = true;
         rc = fs_depth_score(&e->method[i].depth, &views, e->method[i].dir.text, &e->project->log, err);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/json_file.h"
+#include "model/layers.h"
 
 // The three ways a layer is measured.
 static const struct {
@@ -218,7 +219,7 @@ int fs_score_table_write(const MethodScore *methods, int n, const char *truth, c
                 json_object_set_new(layers, methods[i].layer[l].layer, layer_json(&methods[i].layer[l]));
         json_object_set_new(all, methods[i].name,
                             json_pack("{s:o*, s:o, s:o*}", "dir", json_string(methods[i].dir.text), "layers", layers,
-                                      "depth_T", depth));
+                                      fs_render_layers[RENDER_DEPTH_T].name, depth));
     }
     json_t *root =
         json_pack("{s:o*, s:o*, s:o}", "truth", json_string(truth), "views", json_string(views), "methods", all);

@@ -52,7 +52,7 @@ static int add_depth_tile(PictureSheet *sheet, const Image *depth, const Look *l
     Image full = {0};
     int rc;
     TRY(fs_colormap_depth(depth, look->nearest, look->farthest, &full, err));
-    snprintf(sheet->label[sheet->n], sizeof sheet->label[0], "depth_T");
+    snprintf(sheet->label[sheet->n], sizeof sheet->label[0], "%s", fs_render_layers[RENDER_DEPTH_T].name);
     TRY(fs_preview_shrink(&full, SHEET_EDGE, &sheet->picture[sheet->n++], err));
 fail:
     fs_image_free(&full);

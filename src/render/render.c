@@ -51,11 +51,8 @@ static int parse_layers(const char *list, bool wanted[RENDER_LAYERS], FsError *e
         while (l < RENDER_LAYERS && (strlen(fs_render_layers[l].name) != n || strncmp(fs_render_layers[l].name, p, n)))
             l++;
         if (l == RENDER_LAYERS)
-            return fs_error_set(
-                err, FS_ERR_USAGE,
-                "--layers: '%.*s' is no layer; there are T_N, T_F, R, R_scene, beta, I_N, I_F, depth_T, "
-                "depth_R, or all",
-                (int)n, p);
+            return fs_error_set(err, FS_ERR_USAGE,
+                                "--layers: '%.*s' is no layer; `flashsplat render --help` lists them", (int)n, p);
         wanted[l] = true;
         p += n;
         if (*p == ',') p++;

@@ -12,16 +12,19 @@
 #define QUALITY 88
 
 const PreviewInfo fs_previews[PREVIEWS] = {
-    [PREVIEW_PHOTO] = {"photo", {NULL}, "Photo", "as taken, both scenes mixed"},
-    [PREVIEW_COMPOSITE] = {"I", {"I_N", "I_F"}, "Model of the photo", "transmitted and reflected put together again"},
-    [PREVIEW_T_N] = {"T_N", {"T_N", "T_N"}, "Behind the glass", "the transmitted scene in ambient light"},
+    [PREVIEW_PHOTO] = {"photo", {0}, "Photo", "as taken, both scenes mixed"},
+    [PREVIEW_COMPOSITE] = {"I",
+                           {RENDER_I_N, RENDER_I_F},
+                           "Model of the photo",
+                           "transmitted and reflected put together again"},
+    [PREVIEW_T_N] = {"T_N", {RENDER_T_N, RENDER_T_N}, "Behind the glass", "the transmitted scene in ambient light"},
     [PREVIEW_T_F] = {"T_F",
-                     {"T_F", "T_F"},
+                     {RENDER_T_F, RENDER_T_F},
                      "Behind the glass, with flash",
                      "the transmitted scene lit by the flash too"},
-    [PREVIEW_R] = {"R", {"R", "R"}, "Mirrored in the glass", "the reflected scene"},
+    [PREVIEW_R] = {"R", {RENDER_R, RENDER_R}, "Mirrored in the glass", "the reflected scene"},
     [PREVIEW_DEPTH] = {"depth",
-                       {"depth_T", "depth_T"},
+                       {RENDER_DEPTH_T, RENDER_DEPTH_T},
                        "Depth behind the glass",
                        "near is bright, far is dark, grey is empty"},
 };
@@ -35,10 +38,10 @@ typedef struct Show {
 } Show;
 
 // Reads the first of <out>/renders/<layer>/<view>.{png,tif} that exists; image stays empty when there is none.
-static int read_render(const Show *show, const char *layer, const char *view, Image *image, FsError *err)
+static int read_render(const Show *show, RenderLayer layer, const char *view, Image *image, FsError *err)
 {
-    FilePath png = fs_file_at("%s/renders/%s/%s.png", show->project->out, layer, view);
-    FilePath tiff = fs_file_at("%s/renders/%s/%s.tif", show->project->out, layer, view);
+    FilePath png = fs_file_at("%s/renders/%s/%s.png", show->project->out, fs_render_layers[layer].name, view);
+    FilePath tiff = fs_file_at("%s/renders/%s/%s.tif", show->project->out, fs_render_layers[layer].name, view);
     if (fs_file_exists(png.text)) return fs_png_read(png.text, image, err);
     return fs_file_exists(tiff.text) ? fs_tiff_read(tiff.text, image, err) : 0;
 }
@@ -99,7 +102,7 @@ static void find_range(Show *show)
         Image depth = {0};
         float low, high;
         const View *view = &show->dataset->view[show->set->view[i]];
-        if (read_render(show, "depth_T", view->name, &depth, NULL) == 0 && depth.px &&
+        if (read_render(show, RENDER_DEPTH_T, view->name, &depth, NULL) == 0 && depth.px &&
             fs_colormap_range(&depth, 0.01, 0.99, &low, &high)) {
             show->nearest = fminf(show->nearest, low);
             show->farthest = fmaxf(show->farthest, high);

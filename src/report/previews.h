@@ -3,6 +3,7 @@
 #define FS_REPORT_PREVIEWS_H
 
 #include "model/dataset.h"
+#include "model/layers.h"
 #include "model/project.h"
 
 typedef enum Preview {
@@ -17,7 +18,7 @@ typedef enum Preview {
 
 typedef struct PreviewInfo {
     const char *key;      // of the file: report/<n>_<key>.jpg
-    const char *layer[2]; // the render it shows, at a view without and with flash; NULL: the photo
+    RenderLayer layer[2]; // the render it shows, at a view without and with flash; none for the photo
     const char *title;    // for the reader
     const char *help;
 } PreviewInfo;

@@ -5,6 +5,7 @@
 #include "base/json_file.h"
 #include "image/tone.h"
 #include "model/colmap_model.h"
+#include "model/layers.h"
 
 static json_t *shot_json(const Shot *s)
 {
@@ -67,19 +68,20 @@ fail:
     return rc;
 }
 
-static const char *const folders[] = {"T_N", "T_F", "R", "I_N", "I_F", "depth_T", "beta"};
+static const RenderLayer folders[] = {RENDER_T_N, RENDER_T_F,     RENDER_R,   RENDER_I_N,
+                                      RENDER_I_F, RENDER_DEPTH_T, RENDER_BETA};
 
 int fs_truth_files_folders(const char *dir, FsError *err)
 {
     int rc;
     for (size_t i = 0; i < sizeof folders / sizeof *folders; i++)
-        TRY(fs_file_mkdirs(fs_file_at("%s/%s", dir, folders[i]).text, err));
+        TRY(fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[folders[i]].name).text, err));
 fail:
     return rc;
 }
 
 // Writes a + b (b may be NULL), coded; scale: for maps that are not colours, which stay linear.
-static int write_png(const char *dir, const char *layer, const char *name, const Image *a, const Image *b, float scale,
+static int write_png(const char *dir, RenderLayer layer, const char *name, const Image *a, const Image *b, float scale,
                      FsError *err)
 {
     Image image = {0};
@@ -89,7 +91,8 @@ static int write_png(const char *dir, const char *layer, const char *name, const
     for (size_t i = 0; i < n; i++) image.px[i] = (image.px[i] + (b ? b->px[i] : 0.0f)) * scale;
     bool color = image.channels == 3;
     if (color) fs_tone_encode_image(&image);
-    TRY(fs_png_write(fs_file_at("%s/%s/%s.png", dir, layer, name).text, &image, color ? 8 : 16, err));
+    TRY(fs_png_write(fs_file_at("%s/%s/%s.png", dir, fs_render_layers[layer].name, name).text, &image, color ? 8 : 16,
+                     err));
 fail:
     fs_image_free(&image);
     return rc;
@@ -99,12 +102,12 @@ int fs_truth_files_layers(const char *dir, const Shot *shot, const Traced *trace
 {
     int rc;
     const Image *l = traced->layer;
-    TRY(write_png(dir, "T_N", shot->name, &l[TRACE_T_N], NULL, 1, err));
-    TRY(write_png(dir, "T_F", shot->name, &l[TRACE_T_F], NULL, 1, err));
-    TRY(write_png(dir, "R", shot->name, &l[TRACE_R_N], NULL, 1, err));
+    TRY(write_png(dir, RENDER_T_N, shot->name, &l[TRACE_T_N], NULL, 1, err));
+    TRY(write_png(dir, RENDER_T_F, shot->name, &l[TRACE_T_F], NULL, 1, err));
+    TRY(write_png(dir, RENDER_R, shot->name, &l[TRACE_R_N], NULL, 1, err));
     if (shot->held_out) {
-        TRY(write_png(dir, "I_N", shot->name, &l[TRACE_T_N], &l[TRACE_R_N], 1, err));
-        TRY(write_png(dir, "I_F", shot->name, &l[TRACE_T_F], &l[TRACE_R_F], 1, err));
+        TRY(write_png(dir, RENDER_I_N, shot->name, &l[TRACE_T_N], &l[TRACE_R_N], 1, err));
+        TRY(write_png(dir, RENDER_I_F, shot->name, &l[TRACE_T_F], &l[TRACE_R_F], 1, err));
     }
 fail:
     return rc;
@@ -113,8 +116,8 @@ fail:
 int fs_truth_files_geometry(const char *dir, const Shot *shot, const Image *depth, const Image *beta, FsError *err)
 {
     int rc;
-    TRY(write_png(dir, "depth_T", shot->name, depth, NULL, 1000.0f / 65535.0f, err));
-    TRY(write_png(dir, "beta", shot->name, beta, NULL, 1, err));
+    TRY(write_png(dir, RENDER_DEPTH_T, shot->name, depth, NULL, 1000.0f / 65535.0f, err));
+    TRY(write_png(dir, RENDER_BETA, shot->name, beta, NULL, 1, err));
 fail:
     return rc;
 }

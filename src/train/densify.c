@@ -9,11 +9,8 @@
 
 #include "base/knn.h"
 #include "train/cloud_edit.h"
+#include "train/train_constants.h"
 #include "train/trainer.h"
-
-#define DEAD 0.005f    // opacity (3DGS-MCMC)
-#define MOST_COPIES 51 // that share one place (3DGS-MCMC)
-#define GROWTH 1.05    // of a cloud in each round (3DGS-MCMC)
 
 // ---- relocation ----
 

@@ -5,16 +5,7 @@
 #include "base/knn.h"
 #include "model/camera.h"
 #include "train/cloud_edit.h"
-
-// The constants of the paper's code (../shared/method.md, section 3 of the project's notes on it).
-#define GRADIENT 5e-4f      // mean screen-space gradient, NDC units
-#define PERCENT_DENSE 0.01f // of the extent: larger ones split, smaller ones are cloned
-#define OPACITY_MIN 0.005f
-#define RESET_EVERY 3000
-#define RESET_FROM 2000
-#define RESET_OPACITY 0.05f
-#define UNPOOL_UNTIL 2000
-#define UNPOOL_NEIGHBOURS 3
+#include "train/train_constants.h"
 
 static float largest_scale(const Cloud *cloud, int i)
 {
@@ -43,7 +34,7 @@ static void split(Edit *edit, int i, int fresh, Rng *rng)
             cloud->field[CLOUD_MEANS][3 * target[t] + k] = centre[k] + (float)r[3 * k] * local[0] +
                                                            (float)r[3 * k + 1] * local[1] +
                                                            (float)r[3 * k + 2] * local[2];
-            cloud->field[CLOUD_SCALES][3 * target[t] + k] = scale[k] - logf(1.6f);
+            cloud->field[CLOUD_SCALES][3 * target[t] + k] = scale[k] - logf(FSGS_SPLIT_SHRINK);
         }
     }
 }
@@ -52,10 +43,10 @@ static int clone_and_split(Edit *edit, const FsgsArgs *args, Rng *rng, FsError *
 {
     int n = edit->cloud->n, room = args->max_splats - n, rc = 0;
     for (int i = 0; i < n && room > 0; i++) {
-        if (args->screen[i] < GRADIENT) continue;
+        if (args->screen[i] < FSGS_GRADIENT) continue;
         TRY(fs_cloud_edit_append(edit, 1, err));
         room--;
-        if (largest_scale(edit->cloud, i) <= PERCENT_DENSE * (float)args->extent)
+        if (largest_scale(edit->cloud, i) <= FSGS_DENSE * (float)args->extent)
             fs_cloud_edit_copy(edit, edit->cloud->n - 1, i);
         else
             split(edit, i, edit->cloud->n - 1, rng);
@@ -69,19 +60,19 @@ static int unpool(Edit *edit, const FsgsArgs *args, FsError *err)
 {
     Cloud *cloud = edit->cloud;
     int n = cloud->n, rc = 0, room = args->max_splats - n;
-    if (n <= UNPOOL_NEIGHBOURS) return 0;
-    int *index = malloc(sizeof(int) * UNPOOL_NEIGHBOURS * (size_t)n);
-    float *dist2 = malloc(sizeof(float) * UNPOOL_NEIGHBOURS * (size_t)n);
+    if (n <= FSGS_NEIGHBOURS) return 0;
+    int *index = malloc(sizeof(int) * FSGS_NEIGHBOURS * (size_t)n);
+    float *dist2 = malloc(sizeof(float) * FSGS_NEIGHBOURS * (size_t)n);
     if (!index || !dist2) TRY(fs_error_memory(err));
-    rc = fs_knn(cloud->field[CLOUD_MEANS], n, UNPOOL_NEIGHBOURS, index, dist2, args->threads);
+    rc = fs_knn(cloud->field[CLOUD_MEANS], n, FSGS_NEIGHBOURS, index, dist2, args->threads);
     if (rc < 0) TRY(fs_error_set(err, rc, "a position is not finite, or memory is out"));
-    float size_min = PERCENT_DENSE * (float)args->extent;
-    for (int i = 0; i < n && room >= UNPOOL_NEIGHBOURS; i++) {
+    float size_min = FSGS_DENSE * (float)args->extent;
+    for (int i = 0; i < n && room >= FSGS_NEIGHBOURS; i++) {
         float mean = 0;
-        for (int k = 0; k < UNPOOL_NEIGHBOURS; k++) mean += sqrtf(dist2[i * UNPOOL_NEIGHBOURS + k]) / UNPOOL_NEIGHBOURS;
+        for (int k = 0; k < FSGS_NEIGHBOURS; k++) mean += sqrtf(dist2[i * FSGS_NEIGHBOURS + k]) / FSGS_NEIGHBOURS;
         if (mean < 5 * size_min || largest_scale(cloud, i) < size_min) continue;
-        for (int k = 0; k < UNPOOL_NEIGHBOURS; k++, room--) {
-            int j = index[i * UNPOOL_NEIGHBOURS + k], fresh = cloud->n;
+        for (int k = 0; k < FSGS_NEIGHBOURS; k++, room--) {
+            int j = index[i * FSGS_NEIGHBOURS + k], fresh = cloud->n;
             TRY(fs_cloud_edit_append(edit, 1, err));
             fs_cloud_edit_copy(edit, fresh, j);
             for (int a = 0; a < 3; a++)
@@ -102,7 +93,7 @@ static int prune(Edit *edit, FsError *err)
     if (!keep) return fs_error_memory(err);
     int kept = 0;
     for (int i = 0; i < cloud->n; i++)
-        kept += keep[i] = fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) >= OPACITY_MIN;
+        kept += keep[i] = fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) >= FSGS_OPACITY_MIN;
     if (kept) fs_cloud_edit_compact(edit, keep);
     free(keep);
     return kept ? 0 : fs_error_set(err, FS_ERR_NUMERIC, "all its Gaussians are transparent");
@@ -110,7 +101,7 @@ static int prune(Edit *edit, FsError *err)
 
 static void reset_opacity(Edit *edit)
 {
-    float most = fs_cloud_edit_logit(RESET_OPACITY), *opacity = edit->cloud->field[CLOUD_OPACITIES];
+    float most = fs_cloud_edit_logit(FSGS_RESET_OPACITY), *opacity = edit->cloud->field[CLOUD_OPACITIES];
     for (int i = 0; i < edit->cloud->n; i++)
         if (opacity[i] > most) opacity[i] = most;
     edit->forget |= 1u << CLOUD_OPACITIES;
@@ -120,9 +111,9 @@ int fs_fsgs_densify(Edit *edit, const FsgsArgs *args, Rng *rng, FsError *err)
 {
     int rc;
     TRY(clone_and_split(edit, args, rng, err));
-    if (args->step < UNPOOL_UNTIL) TRY(unpool(edit, args, err));
+    if (args->step < FSGS_UNPOOL_UNTIL) TRY(unpool(edit, args, err));
     TRY(prune(edit, err));
-    if (args->step >= RESET_FROM && args->step % RESET_EVERY == 0) reset_opacity(edit);
+    if (args->step >= FSGS_RESET_FROM && args->step % FSGS_RESET_EVERY == 0) reset_opacity(edit);
 fail:
     return rc;
 }

@@ -2,21 +2,14 @@
 #include <math.h>
 #include <string.h>
 
+#include "train/train_constants.h"
 #include "train/trainer.h"
 
-// Learning rates of 3DGS per step; the setting rate-scale multiplies all but the opacities'. Means: the setting
-// means-rate times the scene's extent.
+// Those of the means are the setting means-rate times the scene's extent.
 static const double rates[CLOUD_FIELDS] = {
-    [CLOUD_SCALES] = 5e-3,   [CLOUD_QUATS] = 1e-3, [CLOUD_OPACITIES] = 5e-2,
-    [CLOUD_COLORS] = 2.5e-3, [CLOUD_GAINS] = 5e-3,
+    [CLOUD_SCALES] = RATE_SCALES, [CLOUD_QUATS] = RATE_QUATS, [CLOUD_OPACITIES] = RATE_OPACITIES,
+    [CLOUD_COLORS] = RATE_COLORS, [CLOUD_GAINS] = RATE_GAINS,
 };
-
-#define MEANS_FALL 0.01        // of the means' rate, over the run (3DGS)
-#define SETTLE_FALL 0.1        // of the other rates, over the share `settle` of the steps
-#define PAPER_MEANS_OVER 10000 // steps over which the means' rate falls in the paper's schedule
-#define EXPLORE 5e5            // times the means' rate: size of the noise (3DGS-MCMC)
-enum { RELOCATE_EVERY = 100, RELOCATE_FROM = 500, FSGS_FROM = 500, FSGS_UNTIL = 10000, FSGS_EVERY = 100 };
-#define RELOCATE_UNTIL 0.85 // of the steps: what was moved last settles
 
 static bool is_fsgs(const Settings *set)
 {
@@ -37,7 +30,7 @@ bool fs_schedule_fsgs(int step)
 // step: steps done with this one.
 static double means_rate(const Settings *set, const Scene *scene, int step)
 {
-    double t = (double)step / (is_fsgs(set) ? PAPER_MEANS_OVER : set->steps);
+    double t = (double)step / (is_fsgs(set) ? FSGS_MEANS_OVER : set->steps);
     return set->means_rate * scene->extent * pow(MEANS_FALL, t < 1 ? t : 1);
 }
 

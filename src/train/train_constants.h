@@ -1,0 +1,47 @@
+// The constants of training: what each is, and what it was chosen by:
+//   3DGS, MCMC   Kerbl et al. 2023; Kheradmand et al. 2024
+//   authors      the code of the paper's authors, for the preset `paper` and --densify fsgs
+//   experiment   compared with others by quality on the shared scenes (docs/experiments.md)
+//   -            not measured by itself
+// What has a setting is in model/settings.c; within which parameters stay, in engine/update.c.
+#ifndef FS_TRAIN_TRAIN_CONSTANTS_H
+#define FS_TRAIN_TRAIN_CONSTANTS_H
+
+// Learning rates per step; the setting rate-scale multiplies all but the opacities'.
+#define RATE_SCALES 5e-3    // 3DGS
+#define RATE_QUATS 1e-3     // 3DGS
+#define RATE_OPACITIES 5e-2 // 3DGS
+#define RATE_COLORS 2.5e-3  // 3DGS
+#define RATE_GAINS 5e-3     // -
+#define MEANS_FALL 0.01     // 3DGS        of the means' rate, over the run
+#define SETTLE_FALL 0.1     // experiment  of the other rates, over the share `settle` of the steps
+#define EXPLORE 5e5         // MCMC        noise on the means, in their rate
+
+// --densify relocate
+#define DEAD 0.005f         // MCMC        opacity
+#define GROWTH 1.05         // MCMC        of a cloud in each round
+#define RELOCATE_UNTIL 0.85 // -           of the steps: what was moved last settles
+enum {
+    MOST_COPIES = 51,     // MCMC        that share one place
+    RELOCATE_EVERY = 100, // MCMC
+    RELOCATE_FROM = 500,  // MCMC        but at most a twentieth of the steps
+};
+
+// --densify fsgs
+enum {
+    FSGS_FROM = 500,          // authors
+    FSGS_UNTIL = 10000,       // authors
+    FSGS_EVERY = 100,         // authors
+    FSGS_MEANS_OVER = 10000,  // authors     steps over which the means' rate falls
+    FSGS_RESET_EVERY = 3000,  // authors     of opacities
+    FSGS_RESET_FROM = 2000,   // authors
+    FSGS_UNPOOL_UNTIL = 2000, // authors
+    FSGS_NEIGHBOURS = 3,      // authors     of unpooling
+};
+#define FSGS_GRADIENT 5e-4f      // authors     mean screen-space gradient, NDC units
+#define FSGS_DENSE 0.01f         // authors     of the extent: larger ones split, smaller ones are cloned
+#define FSGS_OPACITY_MIN 0.005f  // authors
+#define FSGS_RESET_OPACITY 0.05f // authors
+#define FSGS_SPLIT_SHRINK 1.6f   // 3DGS
+
+#endif
