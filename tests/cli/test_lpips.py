@@ -177,10 +177,10 @@ class Lpips(common.FolderTest):
         # One network alone: only its column.
         done = convert("-o", self.dir / "w", "--alexnet", self.dir / "alex.pth", "--alexnet-lin", self.dir / "alex_lin.pth")
         self.assertEqual(done.returncode, 0, done.stderr)
-        run = self.evaluate("--lpips-weights", self.dir / "w", "--json", self.dir / "j.json")
+        run = self.evaluate("--lpips-weights", self.dir / "w", "--json", self.dir / "one.json")
         self.assertIn("LPIPS-A", run.stdout)
         self.assertNotIn("LPIPS-V", run.stdout)
-        self.assertNotIn("lpips_vgg", (self.dir / "j.json").read_text())
+        self.assertNotIn("lpips_vgg", (self.dir / "one.json").read_text())
 
     def test_without_weights(self):
         run = self.evaluate()
