@@ -1,12 +1,12 @@
 // Tables, chairs, racks, doors, lamps.
 #include "synth/things.h"
 
-static void slab(World *w, const Frame *f, Vec corner, Vec size, int surface)
+static void slab(World *w, Frame f, Vec corner, Vec size, int surface)
 {
     fs_world_box(w, f, corner, vec_add(corner, size), surface);
 }
 
-void fs_things_table(World *w, const Frame *f, float width, float depth, float height, int surface)
+void fs_things_table(World *w, Frame f, float width, float depth, float height, int surface)
 {
     float x = 0.5f * width, y = 0.5f * depth, leg = 0.05f;
     slab(w, f, vec(-x, -y, height - 0.035f), vec(width, depth, 0.035f), surface);
@@ -16,7 +16,7 @@ void fs_things_table(World *w, const Frame *f, float width, float depth, float h
              vec(leg, leg, height - 0.035f), surface);
 }
 
-void fs_things_chair(World *w, const Frame *f, int seat, int legs)
+void fs_things_chair(World *w, Frame f, int seat, int legs)
 {
     const float h = 0.45f, half = 0.21f;
     slab(w, f, vec(-half, -half, h - 0.03f), vec(2 * half, 2 * half, 0.05f), seat);
@@ -27,7 +27,7 @@ void fs_things_chair(World *w, const Frame *f, int seat, int legs)
     }
 }
 
-void fs_things_rack(World *w, const Frame *f, Vec size, int boards, int surface, const Stock *s)
+void fs_things_rack(World *w, Frame f, Vec size, int boards, int surface, const Stock *s)
 {
     float width = size.x, depth = size.y, height = size.z, x = 0.5f * width, y = 0.5f * depth,
           step = height / (float)boards;
@@ -41,13 +41,13 @@ void fs_things_rack(World *w, const Frame *f, Vec size, int boards, int surface,
         if (i == boards) break;
         Frame at = frame_at(f, vec(0, 0, z + 0.025f), 0);
         if (fs_things_pick(w, 2))
-            fs_things_row(w, &at, -x + 0.06f, x - 0.2f, depth, 0.8f * step, s);
+            fs_things_row(w, at, -x + 0.06f, x - 0.2f, depth, 0.8f * step, s);
         else
-            fs_things_books(w, &at, width - 0.1f, 0.85f * step, s);
+            fs_things_books(w, at, width - 0.1f, 0.85f * step, s);
     }
 }
 
-void fs_things_drawers(World *w, const Frame *f, float width, float depth, float height, int surface, const Stock *s)
+void fs_things_drawers(World *w, Frame f, float width, float depth, float height, int surface, const Stock *s)
 {
     float x = 0.5f * width, y = 0.5f * depth;
     slab(w, f, vec(-x, -y, 0), vec(width, depth, height), surface);
@@ -60,13 +60,13 @@ void fs_things_drawers(World *w, const Frame *f, float width, float depth, float
             slab(w, f, vec(px + 0.012f, -y - 0.018f, pz + 0.012f), vec(dx - 0.024f, 0.018f, dz - 0.024f), surface);
             slab(w, f, vec(px + 0.4f * dx, -y - 0.04f, pz + 0.72f * dz), vec(0.2f * dx, 0.022f, 0.018f), s->metal);
             if (fs_things_pick(w, 3) == 0) {
-                Frame at = frame_at(f, vec(px + 0.5f * dx, -y - 0.02f, pz + 0.36f * dz), 0);
-                fs_things_picture(w, &at, 0.3f * dx, 0.4f * dz, PAINT_COVER);
+                fs_things_picture(w, frame_at(f, vec(px + 0.5f * dx, -y - 0.02f, pz + 0.36f * dz), 0), 0.3f * dx,
+                                  0.4f * dz, PAINT_COVER);
             }
         }
 }
 
-void fs_things_door(World *w, const Frame *f, float hue)
+void fs_things_door(World *w, Frame f, float hue)
 {
     const float width = 0.92f, height = 2.05f;
     int leaf = fs_world_painted(w, PAINT_DOOR, hue, width, height), trim = fs_world_painted(w, PAINT_WOOD, -1, 0.3f, 2);
@@ -76,7 +76,7 @@ void fs_things_door(World *w, const Frame *f, float hue)
     slab(w, f, vec(-0.5f * width - 0.09f, -0.05f, height), vec(width + 0.18f, 0.06f, 0.09f), trim);
 }
 
-void fs_things_window(World *w, const Frame *f, float width, float height, Vec sky)
+void fs_things_window(World *w, Frame f, float width, float height, Vec sky)
 {
     int glow = fs_world_surface(w, (Surface){-1, sky, .glow = 1, .thin = true});
     int bar = fs_world_color(w, vec(0.8f, 0.8f, 0.78f));
@@ -89,7 +89,7 @@ void fs_things_window(World *w, const Frame *f, float width, float height, Vec s
     }
 }
 
-void fs_things_floor_lamp(World *w, const Frame *f, float height, Vec light)
+void fs_things_floor_lamp(World *w, Frame f, float height, Vec light)
 {
     int shade = fs_world_surface(w, (Surface){-1, light, .glow = 1});
     int metal = fs_world_color(w, vec(0.3f, 0.3f, 0.32f));
@@ -98,19 +98,18 @@ void fs_things_floor_lamp(World *w, const Frame *f, float height, Vec light)
     fs_things_turned(w, f, (Knot[]){{0.2f, height - 0.3f}, {0.12f, height}}, 2, 24, shade);
 }
 
-void fs_things_pendant(World *w, const Frame *f, float drop, Vec light)
+void fs_things_pendant(World *w, Frame f, float drop, Vec light)
 {
     int shade = fs_world_surface(w, (Surface){-1, light, .glow = 1});
     int metal = fs_world_color(w, vec(0.5f, 0.48f, 0.44f));
-    fs_things_rod(w, f->o, frame_point(f, vec(0, 0, -drop)), 0.008f, metal);
+    fs_things_rod(w, f.o, frame_point(f, vec(0, 0, -drop)), 0.008f, metal);
     fs_things_turned(w, f,
                      (Knot[]){{0.2f, -drop - 0.18f}, {0.17f, -drop - 0.09f}, {0.09f, -drop - 0.02f}, {0.02f, -drop}}, 4,
                      24, metal);
-    Frame bulb = frame_at(f, vec(0, 0, -drop - 0.22f), 0);
-    fs_things_ball(w, &bulb, 0.075f, shade);
+    fs_things_ball(w, frame_at(f, vec(0, 0, -drop - 0.22f), 0), 0.075f, shade);
 }
 
-void fs_things_sofa(World *w, const Frame *f, float width, int cloth, const Stock *s)
+void fs_things_sofa(World *w, Frame f, float width, int cloth, const Stock *s)
 {
     float x = 0.5f * width;
     slab(w, f, vec(-x, -0.4f, 0.1f), vec(width, 0.8f, 0.3f), cloth);
@@ -120,12 +119,12 @@ void fs_things_sofa(World *w, const Frame *f, float width, int cloth, const Stoc
     for (int i = 0; i < 3; i++) {
         Frame at =
             frame_at(f, vec(-x + 0.3f + (width - 0.6f) * 0.5f * (float)i, 0.1f, 0.4f), fs_things_range(w, -0.3f, 0.3f));
-        at = frame_pitch(&at, 0.25f);
-        fs_things_cushion(w, &at, 0.42f, 0.4f, 0.16f, s->fabric[fs_things_pick(w, 4)]);
+        at = frame_pitch(at, 0.25f);
+        fs_things_cushion(w, at, 0.42f, 0.4f, 0.16f, s->fabric[fs_things_pick(w, 4)]);
     }
 }
 
-void fs_things_monitor(World *w, const Frame *f)
+void fs_things_monitor(World *w, Frame f)
 {
     int dark = fs_world_color(w, vec(0.2f, 0.2f, 0.21f)), picture = fs_world_painted(w, PAINT_POSTER, 0.6f, 0.5f, 0.3f);
     slab(w, f, vec(-0.12f, -0.09f, 0), vec(0.24f, 0.18f, 0.015f), dark);

@@ -46,13 +46,13 @@ void fs_things_stock(World *world, Stock *s)
     }
 }
 
-void fs_things_carton(World *w, const Frame *f, float width, float depth, float height, const Stock *s)
+void fs_things_carton(World *w, Frame f, float width, float depth, float height, const Stock *s)
 {
     bool plain = fs_things_pick(w, 4) == 0;
     int a = plain ? s->carton[fs_things_pick(w, 3)] : s->label[fs_things_pick(w, 8)];
     int b = plain ? a : s->label[fs_things_pick(w, 8)], top = plain ? a : fs_things_pick(w, 2) ? a : s->checker;
-    const int side[6] = {a, -1, b, b, -1, top};
-    fs_world_box6(w, f, vec(-0.5f * width, -0.5f * depth, 0), vec(0.5f * width, 0.5f * depth, height), side);
+    fs_world_box6(w, f, vec(-0.5f * width, -0.5f * depth, 0), vec(0.5f * width, 0.5f * depth, height),
+                  (int[]){a, -1, b, b, -1, top});
 }
 
 static int spine(World *w)
@@ -63,15 +63,15 @@ static int spine(World *w)
     return fs_world_surface(w, cloth);
 }
 
-void fs_things_books(World *w, const Frame *f, float length, float height, const Stock *s)
+void fs_things_books(World *w, Frame f, float length, float height, const Stock *s)
 {
     for (float x = -0.5f * length; x < 0.5f * length - 0.015f;) {
         float thick = fminf(fs_things_range(w, 0.018f, 0.05f), 0.5f * length - x),
               h = height * fs_things_range(w, 0.75f, 1.0f);
         float deep = fs_things_range(w, 0.14f, 0.19f);
         int cloth = spine(w), front = fs_things_pick(w, 3) ? cloth : s->cover[fs_things_pick(w, 4)];
-        const int side[6] = {front, -1, cloth, cloth, -1, s->white};
-        fs_world_box6(w, f, vec(x, -0.5f * deep, 0), vec(x + 0.97f * thick, 0.5f * deep, h), side);
+        fs_world_box6(w, f, vec(x, -0.5f * deep, 0), vec(x + 0.97f * thick, 0.5f * deep, h),
+                      (int[]){front, -1, cloth, cloth, -1, s->white});
         if (front == cloth) { // a title plate
             int plate = fs_things_pick(w, 2) ? s->white : s->dark;
             float z = h * fs_things_range(w, 0.5f, 0.75f);
@@ -82,7 +82,7 @@ void fs_things_books(World *w, const Frame *f, float length, float height, const
     }
 }
 
-void fs_things_pile(World *w, const Frame *f, int n, const Stock *s)
+void fs_things_pile(World *w, Frame f, int n, const Stock *s)
 {
     float z = 0;
     for (int i = 0; i < n; i++) {
@@ -91,13 +91,13 @@ void fs_things_pile(World *w, const Frame *f, int n, const Stock *s)
         float aside = fs_things_range(w, -0.02f, 0.02f);
         Frame at = frame_at(f, vec(aside, 0, z), fs_things_range(w, -0.4f, 0.4f));
         int cloth = spine(w), cover = s->cover[fs_things_pick(w, 4)];
-        const int side[6] = {cloth, -1, s->white, s->white, -1, cover};
-        fs_world_box6(w, &at, vec(-0.5f * width, -0.5f * deep, 0), vec(0.5f * width, 0.5f * deep, thick), side);
+        fs_world_box6(w, at, vec(-0.5f * width, -0.5f * deep, 0), vec(0.5f * width, 0.5f * deep, thick),
+                      (int[]){cloth, -1, s->white, s->white, -1, cover});
         z += thick;
     }
 }
 
-void fs_things_picture(World *w, const Frame *f, float width, float height, Paint paint)
+void fs_things_picture(World *w, Frame f, float width, float height, Paint paint)
 {
     bool framed = paint == PAINT_ART || fs_things_pick(w, 3) == 0;
     float thick = framed ? 0.025f : 0.004f, rim = framed ? 0.018f : 0.0f;
@@ -105,14 +105,13 @@ void fs_things_picture(World *w, const Frame *f, float width, float height, Pain
     fs_world_edit(w, face)->thin = true;
     if (framed) {
         int wood = spine(w);
-        const int side[6] = {wood, -1, wood, wood, wood, wood};
         fs_world_box6(w, f, vec(-0.5f * width - rim, -thick, -0.5f * height - rim),
-                      vec(0.5f * width + rim, 0, 0.5f * height + rim), side);
+                      vec(0.5f * width + rim, 0, 0.5f * height + rim), (int[]){wood, -1, wood, wood, wood, wood});
     }
     fs_world_quad(w, f, vec(-0.5f * width, -thick - 0.002f, -0.5f * height), vec(width, 0, 0), vec(0, 0, height), face);
 }
 
-void fs_things_any(World *w, const Frame *f, float width, float height, const Stock *s)
+void fs_things_any(World *w, Frame f, float width, float height, const Stock *s)
 {
     Frame turned = frame_at(f, vec(0, 0, 0), fs_things_range(w, -0.5f, 0.5f));
     float r = 0.5f * width;
@@ -128,17 +127,17 @@ void fs_things_any(World *w, const Frame *f, float width, float height, const St
     case 6: fs_things_pile(w, f, 2 + fs_things_pick(w, 4), s); break;
     case 7: fs_things_books(w, f, width, fminf(height, 0.28f), s); break;
     default:
-        fs_things_carton(w, &turned, 0.85f * width, fminf(0.8f * width, 0.25f), height * fs_things_range(w, 0.6f, 1.0f),
+        fs_things_carton(w, turned, 0.85f * width, fminf(0.8f * width, 0.25f), height * fs_things_range(w, 0.6f, 1.0f),
                          s);
     }
 }
 
-void fs_things_row(World *w, const Frame *f, float x0, float x1, float depth, float high, const Stock *s)
+void fs_things_row(World *w, Frame f, float x0, float x1, float depth, float high, const Stock *s)
 {
     for (float x = x0; x < x1;) {
         float width = fminf(fs_things_range(w, 0.09f, 0.26f), 1.2f * high), room = 0.5f * fmaxf(depth - width, 0.0f);
         Frame at = frame_at(f, vec(x + 0.5f * width, fs_things_range(w, -room, room), 0), 0);
-        fs_things_any(w, &at, width, high * fs_things_range(w, 0.55f, 1.0f), s);
+        fs_things_any(w, at, width, high * fs_things_range(w, 0.55f, 1.0f), s);
         x += width * fs_things_range(w, 1.1f, 1.35f);
     }
 }

@@ -18,7 +18,7 @@ static Vec turned_at(const void *context, float u, float v)
     return vec(r * sinf(TAU * u), -r * cosf(TAU * u), h);
 }
 
-void fs_things_turned(World *w, const Frame *f, const Knot *knot, int n, int segments, int surface)
+void fs_things_turned(World *w, Frame f, const Knot *knot, int n, int segments, int surface)
 {
     Turned t = {knot, n};
     float widest = 0;
@@ -26,7 +26,7 @@ void fs_things_turned(World *w, const Frame *f, const Knot *knot, int n, int seg
     fs_world_sheet(w, f, (Sheet){segments, n - 1, fmaxf(1, roundf(TAU * widest / 0.28f)), 1, turned_at, &t}, surface);
 }
 
-void fs_things_ball(World *w, const Frame *f, float radius, int surface)
+void fs_things_ball(World *w, Frame f, float radius, int surface)
 {
     enum { N = 15 };
     Knot k[N];
@@ -37,7 +37,7 @@ void fs_things_ball(World *w, const Frame *f, float radius, int surface)
     fs_things_turned(w, f, k, N, 28, surface);
 }
 
-void fs_things_tin(World *w, const Frame *f, float radius, float height, int surface, int lid)
+void fs_things_tin(World *w, Frame f, float radius, float height, int surface, int lid)
 {
     fs_things_turned(w, f, (Knot[]){{radius, 0}, {radius, height}}, 2, 28, surface);
     fs_things_turned(w, f, (Knot[]){{radius, height}, {0.94f * radius, height + 0.002f}, {0, height + 0.002f}}, 3, 28,
@@ -49,7 +49,7 @@ void fs_things_rod(World *w, Vec from, Vec to, float radius, int surface)
     Frame f = {.o = from, .z = vec_unit(vec_sub(to, from))};
     vec_basis(f.z, &f.x, &f.y);
     float length = vec_length(vec_sub(to, from));
-    fs_things_turned(w, &f, (Knot[]){{radius, 0}, {radius, length}, {0, length}}, 3, 14, surface);
+    fs_things_turned(w, f, (Knot[]){{radius, 0}, {radius, length}, {0, length}}, 3, 14, surface);
 }
 
 static Vec ring_at(const void *context, float u, float v)
@@ -59,13 +59,13 @@ static Vec ring_at(const void *context, float u, float v)
     return vec(q * sinf(a), -q * cosf(a), r[1] + r[1] * sinf(-b));
 }
 
-void fs_things_ring(World *w, const Frame *f, float radius, float thick, int surface)
+void fs_things_ring(World *w, Frame f, float radius, float thick, int surface)
 {
     const float r[2] = {radius, 0.5f * thick};
     fs_world_sheet(w, f, (Sheet){36, 10, 3, 1, ring_at, r}, surface);
 }
 
-void fs_things_vase(World *w, const Frame *f, float height, int surface)
+void fs_things_vase(World *w, Frame f, float height, int surface)
 {
     enum { N = 12 };
     Knot k[N];
@@ -78,7 +78,7 @@ void fs_things_vase(World *w, const Frame *f, float height, int surface)
     fs_things_turned(w, f, k, N, 28, surface);
 }
 
-void fs_things_bottle(World *w, const Frame *f, float height, int surface)
+void fs_things_bottle(World *w, Frame f, float height, int surface)
 {
     float r = fs_things_range(w, 0.13f, 0.17f) * height;
     const Knot k[] = {{r, 0},
@@ -106,7 +106,7 @@ static Vec cushion_at(const void *context, float u, float v) // a superellipsoid
     return vec(x, y, 0.5f * size[1] * (1 + power(sinf(b), 0.5f)));
 }
 
-void fs_things_cushion(World *w, const Frame *f, float width, float height, float thick, int surface)
+void fs_things_cushion(World *w, Frame f, float width, float height, float thick, int surface)
 {
     const float size[3] = {width, height, thick};
     fs_world_sheet(w, f, (Sheet){32, 16, roundf(2 * width / 0.3f), roundf(height / 0.3f) + 0.5f, cushion_at, size},
@@ -123,7 +123,7 @@ static Vec bag_at(const void *context, float u, float v)
     return vec(r * sinf(a), -0.75f * r * cosf(a), v * size[1]);
 }
 
-void fs_things_bag(World *w, const Frame *f, float width, float height, int surface)
+void fs_things_bag(World *w, Frame f, float width, float height, int surface)
 {
     const float size[3] = {width, height, fs_things_range(w, 0, 6)};
     fs_world_sheet(w, f, (Sheet){32, 16, roundf(3 * width / 0.3f) + 1, height / 0.3f, bag_at, size}, surface);
@@ -137,7 +137,7 @@ static Vec cloth_at(const void *context, float u, float v)
     return vec(size[0] * (u - 0.5f), size[2] * wave * (1.0f - 0.35f * v), -size[1] * (1.0f - v));
 }
 
-void fs_things_cloth(World *w, const Frame *f, float width, float height, float fold, int surface)
+void fs_things_cloth(World *w, Frame f, float width, float height, float fold, int surface)
 {
     const float size[4] = {width, height, fold, fs_things_range(w, 0, 6)};
     int nu = (int)fminf(96.0f, 16 + 50 * width);
@@ -159,7 +159,7 @@ static Vec leaf_at(const void *context, float u, float v)
                l->length * (t * sinf(l->lift) - l->droop * t * t) + 0.15f * fabsf(u - 0.5f) * half);
 }
 
-void fs_things_plant(World *w, const Frame *f, float height, const Stock *s)
+void fs_things_plant(World *w, Frame f, float height, const Stock *s)
 {
     float pot = 0.16f * height + 0.03f;
     fs_things_turned(w, f,
@@ -176,6 +176,6 @@ void fs_things_plant(World *w, const Frame *f, float height, const Stock *s)
         leaf.droop = fs_things_range(w, 0.1f, 0.8f);
         leaf.lift = fs_things_range(w, 0.5f, 1.45f);
         Frame at = frame_at(f, vec(0, 0, 1.7f * pot), 2.4f * (float)i + fs_things_range(w, -0.3f, 0.3f));
-        fs_world_sheet(w, &at, (Sheet){2, 6, 1, 1, leaf_at, &leaf}, s->leaf);
+        fs_world_sheet(w, at, (Sheet){2, 6, 1, 1, leaf_at, &leaf}, s->leaf);
     }
 }

@@ -82,30 +82,30 @@ static inline Frame frame_identity(void)
     return (Frame){vec(0, 0, 0), vec(1, 0, 0), vec(0, 1, 0), vec(0, 0, 1)};
 }
 
-static inline Vec frame_vector(const Frame *f, Vec v)
+static inline Vec frame_vector(Frame f, Vec v)
 {
-    return vec_add(vec_add(vec_scale(f->x, v.x), vec_scale(f->y, v.y)), vec_scale(f->z, v.z));
+    return vec_add(vec_add(vec_scale(f.x, v.x), vec_scale(f.y, v.y)), vec_scale(f.z, v.z));
 }
 
-static inline Vec frame_point(const Frame *f, Vec p)
+static inline Vec frame_point(Frame f, Vec p)
 {
-    return vec_add(f->o, frame_vector(f, p));
+    return vec_add(f.o, frame_vector(f, p));
 }
 
 // A frame at p of f, turned by yaw (radians) about f's z.
-static inline Frame frame_at(const Frame *f, Vec p, float yaw)
+static inline Frame frame_at(Frame f, Vec p, float yaw)
 {
     float c = cosf(yaw), s = sinf(yaw);
-    return (Frame){frame_point(f, p), vec_add(vec_scale(f->x, c), vec_scale(f->y, s)),
-                   vec_add(vec_scale(f->x, -s), vec_scale(f->y, c)), f->z};
+    return (Frame){frame_point(f, p), vec_add(vec_scale(f.x, c), vec_scale(f.y, s)),
+                   vec_add(vec_scale(f.x, -s), vec_scale(f.y, c)), f.z};
 }
 
 // The same turned about its own x by pitch (positive leans the top away), e.g. a picture that leans on a wall.
-static inline Frame frame_pitch(const Frame *f, float pitch)
+static inline Frame frame_pitch(Frame f, float pitch)
 {
     float c = cosf(pitch), s = sinf(pitch);
-    return (Frame){f->o, f->x, vec_add(vec_scale(f->y, c), vec_scale(f->z, -s)),
-                   vec_add(vec_scale(f->y, s), vec_scale(f->z, c))};
+    return (Frame){f.o, f.x, vec_add(vec_scale(f.y, c), vec_scale(f.z, -s)),
+                   vec_add(vec_scale(f.y, s), vec_scale(f.z, c))};
 }
 
 #endif

@@ -125,7 +125,7 @@ static int grid_count(float length, float step)
     return n < 2 ? 2 : n > 64 ? 64 : n;
 }
 
-void fs_world_quad(World *world, const Frame *f, Vec corner, Vec edge_a, Vec edge_b, int surface)
+void fs_world_quad(World *world, Frame f, Vec corner, Vec edge_a, Vec edge_b, int surface)
 {
     if (world->failed) return;
     PrimShape shape = {frame_point(f, corner), frame_vector(f, edge_a), frame_vector(f, edge_b), .triangle = 0};
@@ -145,7 +145,7 @@ void fs_world_quad(World *world, const Frame *f, Vec corner, Vec edge_a, Vec edg
     if (!world->failed) add_prim(world, shape, look);
 }
 
-void fs_world_box6(World *world, const Frame *f, Vec low, Vec high, const int side[6])
+void fs_world_box6(World *world, Frame f, Vec low, Vec high, const int side[6])
 {
     Vec d = vec_sub(high, low);
     Vec x = vec(d.x, 0, 0), y = vec(0, d.y, 0), z = vec(0, 0, d.z), nx = vec(-d.x, 0, 0), ny = vec(0, -d.y, 0);
@@ -157,13 +157,12 @@ void fs_world_box6(World *world, const Frame *f, Vec low, Vec high, const int si
     if (side[5] >= 0) fs_world_quad(world, f, vec(low.x, low.y, high.z), x, y, side[5]);
 }
 
-void fs_world_box(World *world, const Frame *f, Vec low, Vec high, int surface)
+void fs_world_box(World *world, Frame f, Vec low, Vec high, int surface)
 {
-    const int side[6] = {surface, surface, surface, surface, surface, surface};
-    fs_world_box6(world, f, low, high, side);
+    fs_world_box6(world, f, low, high, (int[]){surface, surface, surface, surface, surface, surface});
 }
 
-void fs_world_room(World *world, const Frame *f, Vec low, Vec high, const int side[6])
+void fs_world_room(World *world, Frame f, Vec low, Vec high, const int side[6])
 {
     Vec d = vec_sub(high, low);
     Vec x = vec(d.x, 0, 0), y = vec(0, d.y, 0), z = vec(0, 0, d.z), nx = vec(-d.x, 0, 0), ny = vec(0, -d.y, 0);
@@ -197,7 +196,7 @@ static void add_triangle(World *world, const Vec p[3], const int point[3], const
                         .light_b = point[2]});
 }
 
-void fs_world_sheet(World *world, const Frame *f, Sheet s, int surface)
+void fs_world_sheet(World *world, Frame f, Sheet s, int surface)
 {
     int first = world->n_points, nu = s.nu, nv = s.nv;
     const float h = 1e-3f;
@@ -226,7 +225,7 @@ void fs_world_sheet(World *world, const Frame *f, Sheet s, int surface)
         }
 }
 
-void fs_world_light(World *world, const Frame *f, Vec corner, Vec edge_a, Vec edge_b, Vec radiance)
+void fs_world_light(World *world, Frame f, Vec corner, Vec edge_a, Vec edge_b, Vec radiance)
 {
     if (world->n_lights == (int)(sizeof world->light / sizeof *world->light)) return;
     world->light[world->n_lights++] =

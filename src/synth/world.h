@@ -71,13 +71,13 @@ int fs_world_color(World *world, Color coded);     // plain
 Surface *fs_world_edit(World *world, int surface); // never NULL
 
 // All positions are in the frame; normals face edge_a x edge_b.
-void fs_world_quad(World *world, const Frame *f, Vec corner, Vec edge_a, Vec edge_b, int surface);
+void fs_world_quad(World *world, Frame f, Vec corner, Vec edge_a, Vec edge_b, int surface);
 // Box from low to high corner; every side has its own surface (side[0..5]: front -y, back, left -x, right, bottom,
 // top).
-void fs_world_box6(World *world, const Frame *f, Vec low, Vec high, const int side[6]);
-void fs_world_box(World *world, const Frame *f, Vec low, Vec high, int surface);
+void fs_world_box6(World *world, Frame f, Vec low, Vec high, const int side[6]);
+void fs_world_box(World *world, Frame f, Vec low, Vec high, int surface);
 // The inside of a box: walls front (-y side), back, left, right, floor, ceiling; -1 leaves a side open.
-void fs_world_room(World *world, const Frame *f, Vec low, Vec high, const int side[6]);
+void fs_world_room(World *world, Frame f, Vec low, Vec high, const int side[6]);
 // A curved sheet of nu x nv cells; at(context, u, v) for u, v in 0..1 gives points, outside is du x dv. The texture is
 // repeated repeat_u and repeat_v times along u and v.
 typedef struct Sheet {
@@ -86,8 +86,8 @@ typedef struct Sheet {
     Vec (*at)(const void *context, float u, float v);
     const void *context;
 } Sheet;
-void fs_world_sheet(World *world, const Frame *f, Sheet sheet, int surface);
-void fs_world_light(World *world, const Frame *f, Vec corner, Vec edge_a, Vec edge_b, Vec radiance);
+void fs_world_sheet(World *world, Frame f, Sheet sheet, int surface);
+void fs_world_light(World *world, Frame f, Vec corner, Vec edge_a, Vec edge_b, Vec radiance);
 
 int fs_world_finish(World *world, FsError *err); // builds the hierarchy
 
