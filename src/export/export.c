@@ -6,21 +6,10 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "export/colors.h"
-#include "export/inria.h"
-#include "export/splat.h"
+#include "export/viewers.h"
 #include "image/tone.h"
 #include "model/dataset.h"
 #include "model/preview.h"
-
-static void mean_centre(const Dataset *views, Development *development)
-{
-    for (int i = 0; i < views->n; i++) {
-        double centre[3];
-        fs_camera_centre(&views->view[i].camera, centre);
-        for (int k = 0; k < 3; k++) development->eye[k] += centre[k] / views->n;
-    }
-    development->has_eye = views->n > 0;
-}
 
 // What the capture's colours mean, where ingest knew it from the RAW files.
 static void read_matrix(const FsProject *project, Development *development)
@@ -58,7 +47,8 @@ static int develop(const FsProject *project, const Scene *scene, Development *de
     read_matrix(project, development);
     FilePath path = fs_file_at("%s/views.json", project->out);
     if (fs_file_exists(path.text) && fs_dataset_read(&views, path.text, NULL) == 0) {
-        mean_centre(&views, development);
+        fs_dataset_extent(&views, development->eye);
+        development->has_eye = views.n > 0;
         fs_preview_exposure(project->out, &views, &development->exposure, NULL); // 0 when the photos are gone
     }
     fs_dataset_free(&views);

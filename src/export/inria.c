@@ -1,8 +1,6 @@
 // INRIA's PLY: positions, unused normals, degree-0 colour, opacity logit, log scales, unit quaternions.
-#include "export/inria.h"
-
 #include "base/file.h"
-#include "export/rotation.h"
+#include "export/viewers.h"
 
 // Value of the constant spherical harmonic: a viewer shows colour 0.5 + SH0 * f_dc.
 #define SH0 0.28209479177387814

@@ -1,12 +1,10 @@
 // .splat: position and scale as floats, colour, opacity and rotation as bytes, no header.
-#include "export/splat.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
-#include "export/rotation.h"
+#include "export/viewers.h"
 
 typedef struct Rank {
     double weight; // volume times opacity

@@ -1,7 +1,6 @@
 // Describes a camera model: COLMAP folder, transforms.json, views.json, cameras.json.
 #include "info/info.h"
 
-#include <math.h>
 #include <stdio.h>
 
 #include "model/cameras_file.h"
@@ -36,22 +35,13 @@ static void describe_model(const ColmapModel *model, const Log *log)
 static void describe_views(const Dataset *views, const Log *log)
 {
     int flash = 0, held_out = 0;
-    double mean[3] = {0}, spread = 0;
+    double centre[3], extent = fs_dataset_extent(views, centre);
     for (int i = 0; i < views->n; i++) {
-        double c[3];
         flash += views->view[i].flash;
         held_out += views->view[i].held_out;
-        fs_camera_centre(&views->view[i].camera, c);
-        for (int k = 0; k < 3; k++) mean[k] += c[k] / views->n;
-    }
-    for (int i = 0; i < views->n; i++) {
-        double c[3], d = 0;
-        fs_camera_centre(&views->view[i].camera, c);
-        for (int k = 0; k < 3; k++) d += (c[k] - mean[k]) * (c[k] - mean[k]);
-        spread = fmax(spread, sqrt(d));
     }
     fs_log_info(log, "  %d views within %.3g units of their centre (%d said to be flash, %d held out)", views->n,
-                spread, flash, held_out);
+                extent, flash, held_out);
     if (views->n > 0) fs_log_info(log, "  first %s, last %s", views->view[0].name, views->view[views->n - 1].name);
 }
 

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/linalg.h"
+
 Camera fs_camera_resized(const Camera *camera, int width, int height)
 {
     Camera c = *camera;
@@ -29,6 +31,21 @@ void fs_camera_centre(const Camera *camera, double centre[3])
 {
     const double *m = camera->w2c;
     for (int i = 0; i < 3; i++) centre[i] = -(m[i] * m[3] + m[4 + i] * m[7] + m[8 + i] * m[11]);
+}
+
+double fs_camera_extent(const Camera *camera, size_t stride, int n, double centre[3])
+{
+    double c[3], extent = 0;
+    for (int k = 0; k < 3; k++) centre[k] = 0;
+    for (int i = 0; i < n; i++) {
+        fs_camera_centre((const Camera *)((const char *)camera + (size_t)i * stride), c);
+        for (int k = 0; k < 3; k++) centre[k] += c[k] / n;
+    }
+    for (int i = 0; i < n; i++) {
+        fs_camera_centre((const Camera *)((const char *)camera + (size_t)i * stride), c);
+        extent = fmax(extent, sqrt(v3_distance2(c, centre)));
+    }
+    return extent;
 }
 
 double fs_camera_project(const Camera *camera, const double world[3], double pixel[2])

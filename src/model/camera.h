@@ -2,6 +2,8 @@
 #ifndef FS_MODEL_CAMERA_H
 #define FS_MODEL_CAMERA_H
 
+#include <stddef.h>
+
 typedef struct Camera {
     int width, height;
     double fx, fy, cx, cy; // pixels of width x height
@@ -13,6 +15,8 @@ Camera fs_camera_resized(const Camera *camera, int width, int height);
 // The same view with the longer side at most long_edge pixels (0: unchanged); never enlarges.
 Camera fs_camera_limited(const Camera *camera, int long_edge);
 void fs_camera_centre(const Camera *camera, double centre[3]); // -R^T t
+// The mean of n cameras' centres, and the largest distance from it. stride: bytes from one camera to the next.
+double fs_camera_extent(const Camera *camera, size_t stride, int n, double centre[3]);
 // Projects a world point; returns depth z (pixel written when z > 0).
 double fs_camera_project(const Camera *camera, const double world[3], double pixel[2]);
 void fs_camera_quat_to_rotation(const double quat_wxyz[4], double rotation[9]); // normalises

@@ -66,6 +66,12 @@ int fs_dataset_find(const Dataset *dataset, const char *name)
     return found ? at : -1;
 }
 
+double fs_dataset_extent(const Dataset *dataset, double centre[3])
+{
+    const Camera *first = dataset->n ? &dataset->view->camera : NULL;
+    return fs_camera_extent(first, sizeof *dataset->view, dataset->n, centre);
+}
+
 static json_t *view_to_json(const View *view)
 {
     const Camera *c = &view->camera;

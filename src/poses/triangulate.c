@@ -363,26 +363,11 @@ static int make_photos(const Features *features, const Camera *camera, int n, Se
     return 0;
 }
 
-// Radius of the cameras about their mean: nothing is looked for much nearer than that.
-static double extent(const Camera *camera, int n)
-{
-    double mean[3] = {0}, c[3], most = 0;
-    for (int a = 0; a < n; a++) {
-        fs_camera_centre(&camera[a], c);
-        for (int k = 0; k < 3; k++) mean[k] += c[k] / n;
-    }
-    for (int a = 0; a < n; a++) {
-        fs_camera_centre(&camera[a], c);
-        most = fmax(most, sqrt(v3_distance2(c, mean)));
-    }
-    return most;
-}
-
 int fs_triangulate(const PosedFeatures *photos, const TriangulateOptions *options, Threads *threads, const Log *log,
                    PointSet *points, FsError *err)
 {
     int rc = 0, n = photos->n, step = 2 * fs_threads_count(threads);
-    double radius = extent(photos->camera, n);
+    double centre[3], radius = fs_camera_extent(photos->camera, sizeof(Camera), n, centre); // nothing is much nearer
     Claims claims = {0};
     SearchPhoto *photo = calloc((size_t)n + 1, sizeof *photo);
     Work work = {.photo = photo, .n = n, .options = options, .max_inverse_z = radius > 0 ? 1 / (0.7 * radius) : 1};

@@ -33,21 +33,6 @@ static int find_common(const Dataset *views, const Dataset *photos, Common *comm
     return 0;
 }
 
-// Largest distance of a photo's camera from their mean.
-static double capture_extent(const Dataset *photos)
-{
-    double mean[3] = {0}, c[3], extent = 0;
-    for (int i = 0; i < photos->n; i++) {
-        fs_camera_centre(&photos->view[i].camera, c);
-        for (int k = 0; k < 3; k++) mean[k] += c[k] / photos->n;
-    }
-    for (int i = 0; i < photos->n; i++) {
-        fs_camera_centre(&photos->view[i].camera, c);
-        extent = fmax(extent, sqrt(v3_distance2(c, mean)));
-    }
-    return extent;
-}
-
 // Angle between two cameras' orientations.
 static double turn(const Camera *a, const Camera *b)
 {
@@ -60,12 +45,8 @@ static double turn(const Camera *a, const Camera *b)
 // Medians over the common views, the model's moved first where there is a similarity.
 static int disagreement(const Common *common, const Similarity *move, double *shift, double *angle, FsError *err)
 {
-    double *shifts = malloc(sizeof *shifts * (size_t)common->n), *angles = malloc(sizeof *angles * (size_t)common->n);
-    if (!shifts || !angles) {
-        free(shifts);
-        free(angles);
-        return fs_error_memory(err);
-    }
+    double *shifts = malloc(sizeof *shifts * 2 * (size_t)common->n), *angles = shifts + common->n;
+    if (!shifts) return fs_error_memory(err);
     for (int i = 0; i < common->n; i++) {
         Camera camera = move ? fs_similarity_camera(move, &common->view[i]) : common->view[i];
         double a[3], b[3];
@@ -77,7 +58,6 @@ static int disagreement(const Common *common, const Similarity *move, double *sh
     *shift = fs_order_median(shifts, (size_t)common->n);
     *angle = fs_order_median(angles, (size_t)common->n);
     free(shifts);
-    free(angles);
     return 0;
 }
 
@@ -85,7 +65,7 @@ int fs_frame_align(Dataset *views, const Dataset *photos, const char *file, cons
 {
     Common common = {0};
     Similarity move;
-    double shift, angle, extent = capture_extent(photos);
+    double shift, angle, centre[3], extent = fs_dataset_extent(photos, centre);
     int rc;
     TRY(find_common(views, photos, &common, err));
     if (common.n < MIN_COMMON) {

@@ -1,4 +1,4 @@
-#include "report/charts.h"
+#include "report/page.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -71,15 +71,12 @@ static int add_point(Curve *curve, const json_t *line, FsError *err)
     double v = json_number_value(value);
     if (!json_is_integer(step) || !json_is_number(value) || !(v > 0)) return 0;
     if ((curve->n & (curve->n - 1)) == 0) { // grows at powers of two
-        size_t room = curve->n ? 2 * (size_t)curve->n : 1;
-        double *steps = realloc(curve->step, room * sizeof *steps);
-        if (steps) curve->step = steps;
-        double *values = realloc(curve->value, room * sizeof *values);
-        if (values) curve->value = values;
-        if (!steps || !values) return fs_error_memory(err);
+        double(*points)[2] = realloc(curve->point, (curve->n ? 2 * (size_t)curve->n : 1) * sizeof *points);
+        if (!points) return fs_error_memory(err);
+        curve->point = points;
     }
-    curve->step[curve->n] = (double)json_integer_value(step);
-    curve->value[curve->n++] = v;
+    curve->point[curve->n][0] = (double)json_integer_value(step);
+    curve->point[curve->n++][1] = v;
     if (json_is_number(seconds)) curve->seconds = json_number_value(seconds);
     return 0;
 }
@@ -106,8 +103,7 @@ int fs_charts_read_log(const char *path, Curve *curve, FsError *err)
 
 void fs_charts_free_curve(Curve *curve)
 {
-    free(curve->step);
-    free(curve->value);
+    free(curve->point);
     *curve = (Curve){0};
 }
 
@@ -115,8 +111,8 @@ void fs_charts_curve(FILE *f, const Curve *curve)
 {
     double x[2] = {0, 1}, y[2] = {INFINITY, -INFINITY};
     for (int i = 0; i < curve->n; i++) {
-        grow(x, curve->step[i]);
-        grow(y, log10(curve->value[i]));
+        grow(x, curve->point[i][0]);
+        grow(y, log10(curve->point[i][1]));
     }
     double low = floor(y[0] * 5) / 5, high = fmax(ceil(y[1] * 5) / 5, low + 0.2);
     double left = 2.0 * PAD, bottom = HEIGHT - 1.3 * PAD, top = PAD, right = WIDTH - 0.7 * PAD;
@@ -129,8 +125,8 @@ void fs_charts_curve(FILE *f, const Curve *curve)
     fputs("<polyline fill=\"none\" stroke=\"#6fb1e8\" stroke-width=\"2\" points=\"", f);
     int every = curve->n > 1000 ? curve->n / 1000 : 1;
     for (int i = 0; i < curve->n; i += every)
-        fprintf(f, "%.1f,%.1f ", left + (right - left) * curve->step[i] / x[1],
-                bottom - (bottom - top) * (log10(curve->value[i]) - low) / (high - low));
+        fprintf(f, "%.1f,%.1f ", left + (right - left) * curve->point[i][0] / x[1],
+                bottom - (bottom - top) * (log10(curve->point[i][1]) - low) / (high - low));
     fprintf(
         f,
         "\"/><text x=\"%.1f\" y=\"%d\">0</text><text x=\"%.1f\" y=\"%d\" text-anchor=\"end\">step %.0f</text></svg>\n",

@@ -6,7 +6,6 @@
 
 #include "base/file.h"
 #include "base/json_file.h"
-#include "report/html.h"
 
 #define MAX_FIGURES (64 << 20) // bytes
 #define MAX_MARK (1 << 20)
@@ -54,7 +53,7 @@ static void write_chips(FILE *f, const Page *page)
     if (splats) fprintf(f, "<li><b>%d</b> Gaussians</li>", splats);
     if (page->curve.n) {
         double s = page->curve.seconds;
-        fprintf(f, "<li><b>%.0f</b> training steps in <b>%.0f</b> %s</li>", page->curve.step[page->curve.n - 1],
+        fprintf(f, "<li><b>%.0f</b> training steps in <b>%.0f</b> %s</li>", page->curve.point[page->curve.n - 1][0],
                 s < 120 ? s : s / 60, s < 120 ? "seconds" : "minutes");
     }
     fputs("</ul>\n", f);

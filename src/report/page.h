@@ -1,11 +1,68 @@
-// The page itself: sections in the order a person reads them.
+// The page: its sections in the order a person reads them, its pictures, its drawings, and text into HTML.
 #ifndef FS_REPORT_PAGE_H
 #define FS_REPORT_PAGE_H
 
 #include <stdio.h>
 
-#include "report/charts.h"
-#include "report/previews.h"
+#include "model/dataset.h"
+#include "model/layers.h"
+#include "model/project.h"
+
+// ---- previews.c: a handful of views, each as photo and layers, small JPEGs in OUT/report ----
+
+typedef enum Preview {
+    PREVIEW_PHOTO,
+    PREVIEW_COMPOSITE,
+    PREVIEW_T_N,
+    PREVIEW_T_F,
+    PREVIEW_R,
+    PREVIEW_DEPTH,
+    PREVIEWS
+} Preview;
+
+typedef struct PreviewInfo {
+    const char *key;      // of the file: report/<n>_<key>.jpg
+    RenderLayer layer[2]; // the render it shows, at a view without and with flash; none for the photo
+    const char *title;    // for the reader
+    const char *help;
+} PreviewInfo;
+extern const PreviewInfo fs_previews[PREVIEWS];
+
+#define FS_PREVIEWS_VIEWS 6
+typedef struct PreviewSet {
+    int view[FS_PREVIEWS_VIEWS], n;        // indices in the dataset
+    bool has[FS_PREVIEWS_VIEWS][PREVIEWS]; // the picture was written
+    int width, height;                     // of the first picture
+} PreviewSet;
+
+// Pictures whose sources are missing are left out; one that cannot be read is left out with a warning.
+int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewSet *set, FsError *err);
+
+// ---- charts.c: SVG of where the photos were taken, and of how the training went ----
+
+// The cameras from above their common plane, flash and no-flash, with their directions.
+void fs_charts_cameras(FILE *f, const Dataset *dataset);
+
+// The training log: points of (step, value).
+typedef struct Curve {
+    double (*point)[2];
+    int n;
+    double seconds; // at the last point
+} Curve;
+
+// OUT/log.jsonl, the photometric loss; n = 0 when there is no log. Lines that are not JSON are passed over.
+int fs_charts_read_log(const char *path, Curve *curve, FsError *err);
+void fs_charts_free_curve(Curve *curve);
+void fs_charts_curve(FILE *f, const Curve *curve);
+
+// ---- html.c: text, escaped, and the page's style sheet and script ----
+
+void fs_html_text(FILE *f, const char *text); // also good inside "..." attributes
+void fs_html_url(FILE *f, const char *path);  // a relative path as a link's address; '/' stays
+extern const char fs_html_style[];
+extern const char fs_html_script[];
+
+// ---- page.c ----
 
 typedef struct Page {
     const FsProject *project;
@@ -13,7 +70,6 @@ typedef struct Page {
     PreviewSet previews;
     Curve curve;
 } Page;
-
 void fs_page_write(FILE *f, const Page *page);
 
 #endif

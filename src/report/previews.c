@@ -1,4 +1,4 @@
-#include "report/previews.h"
+#include "report/page.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 // Area lights with soft shadows, then two bounces between the surfaces. The same sampling pattern is used at every
 // point, so that what is left of the sampling error is smooth, not noise.
-#include "synth/bake.h"
+#include "synth/world.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -6,7 +6,6 @@
 
 #include "base/file.h"
 #include "base/owned.h"
-#include "synth/bake.h"
 #include "synth/photo_file.h"
 #include "synth/truth_files.h"
 

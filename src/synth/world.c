@@ -17,27 +17,21 @@ void fs_world_free(World *world)
 }
 
 // Room for one more element in an array (given by its address) of n elements; false when out of memory.
-static bool reserve(World *world, void *array, int *capacity, int n, size_t size)
+static bool reserve(World *world, void *array, int n, size_t size)
 {
     if (world->failed) return false;
-    if (n < *capacity) return true;
+    if (n & (n - 1)) return true; // grows at powers of two
     void *old;
     memcpy(&old, array, sizeof old);
-    int want = 2 * n + 64;
-    void *grown = realloc(old, (size_t)want * size);
-    if (!grown) {
-        world->failed = true;
-        return false;
-    }
-    memcpy(array, &grown, sizeof grown);
-    *capacity = want;
-    return true;
+    void *grown = realloc(old, (n ? 2 * (size_t)n : 1) * size);
+    world->failed = !grown;
+    if (grown) memcpy(array, &grown, sizeof grown);
+    return grown;
 }
 
 int fs_world_texture(World *world, Paint paint, float hue, float w_m, float h_m)
 {
-    if (!reserve(world, &world->texture, &world->texture_capacity, world->n_textures, sizeof *world->texture))
-        return -1;
+    if (!reserve(world, &world->texture, world->n_textures, sizeof *world->texture)) return -1;
     Texture *t = &world->texture[world->n_textures];
     if (fs_paint_texture(t, paint, hue, 100 * w_m, 100 * h_m, world->px_per_cm, &world->rng) < 0) {
         fs_texture_free(t);
@@ -49,7 +43,7 @@ int fs_world_texture(World *world, Paint paint, float hue, float w_m, float h_m)
 
 int fs_world_surface(World *world, Surface surface)
 {
-    if (!reserve(world, &world->surface, &world->surface_capacity, world->n_surfaces, sizeof surface)) return 0;
+    if (!reserve(world, &world->surface, world->n_surfaces, sizeof surface)) return 0;
     world->surface[world->n_surfaces] = surface;
     return world->n_surfaces++;
 }
@@ -94,18 +88,15 @@ Surface *fs_world_edit(World *world, int surface)
 
 static int add_point(World *world, Vec at, Vec normal)
 {
-    if (!reserve(world, &world->point, &world->point_capacity, world->n_points, sizeof *world->point)) return 0;
+    if (!reserve(world, &world->point, world->n_points, sizeof *world->point)) return 0;
     world->point[world->n_points] = (LightPoint){.at = at, .normal = normal};
     return world->n_points++;
 }
 
 static void add_prim(World *world, PrimShape shape, PrimLook look)
 {
-    int capacity = world->capacity;
-    if (!reserve(world, &world->shape, &capacity, world->n, sizeof *world->shape)) return;
-    capacity = world->capacity;
-    if (!reserve(world, &world->look, &capacity, world->n, sizeof *world->look)) return;
-    world->capacity = capacity;
+    if (!reserve(world, &world->shape, world->n, sizeof *world->shape)) return;
+    if (!reserve(world, &world->look, world->n, sizeof *world->look)) return;
     const Surface *s = &world->surface[look.surface];
     shape.number = world->n;
     shape.flags = (unsigned char)((s->thin ? SHAPE_THIN : 0) | (s->glow > 0 ? SHAPE_GLOW : 0));

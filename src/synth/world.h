@@ -3,6 +3,7 @@
 #ifndef FS_SYNTH_WORLD_H
 #define FS_SYNTH_WORLD_H
 
+#include "base/threads.h"
 #include "base/error.h"
 #include "synth/bvh.h"
 #include "synth/paint.h"
@@ -40,13 +41,13 @@ typedef struct AreaLight {
 typedef struct World {
     PrimShape *shape; // (n) by primitive number
     PrimLook *look;   // (n)
-    int n, capacity;
+    int n;
     Surface *surface;
-    int n_surfaces, surface_capacity;
+    int n_surfaces;
     LightPoint *point;
-    int n_points, point_capacity;
+    int n_points;
     Texture *texture;
-    int n_textures, texture_capacity;
+    int n_textures;
     AreaLight light[16];
     int n_lights;
     Vec fill;     // light that comes from everywhere, linear
@@ -89,7 +90,8 @@ typedef struct Sheet {
 void fs_world_sheet(World *world, Frame f, Sheet sheet, int surface);
 void fs_world_light(World *world, Frame f, Vec corner, Vec edge_a, Vec edge_b, Vec radiance);
 
-int fs_world_finish(World *world, FsError *err); // builds the hierarchy
+int fs_world_finish(World *world, FsError *err);                   // builds the hierarchy
+int fs_bake_ambient(World *world, Threads *threads, FsError *err); // then: the ambient light on every surface
 
 // Ambient light at a point of a primitive, and its colour.
 Vec fs_world_ambient(const World *world, const Hit *hit);

@@ -13,8 +13,7 @@
 #include "base/rng.h"
 #include "export/colors.h"
 #include "export/export.h"
-#include "export/inria.h"
-#include "export/splat.h"
+#include "export/viewers.h"
 #include "image/tone.h"
 #include "temp_dir.h"
 
