@@ -25,8 +25,9 @@ TIMEOUT = 300  # seconds: a hang
 UNLIKE = ("log.jsonl", "/checkpoint", "/done/", "/colmap/", "/.flashsplat/", ".part")
 # Results outside of our folders, which are not overwritten.
 OUTSIDE = ("pair.png", "pair.tif", "evaluate.json")
-# Where libraries do not survive it themselves: libtiff 4.5 looks through a table of tags that it could not make larger.
-IN_LIBRARIES = ("_TIFFCheckRealloc",)
+# Where libraries do not survive it themselves: libtiff 4.5 looks through a table of tags that it could not make larger,
+# and frees one value more than the list of values that it could not make larger holds.
+IN_LIBRARIES = ("_TIFFCheckRealloc", "TIFFSetField")
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith(("ASAN_", "LD_PRELOAD"))}
 
 
