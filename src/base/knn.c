@@ -204,17 +204,12 @@ typedef struct KnnWork {
     float *dist2, *scratch;
 } KnnWork;
 
-#define CHUNK 256
-
-static void knn_job(void *context, int job, int worker)
+static void knn_job(void *context, int i, int worker)
 {
     KnnWork *w = context;
-    int end = (job + 1) * CHUNK < w->tree->n ? (job + 1) * CHUNK : w->tree->n;
-    for (int i = job * CHUNK; i < end; i++) {
-        size_t at = (size_t)i * (size_t)w->k;
-        float *dist2 = w->dist2 ? w->dist2 + at : w->scratch + (size_t)worker * (size_t)w->k;
-        fs_knn_query(w->tree, w->xyz + 3 * (size_t)i, i, w->k, w->index + at, dist2);
-    }
+    size_t at = (size_t)i * (size_t)w->k;
+    float *dist2 = w->dist2 ? w->dist2 + at : w->scratch + (size_t)worker * (size_t)w->k;
+    fs_knn_query(w->tree, w->xyz + 3 * (size_t)i, i, w->k, w->index + at, dist2);
 }
 
 int fs_knn(const float *xyz, int n, int k, int *index, float *dist2, Threads *threads)
@@ -227,7 +222,7 @@ int fs_knn(const float *xyz, int n, int k, int *index, float *dist2, Threads *th
     int rc = tree && scratch ? 0 : FS_ERR_MEMORY;
     if (rc == 0) {
         KnnWork work = {tree, xyz, k, index, dist2, scratch};
-        fs_threads_for(threads, (n + CHUNK - 1) / CHUNK, knn_job, &work);
+        fs_threads_for(threads, n, knn_job, &work);
     }
     free(scratch);
     fs_knn_free(tree);

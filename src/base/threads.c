@@ -28,7 +28,9 @@ typedef struct Worker {
 
 static void work(Threads *t, int worker)
 {
-    for (int i; (i = atomic_fetch_add(&t->next, 1)) < t->n;) t->job(t->context, i, worker);
+    int share = 1 + t->n / (64 * t->count); // taken at once: small jobs are many, and taking one costs as much
+    for (int i; (i = atomic_fetch_add(&t->next, share)) < t->n;)
+        for (int k = 0; k < share && i + k < t->n; k++) t->job(t->context, i + k, worker);
 }
 
 static void *worker_main(void *arg)

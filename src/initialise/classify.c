@@ -14,8 +14,6 @@
 #include "base/knn.h"
 #include "initialise/constants.h"
 
-enum { CHUNK = 256 };
-
 typedef struct Graph {
     int n;
     float *place; // (n, 3): direction, CLASSIFY_DEPTH_SCALE * log depth
@@ -173,34 +171,30 @@ static void renew_depths(Graph *g, int round, float *weight)
     for (int i = 0; i < g->n; i++) g->depth_odds[i] = fs_classify_depth_odds(&g->depths, g->log_depth[i]);
 }
 
-static void round_job(void *context, int job, int worker)
+static void round_job(void *context, int i, int worker)
 {
     (void)worker;
     Graph *g = context;
-    int end = (job + 1) * CHUNK < g->n ? (job + 1) * CHUNK : g->n;
-    for (int i = job * CHUNK; i < end; i++) {
-        float lit = LIT_SLOPE * 2, support = 2, near = 0, ray = 0;
-        for (int k = 0; k < GRAPH_FIELD; k++) {
-            int j = g->field[(size_t)i * GRAPH_FIELD + (size_t)k];
-            float w =
-                g->field_weight[(size_t)i * GRAPH_FIELD + (size_t)k] * g->p[j] / (g->sigma[j] * g->sigma[j] + 0.01f);
-            lit += w * g->slope[j];
-            support += w;
-        }
-        for (int k = 0; k < GRAPH_NEAR; k++) {
-            size_t at = (size_t)i * GRAPH_NEAR + (size_t)k;
-            near += g->near_weight[at] * (2 * g->p[g->near[at]] - 1);
-        }
-        for (int k = 0; k < GRAPH_RAY; k++) {
-            size_t at = (size_t)i * GRAPH_RAY + (size_t)k;
-            ray += g->ray_weight[at] * (2 * g->p[g->ray[at]] - 1);
-        }
-        float own = own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, 0.05f),
-                             support > 12 ? LIT_FIELD_SPREAD : LIT_SPREAD);
-        g->evidence[i] =
-            own + g->depth_odds[i] + CLASSIFY_NEAR_WEIGHT * near - CLASSIFY_RAY_WEIGHT * fminf(fmaxf(ray, -4), 4);
-        g->p_next[i] = 0.5f * g->p[i] + 0.5f * to_probability(g->evidence[i]);
+    float lit = LIT_SLOPE * 2, support = 2, near = 0, ray = 0;
+    for (int k = 0; k < GRAPH_FIELD; k++) {
+        int j = g->field[(size_t)i * GRAPH_FIELD + (size_t)k];
+        float w = g->field_weight[(size_t)i * GRAPH_FIELD + (size_t)k] * g->p[j] / (g->sigma[j] * g->sigma[j] + 0.01f);
+        lit += w * g->slope[j];
+        support += w;
     }
+    for (int k = 0; k < GRAPH_NEAR; k++) {
+        size_t at = (size_t)i * GRAPH_NEAR + (size_t)k;
+        near += g->near_weight[at] * (2 * g->p[g->near[at]] - 1);
+    }
+    for (int k = 0; k < GRAPH_RAY; k++) {
+        size_t at = (size_t)i * GRAPH_RAY + (size_t)k;
+        ray += g->ray_weight[at] * (2 * g->p[g->ray[at]] - 1);
+    }
+    float own =
+        own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, 0.05f), support > 12 ? LIT_FIELD_SPREAD : LIT_SPREAD);
+    g->evidence[i] =
+        own + g->depth_odds[i] + CLASSIFY_NEAR_WEIGHT * near - CLASSIFY_RAY_WEIGHT * fminf(fmaxf(ray, -4), 4);
+    g->p_next[i] = 0.5f * g->p[i] + 0.5f * to_probability(g->evidence[i]);
 }
 
 static int settle(Graph *g, Threads *threads, FsError *err)
@@ -217,7 +211,7 @@ static int settle(Graph *g, Threads *threads, FsError *err)
     g->depths.step = fmaxf((hi - lo) / (DEPTH_ODDS_STEPS - 1), 1e-6f);
     for (int round = 0; round < GRAPH_ROUNDS; round++) {
         renew_depths(g, round, weight);
-        fs_threads_for(threads, (g->n + CHUNK - 1) / CHUNK, round_job, g);
+        fs_threads_for(threads, g->n, round_job, g);
         memcpy(g->p, g->p_next, sizeof(float) * (size_t)g->n);
     }
     free(weight);

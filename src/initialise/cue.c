@@ -5,7 +5,7 @@
 
 #include "initialise/constants.h"
 
-enum { SAMPLES = CUE_SIDE * CUE_SIDE, VIEWS_MAX = 2 * CUE_GROUP_MAX, CHUNK = 32 };
+enum { SAMPLES = CUE_SIDE * CUE_SIDE, VIEWS_MAX = 2 * CUE_GROUP_MAX };
 
 typedef struct Patches {
     int n, n_flash;
@@ -154,17 +154,15 @@ static Cue measure(const SmallViews *views, const float xyz[3], const float *wei
 typedef struct CueWork {
     const SmallViews *views;
     const float *xyz, *weight;
-    int n;
     Cue *cue;
 } CueWork;
 
-static void cue_job(void *context, int job, int worker)
+static void cue_job(void *context, int i, int worker)
 {
     (void)worker;
     const CueWork *w = context;
     Patches patches;
-    int end = (job + 1) * CHUNK < w->n ? (job + 1) * CHUNK : w->n;
-    for (int i = job * CHUNK; i < end; i++) w->cue[i] = measure(w->views, w->xyz + 3 * (size_t)i, w->weight, &patches);
+    w->cue[i] = measure(w->views, w->xyz + 3 * (size_t)i, w->weight, &patches);
 }
 
 void fs_cue_measure(const SmallViews *views, const float *xyz, int n, Cue *cue, Threads *threads)
@@ -176,6 +174,6 @@ void fs_cue_measure(const SmallViews *views, const float *xyz, int n, Cue *cue, 
         sum += weight[i];
     }
     for (int i = 0; i < SAMPLES; i++) weight[i] /= sum;
-    CueWork work = {views, xyz, weight, n, cue};
-    fs_threads_for(threads, (n + CHUNK - 1) / CHUNK, cue_job, &work);
+    CueWork work = {views, xyz, weight, cue};
+    fs_threads_for(threads, n, cue_job, &work);
 }

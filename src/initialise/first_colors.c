@@ -12,8 +12,6 @@
 #include "initialise/constants.h"
 #include "initialise/fill.h"
 
-enum { CHUNK = 256 };
-
 // One scene drawn into one photo: colour and inverse depth, (height, width, 4).
 typedef struct Drawn {
     int width, height, pixel; // a pixel here is `pixel` pixels of the photo, a side
@@ -86,8 +84,10 @@ static void sample_drawn(const Drawn *drawn, const double pixel[2], float out[4]
     for (int c = 0; c < 4; c++) out[c] = fs_bilinear_value(&place, drawn->px, 4, c);
 }
 
-static void average_seed(const ColorWork *p, int i)
+static void average_job(void *context, int i, int worker)
 {
+    (void)worker;
+    const ColorWork *p = context;
     const float *xyz = p->seeds->xyz + 3 * (size_t)i;
     float sum[2][3] = {{0}}, n[2] = {0};
     for (int f = 0; f < p->views->n; f++) {
@@ -107,14 +107,6 @@ static void average_seed(const ColorWork *p, int i)
     }
     for (int g = 0; g < 2; g++)
         for (int c = 0; c < 3; c++) p->sum[g][3 * (size_t)i + (size_t)c] = n[g] > 0 ? sum[g][c] / n[g] : NAN;
-}
-
-static void average_job(void *context, int job, int worker)
-{
-    (void)worker;
-    const ColorWork *p = context;
-    int end = (job + 1) * CHUNK < p->seeds->n ? (job + 1) * CHUNK : p->seeds->n;
-    for (int i = job * CHUNK; i < end; i++) average_seed(p, i);
 }
 
 static int draw(ColorWork *p, const Seeds *seeds, const float *without, const float *with, Drawn *drawn,
@@ -138,7 +130,7 @@ static void average(ColorWork *p, const Seeds *seeds, const Drawn *own, const Dr
     p->other = other;
     p->sum[0] = without;
     p->sum[1] = with;
-    fs_threads_for(threads, (seeds->n + CHUNK - 1) / CHUNK, average_job, p);
+    fs_threads_for(threads, seeds->n, average_job, p);
 }
 
 static float either(float a, float b, float otherwise)

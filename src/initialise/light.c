@@ -9,8 +9,6 @@
 #include "base/order.h"
 #include "initialise/constants.h"
 
-enum { CHUNK = 256 };
-
 // Mean over the flash photos of the distance from a point; of (light->distance / distance)^2 where there is a light.
 static double mean_over_flash(const SmallViews *views, const float xyz[3], const FlashLight *light)
 {
@@ -70,23 +68,20 @@ typedef struct GainWork {
     float *gain;
 } GainWork;
 
-static void gain_job(void *context, int job, int worker)
+static void gain_job(void *context, int i, int worker)
 {
     (void)worker;
     const GainWork *w = context;
-    int end = (job + 1) * CHUNK < w->seeds->n ? (job + 1) * CHUNK : w->seeds->n;
-    for (int i = job * CHUNK; i < end; i++) {
-        int index[LIGHT_NEIGHBOURS];
-        float dist2[LIGHT_NEIGHBOURS], sum = 0, weight = 0;
-        fs_knn_query(w->tree, w->seeds->xyz + 3 * (size_t)i, -1, LIGHT_NEIGHBOURS, index, dist2);
-        float soft = isfinite(dist2[LIGHT_NEIGHBOURS / 2]) ? dist2[LIGHT_NEIGHBOURS / 2] : dist2[0];
-        for (int k = 0; k < LIGHT_NEIGHBOURS && index[k] >= 0; k++) {
-            float wk = w->weight[index[k]] / (dist2[k] + soft + 1e-20f);
-            sum += wk * w->log_gain[index[k]];
-            weight += wk;
-        }
-        w->gain[i] = weight > 0 ? fminf(fmaxf(sum / weight, -LIGHT_GAIN_MAX), LIGHT_GAIN_MAX) : 0;
+    int index[LIGHT_NEIGHBOURS];
+    float dist2[LIGHT_NEIGHBOURS], sum = 0, weight = 0;
+    fs_knn_query(w->tree, w->seeds->xyz + 3 * (size_t)i, -1, LIGHT_NEIGHBOURS, index, dist2);
+    float soft = isfinite(dist2[LIGHT_NEIGHBOURS / 2]) ? dist2[LIGHT_NEIGHBOURS / 2] : dist2[0];
+    for (int k = 0; k < LIGHT_NEIGHBOURS && index[k] >= 0; k++) {
+        float wk = w->weight[index[k]] / (dist2[k] + soft + 1e-20f);
+        sum += wk * w->log_gain[index[k]];
+        weight += wk;
     }
+    w->gain[i] = weight > 0 ? fminf(fmaxf(sum / weight, -LIGHT_GAIN_MAX), LIGHT_GAIN_MAX) : 0;
 }
 
 int fs_light_gains(const SmallViews *views, const FlashLight *light, const SparsePoints *points, const Seeds *seeds,
@@ -113,7 +108,7 @@ int fs_light_gains(const SmallViews *views, const FlashLight *light, const Spars
     tree = fs_knn_new(place, m);
     if (!tree) TRY(fs_error_memory(err));
     GainWork work = {tree, log_gain, weight, seeds, gain};
-    fs_threads_for(threads, (seeds->n + CHUNK - 1) / CHUNK, gain_job, &work);
+    fs_threads_for(threads, seeds->n, gain_job, &work);
 fail:
     fs_knn_free(tree);
     free(place);

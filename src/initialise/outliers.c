@@ -6,8 +6,6 @@
 #include "base/knn.h"
 #include "initialise/constants.h"
 
-enum { CHUNK = 512 };
-
 typedef struct Filter {
     const PointList *dense;
     const KnnTree *own, *other;
@@ -15,19 +13,16 @@ typedef struct Filter {
     unsigned char *drop; // (dense->n)
 } Filter;
 
-static void filter_job(void *context, int job, int worker)
+static void filter_job(void *context, int i, int worker)
 {
     (void)worker;
     const Filter *v = context;
-    int end = (job + 1) * CHUNK < v->dense->n ? (job + 1) * CHUNK : v->dense->n;
-    for (int i = job * CHUNK; i < end; i++) {
-        const float *p = v->dense->xyz + 3 * (size_t)i;
-        int index;
-        float own2, other2;
-        fs_knn_query(v->own, p, -1, 1, &index, &own2);
-        fs_knn_query(v->other, p, -1, 1, &index, &other2);
-        v->drop[i] = own2 > v->farther * v->farther * other2;
-    }
+    const float *p = v->dense->xyz + 3 * (size_t)i;
+    int index;
+    float own2, other2;
+    fs_knn_query(v->own, p, -1, 1, &index, &own2);
+    fs_knn_query(v->other, p, -1, 1, &index, &other2);
+    v->drop[i] = own2 > v->farther * v->farther * other2;
 }
 
 static KnnTree *tree_of(const SparsePoints *points, PointKind wanted, float *some, int *count)
@@ -52,7 +47,7 @@ int fs_outliers_drop(const SparsePoints *points, bool reflected, Threads *thread
     }
     if (!tree[0] || !tree[1]) goto fail;
     Filter vet = {dense, tree[reflected], tree[!reflected], reflected ? OUTLIERS_FARTHER_R : OUTLIERS_FARTHER_T, drop};
-    fs_threads_for(threads, (dense->n + CHUNK - 1) / CHUNK, filter_job, &vet);
+    fs_threads_for(threads, dense->n, filter_job, &vet);
     for (int i = 0; i < dense->n; i++)
         if (!drop[i]) memmove(dense->xyz + 3 * (size_t)kept++, dense->xyz + 3 * (size_t)i, sizeof(float) * 3);
     dense->n = kept;
