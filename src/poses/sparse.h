@@ -41,6 +41,11 @@ int fs_sparse_camera(const Sparse *sparse, int photo, Camera *camera, FsError *e
 int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, bool points, FsError *err);
 int fs_sparse_from_file(Sparse *sparse, const Capture *capture, const char *path, FsError *err);
 
+// A model of the posed photos and the points of at least `least` sightings. as_taken: the pictures for feature
+// detection with their lenses; else the working images without distortion.
+int fs_sparse_to_colmap(const Sparse *sparse, const Capture *capture, int least, bool as_taken, ColmapModel *model,
+                        FsError *err);
+
 // Replaces the points by ones triangulated from features.
 int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, const Features *features,
                           FsError *err);

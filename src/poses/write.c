@@ -131,45 +131,87 @@ fail:
     return rc;
 }
 
-// Camera of a posed photo in the model, shared by photos with the same intrinsics. 0 when out of memory.
-static uint32_t camera_id(ColmapModel *model, const Camera *c, FsError *err)
+// ---- the sparse model ----
+
+typedef struct Build {
+    const Sparse *sparse;
+    const Capture *capture;
+    int least;
+    bool as_taken;
+    uint32_t *index; // (sparse->n_sightings) number of each in its photo
+    ColmapModel *model;
+} Build;
+
+// Shared by photos with the same lens. 0 when out of memory.
+static uint32_t camera_id(ColmapModel *model, const Lens *lens, FsError *err)
 {
-    Lens lens = fs_lens_from_camera(c);
     for (int k = 0; k < model->n_cameras; k++)
-        if (fs_lens_equal(&model->camera[k].lens, &lens)) return model->camera[k].id;
+        if (fs_lens_equal(&model->camera[k].lens, lens)) return model->camera[k].id;
     ColmapCamera *camera = fs_colmap_model_add_camera(model, err);
     if (!camera) return 0;
-    camera->lens = lens;
+    camera->lens = *lens;
     return camera->id = (uint32_t)model->n_cameras;
 }
 
-// Sightings by photo: image k sees points in order of their numbers.
-static int add_images(ColmapModel *model, const Sparse *sparse, const Capture *capture, uint32_t *index, FsError *err)
+// One photo and its sightings, in order of the points' numbers.
+static int add_photo(const Build *b, int i, FsError *err)
 {
     int rc = 0;
-    for (int i = 0; i < capture->n; i++) {
-        if (!sparse->pose[i].known) continue;
-        const Photo *photo = &capture->photo[i];
-        Camera camera;
-        TRY(fs_sparse_camera(sparse, i, &camera, err));
-        camera = fs_camera_resized(&camera, photo->width, photo->height);
-        char *name = fs_file_path("%s.tif", photo->name);
-        ColmapImage *image = name ? fs_colmap_model_add_image(model, name, err) : NULL;
-        free(name);
-        if (!image || !(image->camera_id = camera_id(model, &camera, err))) return fs_error_memory(err);
-        image->id = (uint32_t)i + 1;
-        fs_camera_pose_to_quat(camera.w2c, image->quat, image->t);
-        double sx = (double)photo->width / photo->picture_width, sy = (double)photo->height / photo->picture_height;
-        for (int k = 0, n = 0; k < sparse->n_points; k++)
-            for (int l = 0; l < sparse->point[k].n; l++) {
-                int at = sparse->point[k].first + l;
-                const Sighting *s = &sparse->sighting[at];
-                if (s->photo != i) continue;
-                TRY(fs_colmap_model_add_observation(model, (ColmapObservation){sx * s->x, sy * s->y, k + 1}, err));
-                index[at] = (uint32_t)n++;
-            }
+    const Photo *photo = &b->capture->photo[i];
+    const Pose *pose = &b->sparse->pose[i];
+    double sx = (double)photo->width / photo->picture_width, sy = (double)photo->height / photo->picture_height;
+    Camera camera;
+    TRY(fs_sparse_camera(b->sparse, i, &camera, err));
+    Camera working = fs_camera_resized(&camera, photo->width, photo->height);
+    Lens lens = b->as_taken ? pose->lens : fs_lens_from_camera(&working);
+    char *name = fs_file_path("%s.%s", photo->name, b->as_taken ? "png" : "tif");
+    ColmapImage *image = name ? fs_colmap_model_add_image(b->model, name, err) : NULL;
+    free(name);
+    if (!image || !(image->camera_id = camera_id(b->model, &lens, err))) return fs_error_memory(err);
+    image->id = (uint32_t)i + 1;
+    fs_camera_pose_to_quat(pose->w2c, image->quat, image->t);
+    uint32_t n = 0;
+    for (int k = 0; k < b->sparse->n_points; k++) {
+        const SparsePoint *p = &b->sparse->point[k];
+        for (int at = p->first; at < p->first + p->n && p->n >= b->least; at++) {
+            const Sighting *s = &b->sparse->sighting[at];
+            if (s->photo != i) continue;
+            double ray[2] = {(s->x - camera.cx) / camera.fx, (s->y - camera.cy) / camera.fy};
+            double pixel[2] = {sx * s->x, sy * s->y};
+            if (b->as_taken) fs_lens_project(&pose->lens, ray, pixel);
+            TRY(fs_colmap_model_add_observation(b->model, (ColmapObservation){pixel[0], pixel[1], k + 1}, err));
+            b->index[at] = n++;
+        }
     }
 fail:
+    return rc;
+}
+
+int fs_sparse_to_colmap(const Sparse *sparse, const Capture *capture, int least, bool as_taken, ColmapModel *model,
+                        FsError *err)
+{
+    int rc = 0;
+    uint32_t *index = calloc((size_t)sparse->n_sightings + 1, sizeof *index);
+    const Build build = {sparse, capture, least, as_taken, index, model};
+    if (!index) return fs_error_memory(err);
+    for (int i = 0; i < capture->n; i++)
+        if (sparse->pose[i].known) TRY(add_photo(&build, i, err));
+    for (int k = 0; k < sparse->n_points; k++) {
+        const SparsePoint *from = &sparse->point[k];
+        if (from->n < least) continue;
+        ColmapPoint *p = fs_colmap_model_add_point(model, err);
+        if (!p) TRY(FS_ERR_MEMORY);
+        const Photo *photo = from->n ? &capture->photo[sparse->sighting[from->first].photo] : capture->photo;
+        p->id = k + 1;
+        p->error = from->error * photo->width / photo->picture_width;
+        memcpy(p->xyz, from->xyz, sizeof p->xyz);
+        memcpy(p->rgb, from->rgb, sizeof p->rgb);
+        for (int at = from->first; at < from->first + from->n; at++)
+            TRY(fs_colmap_model_add_track(model, (ColmapTrack){(uint32_t)sparse->sighting[at].photo + 1, index[at]},
+                                          err));
+    }
+fail:
+    free(index);
     return rc;
 }
 
@@ -178,30 +220,11 @@ static int write_sparse(const Sparse *sparse, const FsProject *project, const Ca
     int rc = 0;
     ColmapModel model = {0};
     char *dir = fs_file_path("%s/sparse", project->out);
-    uint32_t *index = calloc((size_t)sparse->n_sightings + 1, sizeof *index);
-    if (!dir || !index) TRY(fs_error_memory(err));
-    TRY(add_images(&model, sparse, capture, index, err));
-    for (int k = 0; k < sparse->n_points; k++) {
-        const SparsePoint *from = &sparse->point[k];
-        ColmapPoint *p = fs_colmap_model_add_point(&model, err);
-        if (!p) {
-            rc = FS_ERR_MEMORY;
-            goto fail;
-        }
-        const Photo *photo = from->n ? &capture->photo[sparse->sighting[from->first].photo] : capture->photo;
-        p->id = k + 1;
-        p->error = from->error * photo->width / photo->picture_width;
-        memcpy(p->xyz, from->xyz, sizeof p->xyz);
-        memcpy(p->rgb, from->rgb, sizeof p->rgb);
-        for (int l = 0; l < from->n; l++)
-            TRY(fs_colmap_model_add_track(
-                &model, (ColmapTrack){(uint32_t)sparse->sighting[from->first + l].photo + 1, index[from->first + l]},
-                err));
-    }
+    if (!dir) return fs_error_memory(err);
+    TRY(fs_sparse_to_colmap(sparse, capture, 0, false, &model, err));
     TRY(fs_colmap_model_write(dir, &model, false, err));
 fail:
     fs_colmap_model_free(&model);
-    free(index);
     free(dir);
     return rc;
 }
