@@ -18,13 +18,11 @@ static int read_points(const char *dir, SparsePoints *points, FsError *err)
     ColmapModel model = {0};
     int rc = fs_colmap_model_read(dir, &model, err);
     if (rc < 0) return rc;
-    if (model.n_points < INPUT_FEWEST) {
-        rc = fs_error_set(err, FS_ERR_INPUT,
-                          "%s: %d points, at least %d are needed; run the poses stage again (--force), "
-                          "or photograph a scene with more texture",
-                          dir, model.n_points, INPUT_FEWEST);
-        goto fail;
-    }
+    if (model.n_points < INPUT_FEWEST)
+        TRY(fs_error_set(err, FS_ERR_INPUT,
+                         "%s: %d points, at least %d are needed; run the poses stage again (--force), "
+                         "or photograph a scene with more texture",
+                         dir, model.n_points, INPUT_FEWEST));
     TRY(fs_points_new(points, model.n_points, err));
     points->n = 0;
     for (int i = 0; i < model.n_points; i++) {
@@ -107,11 +105,9 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
     if (!views_path || !sparse) TRY(fs_error_memory(err));
     TRY(fs_dataset_read(&dataset, views_path, err));
     TRY(fs_small_views_load(views, project->out, &dataset, INPUT_LONG_EDGE, err));
-    if (views->n_flash == 0 || views->n_flash == views->n) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed",
-                          views_path, views->n_flash, views->n - views->n_flash);
-        goto fail;
-    }
+    if (views->n_flash == 0 || views->n_flash == views->n)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed",
+                         views_path, views->n_flash, views->n - views->n_flash));
     TRY(read_points(sparse, points, err));
 fail:
     fs_dataset_free(&dataset);

@@ -73,10 +73,7 @@ static int read_colmap(const char *path, CamerasFile *file, FsError *err)
         fs_camera_pose_from_quat(image->quat, image->t, posed[i].w2c);
         posed[i].lens = fs_colmap_model_camera(&file->model, image->camera_id)->lens;
         posed[i].image = i;
-        if (!(posed[i].name = fs_file_stem(image->name))) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (!(posed[i].name = fs_file_stem(image->name))) TRY(fs_error_memory(err));
     }
     TRY(take_posed(file, path, posed, file->model.n_images, err));
 fail:
@@ -180,14 +177,8 @@ static int read_transforms(const char *path, const json_t *root, CamerasFile *fi
         const char *wanted = name && *fs_file_name(name) ? NULL : "\"file_path\"";
         if (!wanted) wanted = lens_from_json(root, frame, &posed[i].lens);
         if (!wanted) wanted = pose_from_json(frame, posed[i].w2c);
-        if (wanted) {
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: frame %zu: expected %s", path, i, wanted);
-            goto fail;
-        }
-        if (!(posed[i].name = fs_file_stem(name))) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (wanted) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: frame %zu: expected %s", path, i, wanted));
+        if (!(posed[i].name = fs_file_stem(name))) TRY(fs_error_memory(err));
     }
     TRY(take_posed(file, path, posed, (int)n, err));
 fail:
@@ -204,19 +195,13 @@ static int read_json(const char *path, CamerasFile *file, FsError *err)
     TRY(fs_file_read(path, (size_t)1 << 30, &text, &size, err));
     json_error_t at;
     root = json_loadb(text, size, 0, &at);
-    if (!root) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text);
-        goto fail;
-    }
+    if (!root) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text));
     if (json_object_get(root, "frames")) {
         TRY(read_transforms(path, root, file, err));
     } else {
         TRY(fs_dataset_read(&file->views, path, err));
         file->lens = malloc(((size_t)file->views.n + 1) * sizeof *file->lens);
-        if (!file->lens) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (!file->lens) TRY(fs_error_memory(err));
         for (int i = 0; i < file->views.n; i++) file->lens[i] = fs_lens_from_camera(&file->views.view[i].camera);
     }
 fail:

@@ -195,10 +195,7 @@ int fs_scene_write(const Scene *scene, const char *dir, FsError *err)
     for (int l = 0; l < LAYERS; l++) {
         path[l] = fs_file_path("%s/%s.ply", dir, fs_layers[l].name);
         part[l] = path[l] ? fs_file_path("%s.new", path[l]) : NULL;
-        if (!part[l]) {
-            rc = fs_error_memory(err);
-            goto fail;
-        }
+        if (!part[l]) TRY(fs_error_memory(err));
         TRY(cloud_check(scene, l, path[l], err));
         if (scene->cloud[l].n) TRY(fs_cloud_ply_write(&scene->cloud[l], part[l], err));
     }

@@ -140,11 +140,9 @@ int fs_similarity_fit_cameras(const Camera *from, const Camera *to, int n, Simil
 {
     int rc = 0;
     double(*p)[3] = malloc(((size_t)n + 1) * sizeof *p), (*q)[3] = malloc(((size_t)n + 1) * sizeof *q);
-    if (!p || !q || n < 2) {
-        rc = n < 2 ? fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: fewer than 2 common views")
-                   : fs_error_memory(err);
-        goto fail;
-    }
+    if (!p || !q || n < 2)
+        TRY(n < 2 ? fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: fewer than 2 common views")
+                  : fs_error_memory(err));
     double cov[9] = {0}, a[3], b[3];
     for (int i = 0; i < n; i++) {
         fs_camera_centre(&from[i], p[i]);

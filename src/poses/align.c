@@ -92,10 +92,7 @@ int fs_align_groups(const Capture *capture, const Features *features, const Colm
               *b = malloc(((size_t)fixed->n_points + 1) * sizeof *b);
     double(*from)[3] = malloc(((size_t)moving->n_points + 1) * sizeof *from);
     double(*to)[3] = malloc(((size_t)moving->n_points + 1) * sizeof *to);
-    if (!a || !b || !from || !to) {
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!a || !b || !from || !to) TRY(fs_error_memory(err));
     int na = describe(capture, features, moving, a), nb = describe(capture, features, fixed, b);
     for (int i = 0; i < na; i++) {
         int j = nearest(&a[i], b, nb);
@@ -105,14 +102,12 @@ int fs_align_groups(const Capture *capture, const Features *features, const Colm
     }
     rc = fs_similarity_fit_robust((const double(*)[3])from, (const double(*)[3])to, n, 0.1 * spread(fixed), &s,
                                   &inliers, &inner);
-    if (rc < 0 || inliers < 12) {
-        rc = fs_error_set(
+    if (rc < 0 || inliers < 12)
+        TRY(fs_error_set(
             err, rc == FS_ERR_MEMORY ? rc : FS_ERR_INPUT,
             "the flash and the no-flash photos, posed apart, cannot be aligned: %d of %d common points agree; use "
             "--align joint",
-            inliers, n);
-        goto fail;
-    }
+            inliers, n));
     fs_log_info(log, "poses: flash photos aligned to the others by %d of %d common points, scale %.4f", inliers, n,
                 s.scale);
     move(moving, &s);

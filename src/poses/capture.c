@@ -64,10 +64,8 @@ static int read_photos(const char *path, Capture *capture, FsError *err)
     root = json_loadb(text, size, 0, NULL);
     const json_t *photos = json_object_get(root, "photos");
     size_t n = json_array_size(photos);
-    if (n < 1 || n > MAX_PHOTOS) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force", path);
-        goto fail;
-    }
+    if (n < 1 || n > MAX_PHOTOS)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force", path));
     capture->photo = calloc(n, sizeof *capture->photo);
     if (!capture->photo) TRY(fs_error_memory(err));
     for (size_t i = 0; i < n; i++) {
@@ -126,10 +124,7 @@ int fs_capture_read(const char *out, Capture *capture, FsError *err)
     char *path = fs_file_path("%s/ingest.json", out), *probe = NULL;
     capture->pictures = fs_file_path("%s/linear/features", out);
     if (!path || !capture->pictures) TRY(fs_error_memory(err));
-    if (!fs_file_exists(path)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not there; run the stage ingest first", path);
-        goto fail;
-    }
+    if (!fs_file_exists(path)) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not there; run the stage ingest first", path));
     TRY(read_photos(path, capture, err));
     probe = fs_file_path("%s/%s", capture->pictures, capture->photo[0].picture);
     if (probe && !fs_file_exists(probe)) {

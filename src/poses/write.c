@@ -23,10 +23,8 @@ static int write_undistorted(const char *const from[2], const char *const to[2],
     TRY(fs_tiff_read(from[0], &photo, err));
     TRY(fs_png_read(from[1], &mask, err));
     if (photo.channels != 3 || mask.channels != 1 || photo.width != camera->width || photo.height != camera->height ||
-        mask.width != photo.width || mask.height != photo.height) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force", from[0]);
-        goto fail;
-    }
+        mask.width != photo.width || mask.height != photo.height)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force", from[0]));
     TRY(fs_undistort(lens, camera, &photo, &mask, err));
     TRY(fs_tiff_write_float(to[0], &photo, err));
     TRY(fs_png_write(to[1], &mask, 8, err));
