@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "model/colmap_model.h"
 
 typedef struct Reader {
@@ -137,34 +136,13 @@ fail:
     return rc;
 }
 
-static int read_file(const char *dir, const char *name, int (*read)(Reader *, ColmapModel *, FsError *),
-                     ColmapModel *model, FsError *err)
+static int read(const char *path, char *data, size_t size, ColmapPart part, ColmapModel *model, FsError *err)
 {
-    int rc = 0;
-    char *path = fs_file_path("%s/%s", dir, name), *data = NULL;
-    size_t size;
-    if (!path) return fs_error_memory(err);
-    TRY(fs_file_read(path, FS_COLMAP_MAX_FILE, &data, &size, err));
+    static int (*const readers[COLMAP_PARTS])(Reader *, ColmapModel *, FsError *) = {read_cameras, read_images,
+                                                                                     read_points};
     Reader r = {path, data, data + size, false};
-    TRY(read(&r, model, err));
-    if (r.short_of) rc = cut_short(&r, err);
-fail:
-    free(data);
-    free(path);
-    return rc;
-}
-
-int fs_colmap_binary_read(const char *dir, ColmapModel *model, FsError *err)
-{
-    int rc = 0;
-    TRY(read_file(dir, "cameras.bin", read_cameras, model, err));
-    TRY(read_file(dir, "images.bin", read_images, model, err));
-    char *points = fs_file_path("%s/points3D.bin", dir);
-    bool there = points && fs_file_exists(points);
-    free(points);
-    if (there) TRY(read_file(dir, "points3D.bin", read_points, model, err));
-fail:
-    return rc;
+    int rc = readers[part](&r, model, err);
+    return rc == 0 && r.short_of ? cut_short(&r, err) : rc;
 }
 
 static void put_uint(FILE *f, uint64_t v, int size)
@@ -231,9 +209,4 @@ static void write_points(FILE *f, const ColmapModel *model)
     }
 }
 
-int fs_colmap_binary_write(const char *dir, const ColmapModel *model, FsError *err)
-{
-    static const ColmapWriter writers[3] = {
-        {"cameras.bin", write_cameras}, {"images.bin", write_images}, {"points3D.bin", write_points}};
-    return fs_colmap_model_write_files(dir, model, writers, err);
-}
+const ColmapFormat fs_colmap_binary = {"bin", read, {write_cameras, write_images, write_points}};

@@ -7,6 +7,10 @@
 
 #include "base/file.h"
 
+#define MAX_FILE ((size_t)4 << 30)
+
+static const char *const parts[COLMAP_PARTS] = {"cameras", "images", "points3D"};
+
 void fs_colmap_model_free(ColmapModel *model)
 {
     for (int i = 0; i < model->n_images; i++) free(model->image[i].name);
@@ -171,6 +175,22 @@ static int check(const char *dir, const ColmapModel *model, FsError *err)
     return check_unique(dir, model, err);
 }
 
+// Points may lack.
+static int read_part(const char *dir, const ColmapFormat *format, ColmapPart part, ColmapModel *model, FsError *err)
+{
+    int rc = 0;
+    char *path = fs_file_path("%s/%s.%s", dir, parts[part], format->ext), *data = NULL;
+    size_t size;
+    if (!path) return fs_error_memory(err);
+    if (part == COLMAP_POINTS && !fs_file_exists(path)) goto fail;
+    TRY(fs_file_read(path, MAX_FILE, &data, &size, err));
+    TRY(format->read(path, data, size, part, model, err));
+fail:
+    free(data);
+    free(path);
+    return rc;
+}
+
 int fs_colmap_model_read(const char *dir, ColmapModel *model, FsError *err)
 {
     *model = (ColmapModel){0};
@@ -179,8 +199,9 @@ int fs_colmap_model_read(const char *dir, ColmapModel *model, FsError *err)
         return fs_error_set(
             err, FS_ERR_INPUT,
             "%s: no COLMAP model here (expected cameras.bin and images.bin, or cameras.txt and images.txt)", dir);
+    const ColmapFormat *format = has_files(place, "bin") ? &fs_colmap_binary : &fs_colmap_text;
     int rc = 0;
-    TRY(has_files(place, "bin") ? fs_colmap_binary_read(place, model, err) : fs_colmap_text_read(place, model, err));
+    for (int k = 0; k < COLMAP_PARTS; k++) TRY(read_part(place, format, (ColmapPart)k, model, err));
     TRY(check(place, model, err));
 fail:
     if (rc < 0) fs_colmap_model_free(model);
@@ -190,24 +211,15 @@ fail:
 
 int fs_colmap_model_write(const char *dir, const ColmapModel *model, bool binary, FsError *err)
 {
-    int rc = 0;
-    TRY(fs_file_mkdirs(dir, err));
-    TRY(binary ? fs_colmap_binary_write(dir, model, err) : fs_colmap_text_write(dir, model, err));
-fail:
-    return rc;
-}
-
-int fs_colmap_model_write_files(const char *dir, const ColmapModel *model, const ColmapWriter writers[3], FsError *err)
-{
-    int rc = 0;
-    for (int i = 0; i < 3 && rc == 0; i++) {
-        AtomicFile file = {0};
-        char *path = fs_file_path("%s/%s", dir, writers[i].name);
-        if (!path) return fs_error_memory(err);
-        rc = fs_file_begin(&file, path, err);
+    const ColmapFormat *format = binary ? &fs_colmap_binary : &fs_colmap_text;
+    int rc = fs_file_mkdirs(dir, err);
+    for (int k = 0; k < COLMAP_PARTS && rc == 0; k++) {
+        AtomicFile file;
+        char *path = fs_file_path("%s/%s.%s", dir, parts[k], format->ext);
+        rc = path ? fs_file_begin(&file, path, err) : fs_error_memory(err);
         free(path);
         if (rc < 0) return rc;
-        writers[i].write(file.f, model);
+        format->write[k](file.f, model);
         rc = fs_file_commit(&file, err);
     }
     return rc;

@@ -69,16 +69,14 @@ ColmapPoint *fs_colmap_model_add_point(ColmapModel *model, FsError *err);
 int fs_colmap_model_add_observation(ColmapModel *model, ColmapObservation observation, FsError *err);
 int fs_colmap_model_add_track(ColmapModel *model, ColmapTrack track, FsError *err);
 
-// Private to colmap_*.c.
-typedef struct ColmapWriter {
-    const char *name; // of the file
-    void (*write)(FILE *f, const ColmapModel *model);
-} ColmapWriter;
-int fs_colmap_model_write_files(const char *dir, const ColmapModel *model, const ColmapWriter writers[3], FsError *err);
-int fs_colmap_binary_read(const char *dir, ColmapModel *model, FsError *err);
-int fs_colmap_binary_write(const char *dir, const ColmapModel *model, FsError *err);
-int fs_colmap_text_read(const char *dir, ColmapModel *model, FsError *err);
-int fs_colmap_text_write(const char *dir, const ColmapModel *model, FsError *err);
-#define FS_COLMAP_MAX_FILE ((size_t)4 << 30)
+// Private to colmap_*.c: what a format's files are called, and how each is read and written.
+typedef enum ColmapPart { COLMAP_CAMERAS, COLMAP_IMAGES, COLMAP_POINTS, COLMAP_PARTS } ColmapPart;
+typedef struct ColmapFormat {
+    const char *ext;
+    // data: the whole file with a 0 behind it; may be changed
+    int (*read)(const char *path, char *data, size_t size, ColmapPart part, ColmapModel *model, FsError *err);
+    void (*write[COLMAP_PARTS])(FILE *f, const ColmapModel *model);
+} ColmapFormat;
+extern const ColmapFormat fs_colmap_binary, fs_colmap_text;
 
 #endif

@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "model/colmap_model.h"
 
 typedef struct Lines {
@@ -178,36 +177,15 @@ static int check_count(const char *path, const char *text, int found, FsError *e
                         found);
 }
 
-// count: the model's number of the records in this file.
-static int read_file(const char *dir, const char *name, int (*read)(Lines *, ColmapModel *, FsError *),
-                     ColmapModel *model, const int *count, FsError *err)
+static int read(const char *path, char *data, size_t size, ColmapPart part, ColmapModel *model, FsError *err)
 {
-    int rc = 0;
-    char *path = fs_file_path("%s/%s", dir, name), *data = NULL;
-    size_t size;
-    if (!path) return fs_error_memory(err);
-    TRY(fs_file_read(path, FS_COLMAP_MAX_FILE, &data, &size, err));
-    if (memchr(data, 0, size)) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a text file", path));
+    static int (*const readers[COLMAP_PARTS])(Lines *, ColmapModel *, FsError *) = {read_cameras, read_images,
+                                                                                    read_points};
+    const int *const count[COLMAP_PARTS] = {&model->n_cameras, &model->n_images, &model->n_points};
+    if (memchr(data, 0, size)) return fs_error_set(err, FS_ERR_INPUT, "%s: not a text file", path);
     Lines l = {.path = path, .p = data, .end = data + size};
-    TRY(read(&l, model, err));
-    TRY(check_count(path, data, *count, err));
-fail:
-    free(data);
-    free(path);
-    return rc;
-}
-
-int fs_colmap_text_read(const char *dir, ColmapModel *model, FsError *err)
-{
-    int rc = 0;
-    TRY(read_file(dir, "cameras.txt", read_cameras, model, &model->n_cameras, err));
-    TRY(read_file(dir, "images.txt", read_images, model, &model->n_images, err));
-    char *points = fs_file_path("%s/points3D.txt", dir);
-    bool there = points && fs_file_exists(points);
-    free(points);
-    if (there) TRY(read_file(dir, "points3D.txt", read_points, model, &model->n_points, err));
-fail:
-    return rc;
+    int rc = readers[part](&l, model, err);
+    return rc == 0 ? check_count(path, data, *count[part], err) : rc;
 }
 
 static void write_cameras(FILE *f, const ColmapModel *model)
@@ -256,9 +234,4 @@ static void write_points(FILE *f, const ColmapModel *model)
     }
 }
 
-int fs_colmap_text_write(const char *dir, const ColmapModel *model, FsError *err)
-{
-    static const ColmapWriter writers[3] = {
-        {"cameras.txt", write_cameras}, {"images.txt", write_images}, {"points3D.txt", write_points}};
-    return fs_colmap_model_write_files(dir, model, writers, err);
-}
+const ColmapFormat fs_colmap_text = {"txt", read, {write_cameras, write_images, write_points}};
