@@ -8,9 +8,9 @@
 #include "initialise/classify.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "base/arena.h"
 #include "base/knn.h"
 #include "initialise/constants.h"
 
@@ -26,41 +26,21 @@ typedef struct Graph {
     DepthOdds depths; // its places are those of the tables, too
 } Graph;
 
-static void graph_free(Graph *g)
-{
-    float **const floats[] = {&g->place,       &g->log_depth,    &g->slope,      &g->sigma,
-                              &g->near_weight, &g->field_weight, &g->ray_weight, &g->p,
-                              &g->depth_odds,  &g->evidence,     &g->p_next};
-    for (size_t i = 0; i < sizeof floats / sizeof *floats; i++) free(*floats[i]);
-    free(g->near);
-    free(g->field);
-    free(g->ray);
-    *g = (Graph){0};
-}
-
-static int graph_new(Graph *g, int n, FsError *err)
+// Lives as long as the arena.
+static int graph_new(Graph *g, int n, Arena *arena, FsError *err)
 {
     size_t m = (size_t)n;
     *g = (Graph){.n = n};
-    g->place = malloc(sizeof(float) * 3 * m);
-    g->log_depth = malloc(sizeof(float) * m);
-    g->slope = malloc(sizeof(float) * m);
-    g->sigma = malloc(sizeof(float) * m);
-    g->near = malloc(sizeof(int) * GRAPH_NEAR * m);
-    g->field = malloc(sizeof(int) * GRAPH_FIELD * m);
-    g->ray = malloc(sizeof(int) * GRAPH_RAY * m);
-    g->near_weight = malloc(sizeof(float) * GRAPH_NEAR * m);
-    g->field_weight = malloc(sizeof(float) * GRAPH_FIELD * m);
-    g->ray_weight = malloc(sizeof(float) * GRAPH_RAY * m);
-    g->p = malloc(sizeof(float) * m);
-    g->p_next = malloc(sizeof(float) * m);
-    g->depth_odds = calloc(m, sizeof(float));
-    g->evidence = calloc(m, sizeof(float));
-    if (g->place && g->log_depth && g->slope && g->sigma && g->near && g->field && g->ray && g->near_weight &&
-        g->field_weight && g->ray_weight && g->p && g->p_next && g->depth_odds && g->evidence)
-        return 0;
-    graph_free(g);
-    return fs_error_memory(err);
+    g->place = ARENA_NEW(arena, float, 3 * m);
+    g->near = ARENA_NEW(arena, int, GRAPH_NEAR *n);
+    g->field = ARENA_NEW(arena, int, GRAPH_FIELD *n);
+    g->ray = ARENA_NEW(arena, int, GRAPH_RAY *n);
+    g->near_weight = ARENA_NEW(arena, float, GRAPH_NEAR *n);
+    g->field_weight = ARENA_NEW(arena, float, GRAPH_FIELD *n);
+    g->ray_weight = ARENA_NEW(arena, float, GRAPH_RAY *n);
+    float **const one[] = {&g->log_depth, &g->slope, &g->sigma, &g->p, &g->p_next, &g->depth_odds, &g->evidence};
+    for (size_t i = 0; i < sizeof one / sizeof *one; i++) *one[i] = ARENA_NEW(arena, float, m);
+    return arena->failed ? fs_error_memory(err) : 0;
 }
 
 // Distances become weights; missing neighbours get weight 0.
@@ -72,18 +52,15 @@ static void weigh(int n, int k, int *index, float *weight, float radius)
     }
 }
 
-static int link_neighbours(Graph *g, Threads *threads, FsError *err)
+static int link_neighbours(Graph *g, Arena *arena, Threads *threads, FsError *err)
 {
-    int rc = 0;
-    float *direction = malloc(sizeof(float) * 3 * (size_t)g->n);
+    float *direction = ARENA_NEW(arena, float, 3 * (size_t)g->n);
     if (!direction) return fs_error_memory(err);
     for (int i = 0; i < 3 * g->n; i++) direction[i] = i % 3 == 2 ? 0 : g->place[i];
     if (fs_knn(g->place, g->n, GRAPH_NEAR, g->near, g->near_weight, threads) < 0 ||
         fs_knn(g->place, g->n, GRAPH_FIELD, g->field, g->field_weight, threads) < 0 ||
         fs_knn(direction, g->n, GRAPH_RAY, g->ray, g->ray_weight, threads) < 0)
-        rc = fs_error_memory(err);
-    free(direction);
-    if (rc < 0) return rc;
+        return fs_error_memory(err);
     weigh(g->n, GRAPH_NEAR, g->near, g->near_weight, CLASSIFY_NEAR_RADIUS);
     weigh(g->n, GRAPH_FIELD, g->field, g->field_weight, CLASSIFY_FIELD_RADIUS);
     weigh(g->n, GRAPH_RAY, g->ray, g->ray_weight, CLASSIFY_RAY_RADIUS);
@@ -197,9 +174,9 @@ static void round_job(void *context, int i, int worker)
     g->p_next[i] = 0.5f * g->p[i] + 0.5f * to_probability(g->evidence[i]);
 }
 
-static int settle(Graph *g, Threads *threads, FsError *err)
+static int settle(Graph *g, Arena *arena, Threads *threads, FsError *err)
 {
-    float *weight = malloc(sizeof(float) * (size_t)g->n);
+    float *weight = ARENA_NEW(arena, float, g->n);
     if (!weight) return fs_error_memory(err);
     float lo = INFINITY, hi = -INFINITY;
     for (int i = 0; i < g->n; i++) {
@@ -214,7 +191,6 @@ static int settle(Graph *g, Threads *threads, FsError *err)
         fs_threads_for(threads, g->n, round_job, g);
         memcpy(g->p, g->p_next, sizeof(float) * (size_t)g->n);
     }
-    free(weight);
     return 0;
 }
 
@@ -223,10 +199,10 @@ int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds 
 {
     int rc = 0, m = 0, n = points->n;
     const Cue *cue = points->cue;
-    Graph g = {0};
-    int *place_of = malloc(sizeof(int) * ((size_t)n + 1));
-    if (!place_of) return fs_error_memory(err);
-    TRY(graph_new(&g, n > 0 ? n : 1, err));
+    Arena arena = {0};
+    Graph g;
+    int *place_of = ARENA_NEW(&arena, int, (size_t)n + 1);
+    TRY(graph_new(&g, n > 0 ? n : 1, &arena, err));
     for (int i = 0; i < n; i++) {
         points->kind[i] = POINT_UNSURE;
         points->evidence[i] = 0;
@@ -241,8 +217,8 @@ int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds 
     g.n = m;
     *depth_odds = (DepthOdds){.step = 1};
     if (m > 0) {
-        TRY(link_neighbours(&g, threads, err));
-        TRY(settle(&g, threads, err));
+        TRY(link_neighbours(&g, &arena, threads, err));
+        TRY(settle(&g, &arena, threads, err));
         *depth_odds = g.depths;
     }
     for (int j = 0; j < m; j++) {
@@ -253,7 +229,6 @@ int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds 
         if (g.evidence[j] < -CLASSIFY_SURE && g.depth_odds[j] <= 0) points->kind[i] = POINT_REFLECTED;
     }
 fail:
-    graph_free(&g);
-    free(place_of);
+    fs_arena_free(&arena);
     return rc;
 }

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/arena.h"
 #include "image/bilinear.h"
 #include "initialise/constants.h"
 #include "initialise/fill.h"
@@ -25,14 +26,8 @@ typedef struct ColorWork {
     Drawn *drawn;             // (views->n) being drawn
     const Drawn *own, *other; // of the scene being averaged (for what hides what) and the one to take off; may be NULL
     float *sum[2];            // (n, 3) results: means over the photos without, with flash; NAN where not seen
-    int *failed;              // (views->n)
+    bool failed;              // a job ran out of memory
 } ColorWork;
-
-static void drawn_free(Drawn *drawn, int n)
-{
-    for (int i = 0; drawn && i < n; i++) free(drawn[i].px);
-    free(drawn);
-}
 
 static bool place(const Camera *camera, const float xyz[3], double pixel[2], float *inverse)
 {
@@ -52,8 +47,8 @@ static void draw_job(void *context, int job, int worker)
     float *weight = calloc(n, sizeof(float)), *nearest = calloc(n, sizeof(float)), inverse;
     double pixel[2];
     bool any = false;
-    p->failed[job] = 1;
-    if (!weight || !nearest) goto done;
+    bool failed = !weight || !nearest;
+    if (failed) goto done;
     memset(out->px, 0, sizeof(float) * 4 * n);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < p->seeds->n; i++) {
@@ -69,8 +64,9 @@ static void draw_job(void *context, int job, int worker)
             out->px[4 * at + 3] += inverse;
             weight[at] += 1;
         }
-    p->failed[job] = fs_fill_holes(out->px, weight, out->width, out->height, 4, &any, NULL) < 0;
+    failed = fs_fill_holes(out->px, weight, out->width, out->height, 4, &any, NULL) < 0;
 done:
+    if (failed) __atomic_store_n(&p->failed, true, __ATOMIC_RELAXED);
     free(weight);
     free(nearest);
 }
@@ -117,9 +113,7 @@ static int draw(ColorWork *p, const Seeds *seeds, const float *without, const fl
     p->color[1] = with;
     p->drawn = drawn;
     fs_threads_for(threads, p->views->n, draw_job, p);
-    for (int f = 0; f < p->views->n; f++)
-        if (p->failed[f]) return fs_error_memory(err);
-    return 0;
+    return p->failed ? fs_error_memory(err) : 0;
 }
 
 static void average(ColorWork *p, const Seeds *seeds, const Drawn *own, const Drawn *other, float *without, float *with,
@@ -154,20 +148,18 @@ static void first_split(int n, const float *alpha, const float *I_N, const float
     }
 }
 
-static int drawn_new(Drawn **drawn, const SmallViews *views, int n_seeds, FsError *err)
+static Drawn *drawn_new(const SmallViews *views, int n_seeds, Arena *arena)
 {
-    *drawn = calloc((size_t)views->n + 1, sizeof **drawn);
-    if (!*drawn) return fs_error_memory(err);
-    for (int i = 0; i < views->n; i++) {
+    Drawn *drawn = ARENA_NEW(arena, Drawn, (size_t)views->n + 1);
+    for (int i = 0; i < views->n && drawn; i++) {
         const Camera *camera = &views->view[i].camera;
-        Drawn *d = &(*drawn)[i];
+        Drawn *d = &drawn[i];
         d->pixel = n_seeds > COLORS_ENOUGH_SEEDS * (float)camera->width * (float)camera->height ? 1 : 2;
         d->width = (camera->width + d->pixel - 1) / d->pixel;
         d->height = (camera->height + d->pixel - 1) / d->pixel;
-        d->px = malloc(sizeof(float) * 4 * (size_t)d->width * (size_t)d->height);
-        if (!d->px) return fs_error_memory(err);
+        d->px = ARENA_NEW(arena, float, 4 * (size_t)d->width * (size_t)d->height);
     }
-    return 0;
+    return drawn;
 }
 
 typedef struct Buffers {
@@ -175,28 +167,14 @@ typedef struct Buffers {
     float *I_N, *I_F, *J_N, *J_F, *left_N, *left_F; // photos at T's seeds, at R's seeds, what is left
 } Buffers;
 
-static int buffers_new(Buffers *b, const SmallViews *views, int n_T, int n_R, FsError *err)
+static int buffers_new(Buffers *b, const SmallViews *views, int n_T, int n_R, Arena *arena, FsError *err)
 {
-    int rc = 0, n = n_T > n_R ? n_T : n_R;
+    size_t n = (size_t)(n_T > n_R ? n_T : n_R) + 1;
     float **const field[] = {&b->I_N, &b->I_F, &b->J_N, &b->J_F, &b->left_N, &b->left_F};
-    for (size_t i = 0; i < sizeof field / sizeof *field; i++)
-        if (!(*field[i] = malloc(sizeof(float) * 3 * ((size_t)n + 1)))) return fs_error_memory(err);
-    TRY(drawn_new(&b->T, views, n_T, err));
-    TRY(drawn_new(&b->R, views, n_R, err));
-fail:
-    return rc;
-}
-
-static void buffers_free(Buffers *b, int n_views)
-{
-    drawn_free(b->T, n_views);
-    drawn_free(b->R, n_views);
-    free(b->I_N);
-    free(b->I_F);
-    free(b->J_N);
-    free(b->J_F);
-    free(b->left_N);
-    free(b->left_F);
+    for (size_t i = 0; i < sizeof field / sizeof *field; i++) *field[i] = ARENA_NEW(arena, float, 3 * n);
+    b->T = drawn_new(views, n_T, arena);
+    b->R = drawn_new(views, n_R, arena);
+    return arena->failed ? fs_error_memory(err) : 0;
 }
 
 int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *threads, FsError *err)
@@ -205,11 +183,10 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
     const float *alpha = seeds->alpha;
     float *T_N = seeds->T_N, *T_F = seeds->T_F, *R_color = seeds->R_color;
     int rc = 0;
-    Buffers b = {0};
+    Arena arena = {0};
+    Buffers b;
     ColorWork p = {.views = views};
-    p.failed = calloc((size_t)views->n + 1, sizeof *p.failed);
-    if (!p.failed) return fs_error_memory(err);
-    TRY(buffers_new(&b, views, T->n, R->n, err));
+    TRY(buffers_new(&b, views, T->n, R->n, &arena, err));
     average(&p, T, NULL, NULL, b.I_N, b.I_F, threads);
     average(&p, R, NULL, NULL, b.J_N, b.J_F, threads);
     for (size_t i = 0; i < 3 * (size_t)T->n; i++) {
@@ -234,8 +211,7 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
         }
     }
 fail:
-    buffers_free(&b, views->n);
-    free(p.failed);
+    fs_arena_free(&arena);
     return rc;
 }
 
@@ -254,27 +230,22 @@ int fs_first_colors_subtract(const SmallViews *views, const Seeds *seeds, const 
                              SmallViews *residual, Threads *threads, FsError *err)
 {
     int rc = 0;
-    Drawn *drawn = NULL;
+    Arena arena = {0};
+    Drawn *drawn = drawn_new(views, seeds->n, &arena);
     ColorWork p = {.views = views};
     *residual = *views;
     residual->view = calloc((size_t)views->n + 1, sizeof *residual->view);
-    p.failed = calloc((size_t)views->n + 1, sizeof *p.failed);
-    if (!residual->view || !p.failed) {
-        residual->n = residual->view ? residual->n : 0;
-        rc = fs_error_memory(err);
-        goto fail;
-    }
+    if (!residual->view) residual->n = 0;
+    if (!residual->view || arena.failed) TRY(fs_error_memory(err));
     for (int i = 0; i < views->n; i++) {
         residual->view[i] = views->view[i];
         residual->view[i].photo = (Image){0};
     }
     for (int i = 0; i < views->n; i++) TRY(fs_image_copy(&residual->view[i].photo, &views->view[i].photo, err));
-    TRY(drawn_new(&drawn, views, seeds->n, err));
     TRY(draw(&p, seeds, without, with, drawn, threads, err));
     for (int i = 0; i < views->n; i++) subtract(&drawn[i], &residual->view[i].photo);
 fail:
-    drawn_free(drawn, views->n);
-    free(p.failed);
+    fs_arena_free(&arena);
     if (rc < 0) fs_small_views_free(residual);
     return rc;
 }

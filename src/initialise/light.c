@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/arena.h"
 #include "base/knn.h"
 #include "base/linalg.h"
 #include "base/order.h"
@@ -89,11 +90,12 @@ int fs_light_gains(const SmallViews *views, const FlashLight *light, const Spars
 {
     int rc = 0, m = 0;
     size_t size = (size_t)points->n + 1;
-    float *place = malloc(sizeof(float) * 3 * size), *log_gain = malloc(sizeof(float) * size);
-    float *weight = malloc(sizeof(float) * size);
+    Arena arena = {0};
+    float *place = ARENA_NEW(&arena, float, 3 * size), *log_gain = ARENA_NEW(&arena, float, size);
+    float *weight = ARENA_NEW(&arena, float, size);
     KnnTree *tree = NULL;
     memset(gain, 0, sizeof(float) * (size_t)seeds->n);
-    if (!place || !log_gain || !weight) TRY(fs_error_memory(err));
+    if (arena.failed) TRY(fs_error_memory(err));
     double mean_color = (light->color[0] + light->color[1] + light->color[2]) / 3;
     for (int i = 0; i < points->n; i++) {
         if (!clear_cue(&points->cue[i], points->kind[i])) continue;
@@ -111,8 +113,6 @@ int fs_light_gains(const SmallViews *views, const FlashLight *light, const Spars
     fs_threads_for(threads, seeds->n, gain_job, &work);
 fail:
     fs_knn_free(tree);
-    free(place);
-    free(log_gain);
-    free(weight);
+    fs_arena_free(&arena);
     return rc;
 }

@@ -58,7 +58,7 @@ static void blur(float *px, float *temp, int width, int height, float sigma, int
 typedef struct Prepare {
     const SmallViews *views;
     Image *fine;
-    int *failed; // (views->n)
+    bool failed; // out of memory
 } Prepare;
 
 static void prepare_job(void *context, int job, int worker)
@@ -71,8 +71,9 @@ static void prepare_job(void *context, int job, int worker)
     size_t n = (size_t)width * (size_t)height;
     float *slow = malloc(sizeof(float) * (2 * n + (size_t)width + 6 * SWEEP_SLOW_SIGMA)),
           *trusted = malloc(sizeof(float) * n);
-    w->failed[job] = !slow || !trusted || fs_image_new(fine, width, height, 4, NULL) < 0;
-    if (!w->failed[job]) {
+    if (!slow || !trusted || fs_image_new(fine, width, height, 4, NULL) < 0) {
+        __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
+    } else {
         for (size_t i = 0; i < n; i++) {
             const float *p = photo->px + 3 * i;
             if (!isfinite(p[0] + p[1] + p[2])) continue;
@@ -93,17 +94,12 @@ static void prepare_job(void *context, int job, int worker)
 
 int fs_plane_sweep_prepare(const SmallViews *views, SweepPhotos *photos, Threads *threads, FsError *err)
 {
-    int *failed = calloc((size_t)views->n + 1, sizeof *failed), rc = 0;
     *photos = (SweepPhotos){views, calloc((size_t)views->n + 1, sizeof(Image))};
-    if (!failed || !photos->fine) TRY(fs_error_memory(err));
-    Prepare work = {views, photos->fine, failed};
-    fs_threads_for(threads, views->n, prepare_job, &work);
-    for (int i = 0; i < views->n && rc == 0; i++)
-        if (failed[i]) rc = fs_error_memory(err);
-fail:
-    if (rc < 0) fs_plane_sweep_photos_free(photos);
-    free(failed);
-    return rc;
+    Prepare work = {views, photos->fine, false};
+    if (photos->fine) fs_threads_for(threads, views->n, prepare_job, &work);
+    if (photos->fine && !work.failed) return 0;
+    fs_plane_sweep_photos_free(photos);
+    return fs_error_memory(err);
 }
 
 // ---- one step of depth ----

@@ -4,8 +4,9 @@
 #include "initialise/semiglobal.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
+
+#include "base/arena.h"
 
 typedef struct Paths {
     const float *score;
@@ -86,24 +87,22 @@ int fs_semiglobal_choose(const ScoreVolume *volume, float small, float large, fl
     int width = volume->width, height = volume->height, steps = volume->steps;
     static const int direction[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}};
     size_t n = (size_t)width * (size_t)height, row = (size_t)width * ((size_t)steps + 2);
+    Arena arena = {0};
     Paths p = {volume->score,
                width,
                height,
                steps,
                small,
                large,
-               calloc(n * (size_t)steps, sizeof(float)),
-               {malloc(sizeof(float) * row), malloc(sizeof(float) * row)},
-               {malloc(sizeof(float) * (size_t)width), malloc(sizeof(float) * (size_t)width)}};
+               ARENA_NEW(&arena, float, n *(size_t)steps),
+               {ARENA_NEW(&arena, float, row), ARENA_NEW(&arena, float, row)},
+               {ARENA_NEW(&arena, float, width), ARENA_NEW(&arena, float, width)}};
     int rc = 0;
-    if (!p.sum || !p.row[0] || !p.row[1] || !p.row_least[0] || !p.row_least[1]) TRY(fs_error_memory(err));
+    if (arena.failed) TRY(fs_error_memory(err));
+    memset(p.sum, 0, sizeof(float) * n * (size_t)steps);
     for (int r = 0; r < 8; r++) aggregate(&p, direction[r][0], direction[r][1]);
     for (size_t i = 0; i < n; i++) best[i] = pick(p.sum + i * (size_t)steps, steps);
 fail:
-    free(p.sum);
-    for (int k = 0; k < 2; k++) {
-        free(p.row[k]);
-        free(p.row_least[k]);
-    }
+    fs_arena_free(&arena);
     return rc;
 }

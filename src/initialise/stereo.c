@@ -54,7 +54,7 @@ typedef struct Match { // the maps of swept views, a job each
     PlaneSweep *sweep;
     DepthMap *map;
     bool renew[2]; // transmitted, reflected
-    int *failed;
+    bool failed;   // out of memory
 } Match;
 
 // Chosen steps -> inverse depths, 0 where the score is below `sure`.
@@ -110,7 +110,7 @@ static void match_job(void *context, int job, int worker)
     bool done = map->layer[0] && map->layer[1] && map->guess;
     if (done && w->renew[0]) done = match_transmitted(s, map);
     if (done && w->renew[1]) done = match_reflected(s, map);
-    w->failed[job] = !done;
+    if (!done) __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
 }
 
 // Inverse depth of a point in another view, and what that view's map says there (0: unsure; NAN: out of view).
@@ -170,7 +170,7 @@ fail:
 // Sweeps the views and matches the scenes wanted, in the photos of `views`.
 static int sweep_all(const Start *start, const SmallViews *views, const bool renew[2], DepthMaps *maps, FsError *err)
 {
-    int rc = 0, failed[STEREO_VIEWS] = {0};
+    int rc = 0;
     PlaneSweep sweep[STEREO_VIEWS] = {0};
     SweepPhotos photos = {0};
     TRY(fs_plane_sweep_prepare(views, &photos, start->threads, err));
@@ -180,10 +180,9 @@ static int sweep_all(const Start *start, const SmallViews *views, const bool ren
             TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], start->odds, start->threads, &sweep[k],
                                    err));
     }
-    Match match = {sweep, maps->map, {renew[0], renew[1]}, failed};
+    Match match = {sweep, maps->map, {renew[0], renew[1]}, false};
     fs_threads_for(start->threads, maps->n, match_job, &match);
-    for (int k = 0; k < maps->n && rc == 0; k++)
-        if (failed[k]) rc = fs_error_memory(err);
+    if (match.failed) rc = fs_error_memory(err);
 fail:
     for (int k = 0; k < STEREO_VIEWS; k++) fs_plane_sweep_free(&sweep[k]);
     fs_plane_sweep_photos_free(&photos);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/arena.h"
 #include "base/file.h"
 #include "model/similarity.h"
 #include "poses/match.h"
@@ -88,11 +89,12 @@ int fs_align_groups(const Capture *capture, const Features *features, const Colm
     if (fixed->n_images == 0 || moving->n_images == 0)
         return fs_error_set(err, FS_ERR_INPUT, "no %s photo could be posed on its own; use --align joint",
                             fixed->n_images ? "flash" : "no-flash");
-    Described *a = malloc(((size_t)moving->n_points + 1) * sizeof *a),
-              *b = malloc(((size_t)fixed->n_points + 1) * sizeof *b);
-    double(*from)[3] = malloc(((size_t)moving->n_points + 1) * sizeof *from);
-    double(*to)[3] = malloc(((size_t)moving->n_points + 1) * sizeof *to);
-    if (!a || !b || !from || !to) TRY(fs_error_memory(err));
+    Arena arena = {0};
+    size_t size = (size_t)moving->n_points + 1;
+    Described *a = ARENA_NEW(&arena, Described, size), *b = ARENA_NEW(&arena, Described, (size_t)fixed->n_points + 1);
+    double(*from)[3] = fs_arena_alloc(&arena, size * sizeof *from);
+    double(*to)[3] = fs_arena_alloc(&arena, size * sizeof *to);
+    if (arena.failed) TRY(fs_error_memory(err));
     int na = describe(capture, features, moving, a), nb = describe(capture, features, fixed, b);
     for (int i = 0; i < na; i++) {
         int j = nearest(&a[i], b, nb);
@@ -112,9 +114,6 @@ int fs_align_groups(const Capture *capture, const Features *features, const Colm
                 s.scale);
     move(moving, &s);
 fail:
-    free(a);
-    free(b);
-    free(from);
-    free(to);
+    fs_arena_free(&arena);
     return rc;
 }

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/arena.h"
+
 // The compiler vectorises the products; on x86 it makes a second version for AVX2. Integers: the same on every machine.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) &&               \
     !defined(__SANITIZE_THREAD__)
@@ -78,11 +80,12 @@ typedef struct Work {
 static int match_two(const Subset *a, const Subset *b, float max_ratio, MatchList *list)
 {
     int rc = -1;
-    int *dot = malloc(((size_t)b->n + 1) * TILE * sizeof *dot);
-    Best *row = malloc(((size_t)a->n + 1) * sizeof *row), *col = malloc(((size_t)b->n + 1) * sizeof *col);
+    Arena arena = {0};
+    int *dot = ARENA_NEW(&arena, int, ((size_t)b->n + 1) * TILE);
+    Best *row = ARENA_NEW(&arena, Best, (size_t)a->n + 1), *col = ARENA_NEW(&arena, Best, (size_t)b->n + 1);
     list->n = 0;
     list->match = malloc(((size_t)a->n + 1) * sizeof *list->match);
-    if (!dot || !row || !col || !list->match) goto fail;
+    if (arena.failed || !list->match) goto fail;
     for (int i = 0; i < a->n; i++) row[i] = (Best){-1, 0, 0};
     for (int j = 0; j < b->n; j++) col[j] = (Best){-1, 0, 0};
     for (int i0 = 0; i0 < a->n; i0 += TILE) {
@@ -105,9 +108,7 @@ static int match_two(const Subset *a, const Subset *b, float max_ratio, MatchLis
     }
     rc = 0;
 fail:
-    free(dot);
-    free(row);
-    free(col);
+    fs_arena_free(&arena);
     return rc;
 }
 
@@ -133,16 +134,13 @@ static int compare_scale(const void *a, const void *b)
     return (x->index > y->index) - (x->index < y->index);
 }
 
-static int choose(const Features *f, int max_features, Subset *s, FsError *err)
+static int choose(const Features *f, int max_features, Subset *s, Arena *arena, FsError *err)
 {
-    ByScale *order = malloc(((size_t)f->n + 1) * sizeof *order);
+    ByScale *order = ARENA_NEW(arena, ByScale, (size_t)f->n + 1);
     s->n = f->n < max_features ? f->n : max_features;
-    s->index = malloc(((size_t)s->n + 1) * sizeof *s->index);
-    s->descriptor = malloc(((size_t)s->n + 1) * FS_DESCRIPTOR * sizeof *s->descriptor);
-    if (!order || !s->index || !s->descriptor) {
-        free(order);
-        return fs_error_memory(err);
-    }
+    s->index = ARENA_NEW(arena, int, (size_t)s->n + 1);
+    s->descriptor = ARENA_NEW(arena, int16_t, ((size_t)s->n + 1) * FS_DESCRIPTOR);
+    if (arena->failed) return fs_error_memory(err);
     for (int i = 0; i < f->n; i++) order[i] = (ByScale){f->scale[i], i};
     qsort(order, (size_t)f->n, sizeof *order, compare_scale);
     for (int i = 0; i < s->n; i++) {
@@ -150,7 +148,6 @@ static int choose(const Features *f, int max_features, Subset *s, FsError *err)
         memcpy(s->descriptor + (size_t)i * FS_DESCRIPTOR, f->descriptor + (size_t)order[i].index * FS_DESCRIPTOR,
                FS_DESCRIPTOR * sizeof *s->descriptor);
     }
-    free(order);
     return 0;
 }
 
@@ -158,11 +155,12 @@ int fs_match_all(const Features *features, int n, MatchOptions options, Threads 
                  MatchList *list, FsError *err)
 {
     int rc = 0, step = 4 * fs_threads_count(threads);
-    Subset *subset = calloc((size_t)n + 1, sizeof *subset);
+    Arena arena = {0};
+    Subset *subset = ARENA_NEW(&arena, Subset, (size_t)n + 1);
     Work work = {.subset = subset, .max_ratio = options.max_ratio, .list = list};
     memset(list, 0, (size_t)n * (size_t)(n - 1) / 2 * sizeof *list);
-    if (!subset) return fs_error_memory(err);
-    for (int i = 0; i < n; i++) TRY(choose(&features[i], options.max_features, &subset[i], err));
+    if (!subset) TRY(fs_error_memory(err));
+    for (int i = 0; i < n; i++) TRY(choose(&features[i], options.max_features, &subset[i], &arena, err));
     for (; work.first < n; work.first += step) { // some columns of the triangle at a time, to be cancelled between
         fs_log_progress(log, "poses", work.first, n, "matching");
         if (fs_log_cancelled(log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while matching"));
@@ -170,10 +168,6 @@ int fs_match_all(const Features *features, int n, MatchOptions options, Threads 
         if (work.failed) TRY(fs_error_memory(err));
     }
 fail:
-    for (int i = 0; i < n; i++) {
-        free(subset[i].index);
-        free(subset[i].descriptor);
-    }
-    free(subset);
+    fs_arena_free(&arena);
     return rc;
 }

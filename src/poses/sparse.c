@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/arena.h"
 #include "base/file.h"
 #include "model/cameras_file.h"
 
@@ -130,10 +131,10 @@ fail:
 }
 
 // Where an ideal pinhole camera would have seen the features. One that cannot be undone is moved out of all lines.
-static float *undistorted(const Lens *lens, const Camera *camera, const Features *f)
+static float *undistorted(const Lens *lens, const Camera *camera, const Features *f, Arena *arena)
 {
     bool pinhole = fs_lens_is_pinhole(lens);
-    float *xy = malloc(((size_t)f->n + 1) * 2 * sizeof *xy);
+    float *xy = ARENA_NEW(arena, float, 2 * ((size_t)f->n + 1));
     for (int i = 0; i < f->n && xy; i++) {
         double ray[2], pixel[2] = {f->xy[2 * i], f->xy[2 * i + 1]};
         bool ok = pinhole || fs_lens_unproject(lens, pixel, ray);
@@ -206,16 +207,17 @@ int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Captur
     int rc = 0, n = 0;
     PointSet set = {0};
     Threads *threads = fs_threads_new(project->set.threads);
-    Camera *camera = calloc((size_t)capture->n + 1, sizeof *camera);
-    Features *posed = calloc((size_t)capture->n + 1, sizeof *posed); // borrowed, but for the places
-    int *photo_of = calloc((size_t)capture->n + 1, sizeof *photo_of);
-    if (!threads || !camera || !posed || !photo_of) TRY(fs_error_memory(err));
+    Arena arena = {0};
+    Camera *camera = ARENA_NEW(&arena, Camera, (size_t)capture->n + 1);
+    Features *posed = ARENA_NEW(&arena, Features, (size_t)capture->n + 1); // borrowed, but for the places
+    int *photo_of = ARENA_NEW(&arena, int, (size_t)capture->n + 1);
+    if (!threads || arena.failed) TRY(fs_error_memory(err));
     for (int i = 0; i < capture->n; i++) {
         if (!sparse->pose[i].known) continue;
         TRY(fs_sparse_camera(sparse, i, &camera[n], err));
         photo_of[n] = i;
         posed[n] = features[i];
-        posed[n].xy = undistorted(&sparse->pose[i].lens, &camera[n], &features[i]);
+        posed[n].xy = undistorted(&sparse->pose[i].lens, &camera[n], &features[i], &arena);
         if (!posed[n++].xy) TRY(fs_error_memory(err));
     }
     TRY(fs_triangulate(&(PosedFeatures){posed, camera, n}, &fs_triangulate_defaults, threads, &project->log, &set,
@@ -225,9 +227,6 @@ int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Captur
 fail:
     fs_triangulate_free(&set);
     fs_threads_free(threads);
-    for (int i = 0; i < n; i++) free(posed[i].xy);
-    free(camera);
-    free(posed);
-    free(photo_of);
+    fs_arena_free(&arena);
     return rc;
 }

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/arena.h"
 #include "base/linalg.h"
 #include "poses/epipolar.h"
 #include "poses/match.h"
@@ -335,25 +336,26 @@ static int settle(const Work *w, const Claims *claims, PointSet *points, FsError
     return 0;
 }
 
-static int make_claims(const SearchPhoto *photo, int n, Claims *claims, FsError *err)
+static int make_claims(const SearchPhoto *photo, int n, Claims *claims, Arena *arena, FsError *err)
 {
-    claims->site = calloc((size_t)n + 1, sizeof *claims->site);
-    claims->taken = calloc((size_t)n + 1, sizeof *claims->taken);
-    if (!claims->site || !claims->taken) return fs_error_memory(err);
-    for (int a = 0; a < n; a++) {
+    claims->site = ARENA_NEW(arena, int *, (size_t)n + 1);
+    claims->taken = ARENA_NEW(arena, unsigned char *, (size_t)n + 1);
+    for (int a = 0; a < n && !arena->failed; a++) {
         size_t features = (size_t)photo[a].features->n;
-        claims->site[a] = malloc((features + 1) * sizeof **claims->site);
-        claims->taken[a] = calloc(features + 1, 1);
-        if (!claims->site[a] || !claims->taken[a] || find_sites(photo[a].features, claims->site[a]) < 0)
-            return fs_error_memory(err);
+        claims->site[a] = ARENA_NEW(arena, int, features + 1);
+        claims->taken[a] = ARENA_NEW(arena, unsigned char, features + 1);
+        if (arena->failed || find_sites(photo[a].features, claims->site[a]) < 0) return fs_error_memory(err);
+        memset(claims->taken[a], 0, features);
     }
-    return 0;
+    return arena->failed ? fs_error_memory(err) : 0;
 }
 
-static int make_photos(const Features *features, const Camera *camera, int n, SearchPhoto *photo, FsError *err)
+static int make_photos(const PosedFeatures *photos, SearchPhoto *photo, Arena *arena, FsError *err)
 {
-    for (int a = 0; a < n; a++) {
-        photo[a] = (SearchPhoto){&features[a], &camera[a], malloc((size_t)(features[a].n + 1) * 2 * sizeof(float))};
+    const Features *features = photos->features;
+    const Camera *camera = photos->camera;
+    for (int a = 0; a < photos->n; a++) {
+        photo[a] = (SearchPhoto){&features[a], &camera[a], ARENA_NEW(arena, float, 2 * ((size_t)features[a].n + 1))};
         if (!photo[a].ray) return fs_error_memory(err);
         for (int i = 0; i < features[a].n; i++) {
             photo[a].ray[2 * i] = (float)((features[a].xy[2 * i] - camera[a].cx) / camera[a].fx);
@@ -369,13 +371,14 @@ int fs_triangulate(const PosedFeatures *photos, const TriangulateOptions *option
     int rc = 0, n = photos->n, step = 2 * fs_threads_count(threads);
     double centre[3], radius = fs_camera_extent(photos->camera, sizeof(Camera), n, centre); // nothing is much nearer
     Claims claims = {0};
-    SearchPhoto *photo = calloc((size_t)n + 1, sizeof *photo);
+    Arena arena = {0};
+    SearchPhoto *photo = ARENA_NEW(&arena, SearchPhoto, (size_t)n + 1);
     Work work = {.photo = photo, .n = n, .options = options, .max_inverse_z = radius > 0 ? 1 / (0.7 * radius) : 1};
     *points = (PointSet){0};
     work.proposals = calloc((size_t)n + 1, sizeof *work.proposals);
     if (!photo || !work.proposals) TRY(fs_error_memory(err));
-    TRY(make_photos(photos->features, photos->camera, n, photo, err));
-    TRY(make_claims(photo, n, &claims, err));
+    TRY(make_photos(photos, photo, &arena, err));
+    TRY(make_claims(photo, n, &claims, &arena, err));
     for (; work.first < n; work.first += step) {
         fs_log_progress(log, "poses", work.first, n, "triangulating");
         if (fs_log_cancelled(log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while triangulating"));
@@ -384,16 +387,9 @@ int fs_triangulate(const PosedFeatures *photos, const TriangulateOptions *option
     }
     TRY(settle(&work, &claims, points, err));
 fail:
-    for (int a = 0; a < n; a++) {
-        if (photo) free(photo[a].ray);
-        if (work.proposals) free(work.proposals[a].list);
-        if (claims.site) free(claims.site[a]);
-        if (claims.taken) free(claims.taken[a]);
-    }
-    free(claims.site);
-    free(claims.taken);
-    free(photo);
+    for (int a = 0; a < n && work.proposals; a++) free(work.proposals[a].list);
     free(work.proposals);
+    fs_arena_free(&arena);
     if (rc < 0) fs_triangulate_free(points);
     return rc;
 }
