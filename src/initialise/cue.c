@@ -1,7 +1,6 @@
 #include "initialise/cue.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "initialise/constants.h"
 

@@ -1,6 +1,5 @@
 // Binary files of a COLMAP model: little-endian, counts as 64-bit numbers in front.
 #include <limits.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "model/colmap_model.h"

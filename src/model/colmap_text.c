@@ -1,8 +1,6 @@
 // Text files of a COLMAP model: one camera or point a line, two lines an image, '#' begins a comment line.
 #include <errno.h>
 #include <inttypes.h>
-#include <limits.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -9,7 +9,6 @@
 #include "base/file.h"
 #include "base/owned.h"
 #include "image/image.h"
-#include "image/tone.h"
 
 #define MAX_PHOTOS 100000
 

@@ -7,7 +7,6 @@
 #include "base/file.h"
 #include "base/owned.h"
 #include "base/process.h"
-#include "base/threads.h"
 #include "poses/match.h"
 
 enum { MAX_ARGS = 64 };

@@ -11,7 +11,6 @@
 #include "base/arena.h"
 #include "base/linalg.h"
 #include "poses/epipolar.h"
-#include "poses/match.h"
 #include "poses/refine.h"
 
 const TriangulateOptions fs_triangulate_defaults = {
