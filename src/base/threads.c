@@ -11,14 +11,13 @@ struct Threads {
     pthread_t *thread;
     pthread_mutex_t lock;
     pthread_cond_t start, done;
-    unsigned round; // rises with every fs_threads_for
+    atomic_uint round; // rises with every fs_threads_for and at the end; spun on for a moment before sleeping
     int busy;
     bool quit;
     ThreadsJob *job;
     void *context;
     int n;
     atomic_int next;
-    atomic_uint round_hint; // spun on for a moment before sleeping
 };
 
 typedef struct Worker {
@@ -40,13 +39,13 @@ static void *worker_main(void *arg)
     Threads *t = w.threads;
     unsigned seen = 0;
     for (;;) {
-        for (int spin = 0; spin < 4000 && atomic_load(&t->round_hint) == seen; spin++) {
+        for (int spin = 0; spin < 4000 && t->round == seen; spin++) {
 #if defined(__x86_64__)
             __builtin_ia32_pause();
 #endif
         }
         pthread_mutex_lock(&t->lock);
-        while (t->round == seen && !t->quit) pthread_cond_wait(&t->start, &t->lock);
+        while (t->round == seen) pthread_cond_wait(&t->start, &t->lock);
         seen = t->round;
         bool quit = t->quit;
         pthread_mutex_unlock(&t->lock);
@@ -91,7 +90,7 @@ void fs_threads_free(Threads *t)
     if (!t) return;
     pthread_mutex_lock(&t->lock);
     t->quit = true;
-    atomic_fetch_add(&t->round_hint, 1);
+    t->round++;
     pthread_cond_broadcast(&t->start);
     pthread_mutex_unlock(&t->lock);
     for (int i = 1; i < t->count; i++) pthread_join(t->thread[i], NULL);
@@ -120,7 +119,6 @@ void fs_threads_for(Threads *t, int n, ThreadsJob *job, void *context)
     atomic_store(&t->next, 0);
     t->busy = t->count - 1;
     t->round++;
-    atomic_store(&t->round_hint, t->round);
     pthread_cond_broadcast(&t->start);
     pthread_mutex_unlock(&t->lock);
     work(t, 0);

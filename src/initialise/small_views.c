@@ -78,13 +78,8 @@ void fs_small_views_free(SmallViews *views)
 
 bool fs_small_views_direction(const SmallViews *views, const float xyz[3], float uvl[3])
 {
-    double x = 0, y = 0, z = 0;
-    for (int k = 0; k < 3; k++) {
-        double d = xyz[k] - views->centre[k];
-        x += d * views->right[k];
-        y += d * views->down[k];
-        z += d * views->forward[k];
-    }
+    double d[3] = {xyz[0] - views->centre[0], xyz[1] - views->centre[1], xyz[2] - views->centre[2]};
+    double x = v3_dot(d, views->right), y = v3_dot(d, views->down), z = v3_dot(d, views->forward);
     if (!(z > 1e-3 * (fabs(x) + fabs(y))) || !(z > 0)) return false;
     uvl[0] = (float)(x / z);
     uvl[1] = (float)(y / z);

@@ -10,32 +10,20 @@
 
 #include "base/error.h"
 
-#define OFFSET(member) offsetof(Settings, member)
-#define BOOL(name_, member, stages_, help_)                                                                            \
+#define OPTION(type_, name_, member, stages_, initial_, help_, ...)                                                    \
     {                                                                                                                  \
-        .name = name_, .type = FS_OPTION_BOOL, .stages = stages_, .initial = "false", .help = help_,                   \
-        .offset = OFFSET(member)                                                                                       \
+        .name = name_, .type = FS_OPTION_##type_, .stages = stages_, .initial = initial_, .help = help_,               \
+        .offset = offsetof(Settings, member), __VA_ARGS__                                                              \
     }
-#define INT(name_, member, stages_, initial_, min_, max_, argument_, help_)                                            \
-    {                                                                                                                  \
-        .name = name_, .type = FS_OPTION_INT, .stages = stages_, .initial = initial_, .min = min_, .max = max_,        \
-        .argument = argument_, .help = help_, .offset = OFFSET(member)                                                 \
-    }
-#define FLOAT(name_, member, stages_, initial_, min_, max_, argument_, help_)                                          \
-    {                                                                                                                  \
-        .name = name_, .type = FS_OPTION_FLOAT, .stages = stages_, .initial = initial_, .min = min_, .max = max_,      \
-        .argument = argument_, .help = help_, .offset = OFFSET(member)                                                 \
-    }
+#define NUMBER(type_, name_, member, stages_, initial_, min_, max_, argument_, help_)                                  \
+    OPTION(type_, name_, member, stages_, initial_, help_, .min = min_, .max = max_, .argument = argument_)
+#define BOOL(name_, member, stages_, help_) OPTION(BOOL, name_, member, stages_, "false", help_, .argument = NULL)
+#define INT(...) NUMBER(INT, __VA_ARGS__)
+#define FLOAT(...) NUMBER(FLOAT, __VA_ARGS__)
 #define STRING(name_, member, stages_, initial_, argument_, help_)                                                     \
-    {                                                                                                                  \
-        .name = name_, .type = FS_OPTION_STRING, .stages = stages_, .initial = initial_, .argument = argument_,        \
-        .help = help_, .offset = OFFSET(member)                                                                        \
-    }
+    OPTION(STRING, name_, member, stages_, initial_, help_, .argument = argument_)
 #define ENUM(name_, member, stages_, initial_, choices_, help_)                                                        \
-    {                                                                                                                  \
-        .name = name_, .type = FS_OPTION_ENUM, .stages = stages_, .initial = initial_, .choices = choices_,            \
-        .argument = choices_, .help = help_, .offset = OFFSET(member)                                                  \
-    }
+    OPTION(ENUM, name_, member, stages_, initial_, help_, .choices = choices_, .argument = choices_)
 
 #define ALL FS_STAGE_ALL
 #define INGEST FS_STAGE_INGEST

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/linalg.h"
 #include "base/rng.h"
 
 void fs_similarity_apply(const Similarity *s, const double x[3], double y[3])
@@ -166,10 +167,9 @@ static int count_inliers(const Similarity *s, const double (*from)[3], const dou
 {
     int count = 0;
     for (int i = 0; i < n; i++) {
-        double y[3], d2 = 0;
+        double y[3];
         fs_similarity_apply(s, from[i], y);
-        for (int k = 0; k < 3; k++) d2 += (y[k] - to[i][k]) * (y[k] - to[i][k]);
-        if (!(d2 <= tolerance * tolerance)) continue;
+        if (!(v3_distance2(y, to[i]) <= tolerance * tolerance)) continue;
         if (in_from) {
             memcpy(in_from[count], from[i], sizeof *in_from);
             memcpy(in_to[count], to[i], sizeof *in_to);

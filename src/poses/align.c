@@ -56,11 +56,11 @@ static double spread(const ColmapModel *model)
 {
     double mean[3] = {0}, sum = 0;
     for (int k = 0; k < model->n_images; k++) {
-        double r[9], c[3];
-        fs_camera_quat_to_rotation(model->image[k].quat, r);
+        Camera camera;
+        double c[3];
+        fs_camera_pose_from_quat(model->image[k].quat, model->image[k].t, camera.w2c);
+        fs_camera_centre(&camera, c);
         for (int i = 0; i < 3; i++) {
-            c[i] = 0;
-            for (int j = 0; j < 3; j++) c[i] -= r[3 * j + i] * model->image[k].t[j];
             mean[i] += c[i] / model->n_images;
             sum += c[i] * c[i] / model->n_images;
         }

@@ -42,8 +42,7 @@ static bool relate(const Camera *a, const Camera *b, Pair *pair)
     }
     other[smallest] = 1;
     v3_cross(unit, other, pair->axis[0]);
-    double n = sqrt(v3_dot(pair->axis[0], pair->axis[0]));
-    for (int i = 0; i < 3; i++) pair->axis[0][i] /= n;
+    v3_normalise(pair->axis[0]);
     v3_cross(unit, pair->axis[0], pair->axis[1]);
     pair->roll = atan2(pair->r[3] - pair->r[1], pair->r[0] + pair->r[4]);
     return true;

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/linalg.h"
+
 double fs_refine_error(const Sight *sight, const double xyz[3])
 {
     double pixel[2];
@@ -75,15 +77,10 @@ double fs_refine_angle(const Sight *sight, int n, const double xyz[3])
         double a[3], b[3];
         fs_camera_centre(sight[i].camera, a);
         for (int j = 0; j < i; j++) {
-            double ab = 0, aa = 0, bb = 0;
+            double p[3], q[3];
             fs_camera_centre(sight[j].camera, b);
-            for (int k = 0; k < 3; k++) {
-                double p = a[k] - xyz[k], q = b[k] - xyz[k];
-                ab += p * q;
-                aa += p * p;
-                bb += q * q;
-            }
-            double cosine = ab / sqrt(aa * bb);
+            for (int k = 0; k < 3; k++) p[k] = a[k] - xyz[k], q[k] = b[k] - xyz[k];
+            double cosine = v3_dot(p, q) / sqrt(v3_dot(p, p) * v3_dot(q, q));
             if (cosine < least) least = cosine;
         }
     }

@@ -81,9 +81,7 @@ static int choose_others(const Work *w, int a, int *others)
         const double *zb = w->photo[b].camera->w2c + 8;
         if (v3_dot(za, zb) < cos(70 * M_PI / 180)) continue;
         fs_camera_centre(w->photo[b].camera, cb);
-        double d = 0;
-        for (int k = 0; k < 3; k++) d += (ca[k] - cb[k]) * (ca[k] - cb[k]);
-        list[n++] = (Other){d, b};
+        list[n++] = (Other){v3_distance2(ca, cb), b};
     }
     qsort(list, (size_t)n, sizeof *list, compare_others);
     if (n > MAX_OTHERS) n = MAX_OTHERS;
@@ -300,7 +298,7 @@ static bool still_good(const SearchPhoto *photo, const Claims *claims, Proposal 
     return true;
 }
 
-static int accept(PointSet *points, const Claims *claims, const Proposal *p)
+static void accept(PointSet *points, const Claims *claims, const Proposal *p)
 {
     for (int k = 0; k < p->n; k++) *claim(claims, p->seen[k]) = 1;
     Point *point = &points->point[points->n];
@@ -309,7 +307,6 @@ static int accept(PointSet *points, const Claims *claims, const Proposal *p)
     memcpy(points->seen + points->n_seen, p->seen, (size_t)p->n * sizeof *p->seen);
     points->n++;
     points->n_seen += p->n;
-    return 0;
 }
 
 static int settle(const Work *w, const Claims *claims, PointSet *points, FsError *err)
