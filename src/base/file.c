@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/memory.h"
 #include "base/owned.h"
 
 int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, FsError *err)
@@ -309,16 +310,10 @@ int fs_file_list(const char *dir, FileList *list, FsError *err)
     *list = (FileList){0};
     DIR *d = opendir(dir);
     if (!d) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open folder: %s", dir, strerror(errno));
-    int capacity = 0;
     struct dirent *e;
     while ((e = readdir(d))) {
         if (e->d_name[0] == '.') continue;
-        if (list->n == capacity) {
-            capacity = capacity ? 2 * capacity : 64;
-            char **grown = realloc(list->name, (size_t)capacity * sizeof *grown);
-            if (!grown) goto memory;
-            list->name = grown;
-        }
+        if (fs_memory_grow(&list->name, list->n, sizeof *list->name, NULL) < 0) goto memory;
         if (!(list->name[list->n] = strdup(e->d_name))) goto memory;
         list->n++;
     }

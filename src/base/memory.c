@@ -1,9 +1,11 @@
 #include "base/memory.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <jansson.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 // Jansson leaves out of an object what it has no memory for, and hardly a caller looks: once it had none it gets none,
 // so that no text is made of half an object. Other allocators than malloc are left alone.
@@ -32,4 +34,15 @@ unsigned fs_memory_begin(void)
 int fs_memory_end(unsigned begun, int rc, FsError *err)
 {
     return rc == 0 && fs_error_memory_failures() != begun ? fs_error_memory(err) : rc;
+}
+
+int fs_memory_grow(void *array, int n, size_t size, FsError *err)
+{
+    if (n > 0 && (n & (n - 1)) != 0) return 0;
+    void *old, *grown;
+    memcpy(&old, array, sizeof old);
+    grown = n <= INT_MAX / 2 ? realloc(old, (n ? 2 * (size_t)n : 1) * size) : NULL;
+    if (!grown) return fs_error_memory(err);
+    memcpy(array, &grown, sizeof grown);
+    return 0;
 }

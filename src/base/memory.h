@@ -3,9 +3,14 @@
 #ifndef FS_BASE_MEMORY_H
 #define FS_BASE_MEMORY_H
 
+#include <stddef.h>
+
 #include "base/error.h"
 
 unsigned fs_memory_begin(void);
 int fs_memory_end(unsigned begun, int rc, FsError *err); // rc, or FS_ERR_MEMORY where memory ran out since `begun`
+
+// Room for one more at the end of an array (given by its address) of n elements, which grows at powers of two.
+int fs_memory_grow(void *array, int n, size_t size, FsError *err);
 
 #endif

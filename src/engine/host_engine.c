@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "image/tone.h"
 
 // ---- opening and closing ----
@@ -187,11 +188,7 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
     int w = view->camera->width, h = view->camera->height;
     size_t three = fs_planes_floats(w, h, 3), one = fs_planes_floats(w, h, 1),
            bytes = (3 * three + one) * sizeof(float);
-    if ((e->n_views & (e->n_views - 1)) == 0) { // grows at powers of two
-        HostView *grown = realloc(e->views, sizeof *grown * 2 * (size_t)(e->n_views + 1));
-        if (!grown) return fs_error_memory(err);
-        e->views = grown;
-    }
+    if (fs_memory_grow(&e->views, e->n_views, sizeof *e->views, err) < 0) return FS_ERR_MEMORY;
     HostView *v = &e->views[e->n_views];
     *v = (HostView){.camera = *view->camera, .flash = view->flash, .memory = aligned_alloc(64, bytes)};
     void *scratch = aligned_alloc(64, (fs_photometric_scratch(w) + 63) / 64 * 64);

@@ -23,8 +23,8 @@ static int pick(const Start *start, PointKind kind, PointList *list, FsError *er
 {
     const SparsePoints *points = start->points;
     const PointList *dense = start->dense[kind == POINT_REFLECTED];
-    int capacity = points->n + dense->n + 1, count[3] = {0};
-    *list = (PointList){0, capacity, malloc(sizeof(float) * 3 * (size_t)capacity)};
+    int count[3] = {0};
+    *list = (PointList){0, malloc(sizeof(float) * 3 * ((size_t)points->n + (size_t)dense->n + 1))};
     if (!list->xyz) return fs_error_memory(err);
     for (int i = 0; i < points->n; i++) count[points->kind[i]]++;
     bool guess = count[kind] + dense->n < COLORED_FEWEST;

@@ -3,15 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+
 int fs_points_append(PointList *list, const float xyz[3], FsError *err)
 {
-    if (list->n == list->capacity) {
-        int capacity = list->capacity ? 2 * list->capacity : 4096;
-        float *grown = realloc(list->xyz, sizeof(float) * 3 * (size_t)capacity);
-        if (!grown) return fs_error_memory(err);
-        list->xyz = grown;
-        list->capacity = capacity;
-    }
+    if (fs_memory_grow(&list->xyz, list->n, 3 * sizeof *list->xyz, err) < 0) return FS_ERR_MEMORY;
     memcpy(list->xyz + 3 * (size_t)list->n++, xyz, sizeof(float) * 3);
     return 0;
 }

@@ -7,7 +7,7 @@
 #include "initialise/small_views.h"
 
 typedef struct PointList {
-    int n, capacity;
+    int n;
     float *xyz; // (n, 3) world
 } PointList;
 

@@ -1,11 +1,11 @@
 #include "model/colmap_model.h"
 
-#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
+#include "base/memory.h"
 
 #define MAX_FILE ((size_t)4 << 30)
 
@@ -22,24 +22,9 @@ void fs_colmap_model_free(ColmapModel *model)
     *model = (ColmapModel){0};
 }
 
-// One more element at the end of an array that grows at powers of two.
-static void *grow(void *array, int n, size_t size, FsError *err)
-{
-    if (n > 0 && (n & (n - 1)) != 0) return array;
-    if (n > INT_MAX / 2) {
-        fs_error_memory(err);
-        return NULL;
-    }
-    void *grown = realloc(array, (n ? 2 * (size_t)n : 1) * size);
-    if (!grown) fs_error_memory(err);
-    return grown;
-}
-
 ColmapCamera *fs_colmap_model_add_camera(ColmapModel *model, FsError *err)
 {
-    void *p = grow(model->camera, model->n_cameras, sizeof *model->camera, err);
-    if (!p) return NULL;
-    model->camera = p;
+    if (fs_memory_grow(&model->camera, model->n_cameras, sizeof *model->camera, err) < 0) return NULL;
     ColmapCamera *camera = &model->camera[model->n_cameras++];
     *camera = (ColmapCamera){0};
     return camera;
@@ -47,9 +32,7 @@ ColmapCamera *fs_colmap_model_add_camera(ColmapModel *model, FsError *err)
 
 ColmapImage *fs_colmap_model_add_image(ColmapModel *model, const char *name, FsError *err)
 {
-    void *p = grow(model->image, model->n_images, sizeof *model->image, err);
-    if (!p) return NULL;
-    model->image = p;
+    if (fs_memory_grow(&model->image, model->n_images, sizeof *model->image, err) < 0) return NULL;
     char *copy = strdup(name);
     if (!copy) {
         fs_error_memory(err);
@@ -62,9 +45,7 @@ ColmapImage *fs_colmap_model_add_image(ColmapModel *model, const char *name, FsE
 
 ColmapPoint *fs_colmap_model_add_point(ColmapModel *model, FsError *err)
 {
-    void *p = grow(model->point, model->n_points, sizeof *model->point, err);
-    if (!p) return NULL;
-    model->point = p;
+    if (fs_memory_grow(&model->point, model->n_points, sizeof *model->point, err) < 0) return NULL;
     ColmapPoint *point = &model->point[model->n_points++];
     *point = (ColmapPoint){.first = model->n_tracks};
     return point;
@@ -72,9 +53,8 @@ ColmapPoint *fs_colmap_model_add_point(ColmapModel *model, FsError *err)
 
 int fs_colmap_model_add_observation(ColmapModel *model, ColmapObservation observation, FsError *err)
 {
-    void *p = grow(model->observation, model->n_observations, sizeof *model->observation, err);
-    if (!p) return FS_ERR_MEMORY;
-    model->observation = p;
+    if (fs_memory_grow(&model->observation, model->n_observations, sizeof *model->observation, err) < 0)
+        return FS_ERR_MEMORY;
     model->observation[model->n_observations++] = observation;
     model->image[model->n_images - 1].n++;
     return 0;
@@ -82,9 +62,7 @@ int fs_colmap_model_add_observation(ColmapModel *model, ColmapObservation observ
 
 int fs_colmap_model_add_track(ColmapModel *model, ColmapTrack track, FsError *err)
 {
-    void *p = grow(model->track, model->n_tracks, sizeof *model->track, err);
-    if (!p) return FS_ERR_MEMORY;
-    model->track = p;
+    if (fs_memory_grow(&model->track, model->n_tracks, sizeof *model->track, err) < 0) return FS_ERR_MEMORY;
     model->track[model->n_tracks++] = track;
     model->point[model->n_points - 1].n++;
     return 0;

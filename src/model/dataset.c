@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/memory.h"
 
 #define MAX_VIEWS 1000000
 
@@ -36,12 +37,7 @@ int fs_dataset_append(Dataset *dataset, const View *view, FsError *err)
     if (at < dataset->n && strcmp(dataset->view[at].name, view->name) == 0)
         return fs_error_set(err, FS_ERR_INPUT,
                             "%s: two views have this name; names must differ without folder and extension", view->name);
-    if ((dataset->n & (dataset->n - 1)) == 0) { // grows at powers of two
-        size_t capacity = dataset->n ? 2 * (size_t)dataset->n : 1;
-        View *grown = realloc(dataset->view, capacity * sizeof *grown);
-        if (!grown) return fs_error_memory(err);
-        dataset->view = grown;
-    }
+    if (fs_memory_grow(&dataset->view, dataset->n, sizeof *dataset->view, err) < 0) return FS_ERR_MEMORY;
     char *name = strdup(view->name);
     if (!name) return fs_error_memory(err);
     memmove(dataset->view + at + 1, dataset->view + at, (size_t)(dataset->n - at) * sizeof *dataset->view);

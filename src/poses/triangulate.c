@@ -10,6 +10,7 @@
 
 #include "base/arena.h"
 #include "base/linalg.h"
+#include "base/memory.h"
 #include "poses/epipolar.h"
 #include "poses/refine.h"
 
@@ -27,7 +28,7 @@ typedef struct Proposal {
 
 typedef struct Proposals {
     Proposal *list;
-    int n, capacity;
+    int n;
 } Proposals;
 
 typedef struct Work {
@@ -194,19 +195,6 @@ static bool try_seed(const Seed *s, Proposal *p)
     return true;
 }
 
-static int propose(Proposals *list, const Proposal *p)
-{
-    if (list->n == list->capacity) {
-        int capacity = list->capacity ? 2 * list->capacity : 256;
-        Proposal *grown = realloc(list->list, (size_t)capacity * sizeof *grown);
-        if (!grown) return FS_ERR_MEMORY;
-        list->list = grown;
-        list->capacity = capacity;
-    }
-    list->list[list->n++] = *p;
-    return 0;
-}
-
 static void seeds_of_photo(void *context, int job, int worker)
 {
     (void)worker;
@@ -225,8 +213,12 @@ static void seeds_of_photo(void *context, int job, int worker)
     }
     Seed seed = {w, a, 0, others, candidates, length_px, n};
     Proposal p;
-    for (; seed.i < features && rc == 0; seed.i++)
-        if (try_seed(&seed, &p)) rc = propose(&w->proposals[a], &p);
+    Proposals *found = &w->proposals[a];
+    for (; seed.i < features && rc == 0; seed.i++) {
+        if (!try_seed(&seed, &p)) continue;
+        rc = fs_memory_grow(&found->list, found->n, sizeof p, NULL);
+        if (rc == 0) found->list[found->n++] = p;
+    }
     free(store);
     if (rc < 0) __atomic_store_n(&w->status, rc, __ATOMIC_RELAXED);
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/memory.h"
 #include "base/linalg.h"
 
 #define WIDTH 560
@@ -70,11 +71,7 @@ static int add_point(Curve *curve, const json_t *line, FsError *err)
     const json_t *seconds = json_object_get(line, "seconds");
     double v = json_number_value(value);
     if (!json_is_integer(step) || !json_is_number(value) || !(v > 0)) return 0;
-    if ((curve->n & (curve->n - 1)) == 0) { // grows at powers of two
-        double(*points)[2] = realloc(curve->point, (curve->n ? 2 * (size_t)curve->n : 1) * sizeof *points);
-        if (!points) return fs_error_memory(err);
-        curve->point = points;
-    }
+    if (fs_memory_grow(&curve->point, curve->n, sizeof *curve->point, err) < 0) return FS_ERR_MEMORY;
     curve->point[curve->n][0] = (double)json_integer_value(step);
     curve->point[curve->n++][1] = v;
     if (json_is_number(seconds)) curve->seconds = json_number_value(seconds);

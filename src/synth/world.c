@@ -2,7 +2,8 @@
 #include "synth/world.h"
 
 #include <stdlib.h>
-#include <string.h>
+
+#include "base/memory.h"
 
 void fs_world_free(World *world)
 {
@@ -19,14 +20,8 @@ void fs_world_free(World *world)
 // Room for one more element in an array (given by its address) of n elements; false when out of memory.
 static bool reserve(World *world, void *array, int n, size_t size)
 {
-    if (world->failed) return false;
-    if (n & (n - 1)) return true; // grows at powers of two
-    void *old;
-    memcpy(&old, array, sizeof old);
-    void *grown = realloc(old, (n ? 2 * (size_t)n : 1) * size);
-    world->failed = !grown;
-    if (grown) memcpy(array, &grown, sizeof grown);
-    return grown;
+    world->failed = world->failed || fs_memory_grow(array, n, size, NULL) < 0;
+    return !world->failed;
 }
 
 int fs_world_texture(World *world, Paint paint, float hue, float w_m, float h_m)
