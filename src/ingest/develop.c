@@ -1,7 +1,6 @@
 #include "ingest/develop.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/file.h"
 #include "image/photo.h"
@@ -49,18 +48,15 @@ static int write_features(const PhotoFile *photo, const Image *rgb, const char *
     int rc = 0;
     Image image = {0};
     Camera full = {.width = rgb->width, .height = rgb->height}, small = fs_camera_limited(&full, FS_FEATURES_LONG_EDGE);
-    char *path = fs_file_path("%s/features/%s.png", dir, photo->name);
-    if (!path) return fs_error_memory(err);
     TRY(fs_image_resize_area(rgb, small.width, small.height, &image, err));
     TRY(fs_image_orient(&image, photo->exif.orientation, err));
     for (size_t i = 0; i < pixels(&image) * 3; i++) {
         float v = image.px[i] * (float)photo->gain;
         image.px[i] = v > 0 ? powf(v, exponent) : 0;
     }
-    TRY(fs_png_write(path, &image, 8, err));
+    TRY(fs_png_write(fs_file_at("%s/features/%s.png", dir, photo->name).text, &image, 8, err));
 fail:
     fs_image_free(&image);
-    free(path);
     return rc;
 }
 
@@ -68,20 +64,14 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
 {
     FsError *err = &photo->failure;
     Image rgb = {0}, clipped = {0}, working = {0}, mask = {0};
-    char *path = fs_file_path("%s/%s", photos->folder, photo->file);
-    char *photo_path = fs_file_path("%s/%s.tif", dir, photo->name),
-         *mask_path = fs_file_path("%s/%s_mask.png", dir, photo->name);
-    int rc = path && photo_path && mask_path ? 0 : fs_error_memory(err);
-    if (rc == 0) rc = fs_photo_read(path, photos->white_balance, &rgb, &clipped, &photo->encoded, err);
+    FilePath path = fs_file_at("%s/%s", photos->folder, photo->file);
+    int rc = fs_photo_read(path.text, photos->white_balance, &rgb, &clipped, &photo->encoded, err);
     if (rc == 0) rc = shrink(photo, &rgb, &clipped, long_edge, &working, &mask, err);
     if (rc == 0) rc = write_features(photo, &rgb, dir, err);
     fs_image_free(&rgb);
     fs_image_free(&clipped);
-    if (rc == 0) rc = fs_tiff_write_float(photo_path, &working, err);
-    if (rc == 0) rc = fs_png_write(mask_path, &mask, 8, err);
+    if (rc == 0) rc = fs_tiff_write_float(fs_file_at("%s/%s.tif", dir, photo->name).text, &working, err);
+    if (rc == 0) rc = fs_png_write(fs_file_at("%s/%s_mask.png", dir, photo->name).text, &mask, 8, err);
     fs_image_free(&working);
     fs_image_free(&mask);
-    free(path);
-    free(photo_path);
-    free(mask_path);
 }

@@ -99,9 +99,8 @@ static void put_matrix(json_t *root, const Photos *photos)
 {
     for (int i = 0; i < photos->n; i++) {
         RawInfo info = {0};
-        char *path = fs_file_path("%s/%s", photos->folder, photos->photo[i].file);
-        bool known = path && photos->photo[i].kind == PHOTO_RAW && fs_raw_read_info(path, &info, NULL) == 0;
-        free(path);
+        FilePath path = fs_file_at("%s/%s", photos->folder, photos->photo[i].file);
+        bool known = photos->photo[i].kind == PHOTO_RAW && fs_raw_read_info(path.text, &info, NULL) == 0;
         if (!known || info.srgb_from_camera[0] == 0) continue;
         json_t *matrix = json_array();
         for (int k = 0; k < 9; k++) json_array_append_new(matrix, json_real(info.srgb_from_camera[k]));
@@ -135,14 +134,12 @@ static int write_json(const FsProject *project, const Photos *photos, FsError *e
 // Nothing has been touched so far.
 static int begin(FsProject *project, const Photos *photos, const char *dir, FsError *err)
 {
-    char *features = fs_file_path("%s/features", dir);
     const char **name = calloc((size_t)photos->n, sizeof *name);
-    int rc = features && name ? fs_project_check_input(project, photos->folder, err) : fs_error_memory(err);
+    int rc = name ? fs_project_check_input(project, photos->folder, err) : fs_error_memory(err);
     for (int i = 0; i < photos->n && rc == 0; i++) name[i] = photos->photo[i].name;
     if (rc == 0 && *project->set.flash_list) rc = fs_project_check_input(project, project->set.flash_list, err);
     if (rc == 0) rc = fs_project_begin(project, FS_STAGE_INGEST, name, photos->n, err);
-    if (rc == 0) rc = fs_file_mkdirs(features, err);
-    free(features);
+    if (rc == 0) rc = fs_file_mkdirs(fs_file_at("%s/features", dir).text, err);
     free(name);
     return rc;
 }
@@ -167,16 +164,16 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     int rc = 0;
     const Log *log = &project->log;
     Photos photos = {0};
-    char *dir = fs_file_path("%s/linear", project->out);
+    FilePath dir = fs_file_at("%s/linear", project->out);
     Threads *threads = fs_threads_new(project->set.threads);
-    if (!dir || !threads) TRY(fs_error_memory(err));
+    if (!threads) TRY(fs_error_memory(err));
     TRY(fs_photos_scan(&photos, folder, log, err));
     fs_photos_read_headers(&photos, threads);
     TRY(fs_photos_drop_failed(&photos, log, err));
     TRY(fs_photos_find_flash(&photos, &project->set, log, err));
     fs_photos_level(&photos, log);
-    TRY(begin(project, &photos, dir, err));
-    TRY(develop_all(project, &photos, dir, threads, err));
+    TRY(begin(project, &photos, dir.text, err));
+    TRY(develop_all(project, &photos, dir.text, threads, err));
     TRY(fs_photos_drop_failed(&photos, log, err));
     TRY(fs_photos_check_groups(&photos, err));
     check_pictures(&photos, log);
@@ -185,6 +182,5 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
 fail:
     fs_threads_free(threads);
     fs_photos_free(&photos);
-    free(dir);
     return rc;
 }

@@ -87,10 +87,8 @@ int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *
     if (!photos->photo) TRY(fs_error_memory(err));
     for (int i = 0; i < list.n; i++) {
         int kind = fs_photo_kind(list.name[i]);
-        char *path = kind < 0 ? NULL : fs_file_path("%s/%s", folder, list.name[i]);
-        bool result = path && fs_owned_is_result(path); // photos and results in one folder
-        free(path);
-        if (kind < 0 || result) {
+        FilePath path = fs_file_at("%s/%s", folder, list.name[i]);
+        if (kind < 0 || fs_owned_is_result(path.text)) { // photos and results in one folder
             others++, other = list.name[i];
             continue;
         }
@@ -116,7 +114,7 @@ static uint64_t add_file(uint64_t hash, const char *path, const char *name)
 {
     uint64_t size;
     hash = fs_hash_text(hash, name);
-    if (!path || fs_hash_file(path, true, &hash, &size) < 0) hash = fs_hash_text(hash, "unreadable");
+    if (fs_hash_file(path, true, &hash, &size) < 0) hash = fs_hash_text(hash, "unreadable");
     return hash;
 }
 
@@ -124,9 +122,8 @@ void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char te
 {
     uint64_t hash = FS_HASH_EMPTY;
     for (int i = 0; i < photos->n; i++) {
-        char *path = fs_file_path("%s/%s", photos->folder, photos->photo[i].file);
-        hash = add_file(hash, path, photos->photo[i].file);
-        free(path);
+        FilePath path = fs_file_at("%s/%s", photos->folder, photos->photo[i].file);
+        hash = add_file(hash, path.text, photos->photo[i].file);
     }
     if (flash_list && *flash_list) hash = add_file(hash, flash_list, "flash list");
     snprintf(text, 17, "%016llx", (unsigned long long)hash);
@@ -137,13 +134,8 @@ static void read_header(void *context, int i, int worker)
     (void)worker;
     Photos *photos = context;
     PhotoFile *photo = &photos->photo[i];
-    char *path = fs_file_path("%s/%s", photos->folder, photo->file);
-    if (!path) {
-        fs_error_memory(&photo->failure);
-        return;
-    }
-    fs_photo_read_info(path, &photo->exif, photo->white_balance, &photo->failure);
-    free(path);
+    FilePath path = fs_file_at("%s/%s", photos->folder, photo->file);
+    fs_photo_read_info(path.text, &photo->exif, photo->white_balance, &photo->failure);
 }
 
 void fs_photos_read_headers(Photos *photos, Threads *threads)

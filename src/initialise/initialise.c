@@ -77,23 +77,16 @@ static int write_start(const FsProject *project, const SparsePoints *points, con
 {
     int rc = 0;
     static const char *const kind[2] = {"transmitted", "reflected"};
-    char *dir = fs_file_path("%s/start", project->out), *sparse = NULL, *surface = NULL;
-    if (!dir) return fs_error_memory(err);
-    TRY(fs_file_mkdirs(dir, err));
+    FilePath dir = fs_file_at("%s/start", project->out);
+    TRY(fs_file_mkdirs(dir.text, err));
     for (int k = 0; k < 2; k++) {
-        free(sparse);
-        free(surface);
-        sparse = fs_file_path("%s/%s.ply", dir, kind[k]);
-        surface = fs_file_path("%s/%s_surface.ply", dir, kind[k]);
-        if (!sparse || !surface) TRY(fs_error_memory(err));
-        TRY(write_kind(sparse, points, k ? POINT_REFLECTED : POINT_TRANSMITTED, err));
-        TRY(write_dense(surface, &dense[k], k ? 128 : 224, err));
+        FilePath sparse = fs_file_at("%s/%s.ply", dir.text, kind[k]);
+        FilePath surface = fs_file_at("%s/%s_surface.ply", dir.text, kind[k]);
+        TRY(write_kind(sparse.text, points, k ? POINT_REFLECTED : POINT_TRANSMITTED, err));
+        TRY(write_dense(surface.text, &dense[k], k ? 128 : 224, err));
     }
-    TRY(fs_scene_write(scene, dir, err));
+    TRY(fs_scene_write(scene, dir.text, err));
 fail:
-    free(dir);
-    free(sparse);
-    free(surface);
     return rc;
 }
 
@@ -101,18 +94,15 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
 {
     int rc = 0;
     Dataset dataset = {0};
-    char *views_path = fs_file_path("%s/views.json", project->out), *sparse = fs_file_path("%s/sparse", project->out);
-    if (!views_path || !sparse) TRY(fs_error_memory(err));
-    TRY(fs_dataset_read(&dataset, views_path, err));
+    FilePath path = fs_file_at("%s/views.json", project->out);
+    TRY(fs_dataset_read(&dataset, path.text, err));
     TRY(fs_small_views_load(views, project->out, &dataset, INPUT_LONG_EDGE, err));
     if (views->n_flash == 0 || views->n_flash == views->n)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed",
-                         views_path, views->n_flash, views->n - views->n_flash));
-    TRY(read_points(sparse, points, err));
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed", path.text,
+                         views->n_flash, views->n - views->n_flash));
+    TRY(read_points(fs_file_at("%s/sparse", project->out).text, points, err));
 fail:
     fs_dataset_free(&dataset);
-    free(views_path);
-    free(sparse);
     return rc;
 }
 

@@ -84,11 +84,8 @@ int fs_colmap_model_image(const ColmapModel *model, uint32_t id)
 
 static bool has_files(const char *dir, const char *ext)
 {
-    char *cameras = fs_file_path("%s/cameras.%s", dir, ext), *images = fs_file_path("%s/images.%s", dir, ext);
-    bool found = cameras && images && fs_file_exists(cameras) && fs_file_exists(images);
-    free(cameras);
-    free(images);
-    return found;
+    return fs_file_exists(fs_file_at("%s/cameras.%s", dir, ext).text) &&
+           fs_file_exists(fs_file_at("%s/images.%s", dir, ext).text);
 }
 
 char *fs_colmap_model_find(const char *dir)
@@ -157,15 +154,14 @@ static int check(const char *dir, const ColmapModel *model, FsError *err)
 static int read_part(const char *dir, const ColmapFormat *format, ColmapPart part, ColmapModel *model, FsError *err)
 {
     int rc = 0;
-    char *path = fs_file_path("%s/%s.%s", dir, parts[part], format->ext), *data = NULL;
+    FilePath path = fs_file_at("%s/%s.%s", dir, parts[part], format->ext);
+    char *data;
     size_t size;
-    if (!path) return fs_error_memory(err);
-    if (part == COLMAP_POINTS && !fs_file_exists(path)) goto fail;
-    TRY(fs_file_read(path, MAX_FILE, &data, &size, err));
-    TRY(format->read(path, data, size, part, model, err));
-fail:
+    if (part == COLMAP_POINTS && !fs_file_exists(path.text)) return 0;
+    TRY(fs_file_read(path.text, MAX_FILE, &data, &size, err));
+    rc = format->read(path.text, data, size, part, model, err);
     free(data);
-    free(path);
+fail:
     return rc;
 }
 
@@ -193,9 +189,7 @@ int fs_colmap_model_write(const char *dir, const ColmapModel *model, bool binary
     int rc = fs_file_mkdirs(dir, err);
     for (int k = 0; k < COLMAP_PARTS && rc == 0; k++) {
         AtomicFile file;
-        char *path = fs_file_path("%s/%s.%s", dir, parts[k], format->ext);
-        rc = path ? fs_file_begin(&file, path, err) : fs_error_memory(err);
-        free(path);
+        rc = fs_file_begin(&file, fs_file_at("%s/%s.%s", dir, parts[k], format->ext).text, err);
         if (rc < 0) return rc;
         format->write[k](file.f, model);
         rc = fs_file_commit(&file, err);

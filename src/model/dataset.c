@@ -191,25 +191,22 @@ static int check_size(const char *path, const Image *image, const View *view, Fs
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err)
 {
     int rc = 0;
-    char *photo_path = fs_file_path("%s/images/%s.tif", out, view->name);
-    char *mask_path = fs_file_path("%s/images/%s_mask.png", out, view->name);
-    if (!photo_path || !mask_path) TRY(fs_error_memory(err));
+    FilePath photo_path = fs_file_at("%s/images/%s.tif", out, view->name);
+    FilePath mask_path = fs_file_at("%s/images/%s_mask.png", out, view->name);
     if (photo) {
-        TRY(fs_tiff_read(photo_path, photo, err));
-        TRY(check_size(photo_path, photo, view, err));
+        TRY(fs_tiff_read(photo_path.text, photo, err));
+        TRY(check_size(photo_path.text, photo, view, err));
         if (photo->channels != 3)
-            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 3", photo_path, photo->channels));
+            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 3", photo_path.text, photo->channels));
     }
     if (mask) {
-        TRY(fs_png_read(mask_path, mask, err));
-        TRY(check_size(mask_path, mask, view, err));
+        TRY(fs_png_read(mask_path.text, mask, err));
+        TRY(check_size(mask_path.text, mask, view, err));
         if (mask->channels != 1)
-            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 1 (grey)", mask_path, mask->channels));
+            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 1 (grey)", mask_path.text, mask->channels));
     }
 fail:
     if (rc < 0 && photo) fs_image_free(photo);
     if (rc < 0 && mask) fs_image_free(mask);
-    free(photo_path);
-    free(mask_path);
     return rc;
 }

@@ -15,9 +15,9 @@ struct Warnings {
     const char *stage;
 };
 
-static char *file_of(const char *out, const char *stage)
+static FilePath file_of(const char *out, const char *stage)
 {
-    return fs_file_path("%s/warnings/%s.txt", out, stage);
+    return fs_file_at("%s/warnings/%s.txt", out, stage);
 }
 
 static bool has_line(const char *text, const char *line)
@@ -31,22 +31,20 @@ static bool has_line(const char *text, const char *line)
 // Keeping a warning is a courtesy: where the disk will not have it, the log still has it.
 static void keep(const Warnings *warnings, const char *message)
 {
-    char *path = file_of(warnings->out, warnings->stage), *dir = fs_file_path("%s/warnings", warnings->out);
+    FilePath path = file_of(warnings->out, warnings->stage);
     char *text = NULL, *line = strdup(message);
     size_t size = 0;
     if (!line) fs_error_memory(NULL);
-    if (!path || !dir || !line) goto out;
+    if (!line) goto out;
     for (char *p = line; *p; p++)
         if (*p == '\n' || *p == '\r') *p = ' ';
-    if (fs_file_exists(path) && fs_file_read(path, MAX_BYTES, &text, &size, NULL) < 0) goto out;
+    if (fs_file_exists(path.text) && fs_file_read(path.text, MAX_BYTES, &text, &size, NULL) < 0) goto out;
     if (size + strlen(line) + 1 > MAX_BYTES || has_line(text, line)) goto out;
-    if (fs_file_mkdirs(dir, NULL) < 0) goto out;
-    char *whole = fs_owned_check(path, NULL) < 0 ? NULL : fs_file_path("%s\n", line);
-    if (whole) fs_file_append(path, whole, NULL);
+    if (fs_file_mkdirs(fs_file_at("%s/warnings", warnings->out).text, NULL) < 0) goto out;
+    char *whole = fs_owned_check(path.text, NULL) < 0 ? NULL : fs_file_path("%s\n", line);
+    if (whole) fs_file_append(path.text, whole, NULL);
     free(whole);
 out:
-    free(path);
-    free(dir);
     free(text);
     free(line);
 }
@@ -99,24 +97,22 @@ void fs_warnings_stage(Warnings *warnings, const char *stage)
 
 void fs_warnings_forget(const char *out, const char *stage)
 {
-    char *path = file_of(out, stage);
-    if (path) fs_owned_remove(path);
-    free(path);
+    fs_owned_remove(file_of(out, stage).text);
 }
 
 char *fs_warnings_read(const char *out)
 {
     char *all = NULL;
     for (int i = 0; i < PROJECT_STAGES; i++) {
-        char *path = file_of(out, fs_project_stages[i].name), *text = NULL;
+        FilePath path = file_of(out, fs_project_stages[i].name);
+        char *text = NULL;
         size_t size;
-        if (path && fs_file_exists(path) && fs_file_read(path, MAX_BYTES, &text, &size, NULL) == 0 && *text) {
+        if (fs_file_exists(path.text) && fs_file_read(path.text, MAX_BYTES, &text, &size, NULL) == 0 && *text) {
             char *joined = fs_file_path("%s%s", all ? all : "", text);
             free(all);
             all = joined;
         }
         free(text);
-        free(path);
     }
     return all;
 }

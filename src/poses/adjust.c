@@ -1,7 +1,5 @@
 #include "poses/adjust.h"
 
-#include <stdlib.h>
-
 #include "base/file.h"
 
 // COLMAP solves problems of up to 50000 residuals, two an observation, with one thread and so always the same way.
@@ -30,13 +28,12 @@ int fs_adjust_poses(Colmap *colmap, Sparse *sparse, FsError *err)
     int rc = 0;
     ColmapModel model = {0}, adjusted = {0};
     FsError inner = {0};
-    char *from = fs_file_path("%s/before-adjustment", colmap->dir), *to = fs_file_path("%s/adjusted", colmap->dir);
-    if (!from || !to) TRY(fs_error_memory(err));
+    FilePath from = fs_file_at("%s/before-adjustment", colmap->dir), to = fs_file_at("%s/adjusted", colmap->dir);
     TRY(fs_sparse_to_colmap(sparse, colmap->capture, shortest_track(sparse), true, &model, err));
     if (!worth_it(&model)) goto fail;
-    TRY(fs_colmap_model_write(from, &model, true, err));
-    rc = fs_colmap_adjust(colmap, from, to, &inner);
-    if (rc == 0) rc = fs_colmap_model_read(to, &adjusted, &inner);
+    TRY(fs_colmap_model_write(from.text, &model, true, err));
+    rc = fs_colmap_adjust(colmap, from.text, to.text, &inner);
+    if (rc == 0) rc = fs_colmap_model_read(to.text, &adjusted, &inner);
     if (rc == FS_ERR_INPUT || rc == FS_ERR_IO) { // the poses found before are good enough to go on
         fs_log_warn(&colmap->project->log, "poses: not refined: %s", inner.message);
         rc = 0;
@@ -50,7 +47,5 @@ int fs_adjust_poses(Colmap *colmap, Sparse *sparse, FsError *err)
 fail:
     fs_colmap_model_free(&model);
     fs_colmap_model_free(&adjusted);
-    free(from);
-    free(to);
     return rc;
 }

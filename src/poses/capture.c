@@ -81,9 +81,8 @@ fail:
 // Size of a PNG out of its header, without decoding it.
 static int picture_size(const char *folder, Photo *photo, FsError *err)
 {
-    char *path = fs_file_path("%s/%s", folder, photo->picture);
-    if (!path) return fs_error_memory(err);
-    FILE *f = fopen(path, "rb");
+    FilePath path = fs_file_at("%s/%s", folder, photo->picture);
+    FILE *f = fopen(path.text, "rb");
     unsigned char head[24] = {0};
     size_t got = f ? fread(head, 1, sizeof head, f) : 0;
     if (f) fclose(f);
@@ -92,8 +91,7 @@ static int picture_size(const char *folder, Photo *photo, FsError *err)
     photo->picture_height = (int)((unsigned)head[20] << 24 | head[21] << 16 | head[22] << 8 | head[23]);
     if (got < sizeof head || png_sig_cmp(head, 0, 8) != 0 || photo->picture_width < 1 || photo->picture_height < 1 ||
         photo->picture_width > FS_IMAGE_MAX_SIDE || photo->picture_height > FS_IMAGE_MAX_SIDE)
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a PNG; rerun the stage ingest with --force", path);
-    free(path);
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a PNG; rerun the stage ingest with --force", path.text);
     return rc;
 }
 
@@ -102,17 +100,12 @@ static int make_picture(const char *out, const char *folder, const Photo *photo,
 {
     int rc = 0;
     Image image = {0};
-    char *from = fs_file_path("%s/linear/%s.tif", out, photo->name),
-         *to = fs_file_path("%s/%s", folder, photo->picture);
-    if (!from || !to) TRY(fs_error_memory(err));
-    TRY(fs_tiff_read(from, &image, err));
+    TRY(fs_tiff_read(fs_file_at("%s/linear/%s.tif", out, photo->name).text, &image, err));
     for (size_t i = 0; i < (size_t)image.width * (size_t)image.height * (size_t)image.channels; i++)
         image.px[i] = image.px[i] > 0 ? powf(image.px[i], 0.35f) : 0;
-    TRY(fs_png_write(to, &image, 8, err));
+    TRY(fs_png_write(fs_file_at("%s/%s", folder, photo->picture).text, &image, 8, err));
 fail:
     fs_image_free(&image);
-    free(from);
-    free(to);
     return rc;
 }
 
@@ -120,13 +113,14 @@ int fs_capture_read(const char *out, Capture *capture, FsError *err)
 {
     *capture = (Capture){0};
     int rc = 0;
-    char *path = fs_file_path("%s/ingest.json", out), *probe = NULL;
+    FilePath path = fs_file_at("%s/ingest.json", out), probe;
     capture->pictures = fs_file_path("%s/linear/features", out);
-    if (!path || !capture->pictures) TRY(fs_error_memory(err));
-    if (!fs_file_exists(path)) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not there; run the stage ingest first", path));
-    TRY(read_photos(path, capture, err));
-    probe = fs_file_path("%s/%s", capture->pictures, capture->photo[0].picture);
-    if (probe && !fs_file_exists(probe)) {
+    if (!capture->pictures) TRY(fs_error_memory(err));
+    if (!fs_file_exists(path.text))
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not there; run the stage ingest first", path.text));
+    TRY(read_photos(path.text, capture, err));
+    probe = fs_file_at("%s/%s", capture->pictures, capture->photo[0].picture);
+    if (!fs_file_exists(probe.text)) {
         free(capture->pictures);
         capture->pictures = fs_file_path("%s/" FS_OWNED_DIR "/colmap/images", out);
         if (!capture->pictures) TRY(fs_error_memory(err));
@@ -136,7 +130,5 @@ int fs_capture_read(const char *out, Capture *capture, FsError *err)
     for (int i = 0; i < capture->n; i++) TRY(picture_size(capture->pictures, &capture->photo[i], err));
 fail:
     if (rc < 0) fs_capture_free(capture);
-    free(path);
-    free(probe);
     return rc;
 }

@@ -66,21 +66,20 @@ static Command start(const Colmap *colmap, const char *command)
 static int look_at_options(Colmap *colmap, FsError *err)
 {
     int rc = 0;
-    char *path = fs_file_path("%s/help.txt", colmap->dir), *text = NULL;
+    FilePath path = fs_file_at("%s/help.txt", colmap->dir);
+    char *text = NULL;
     size_t size;
-    if (!path) return fs_error_memory(err);
     const char *argv[] = {"env", "QT_QPA_PLATFORM=offscreen", colmap->project->set.colmap, "feature_extractor", "-h",
                           NULL};
-    rc = fs_process_run(argv, path, &colmap->project->log, err);
+    rc = fs_process_run(argv, path.text, &colmap->project->log, err);
     if (rc < 0) goto fail;
-    TRY(fs_file_read(path, 1 << 20, &text, &size, err));
+    TRY(fs_file_read(path.text, 1 << 20, &text, &size, err));
     colmap->renamed_options = strstr(text, "FeatureExtraction.use_gpu") != NULL;
     if (!strstr(text, "database_path"))
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: does not answer like COLMAP; name the program with --colmap",
                           colmap->project->set.colmap);
 fail:
     free(text);
-    free(path);
     return rc;
 }
 
@@ -242,13 +241,10 @@ static int take_largest(const char *dir, ColmapModel *model, FsError *err)
 {
     for (int k = 0; k < 50; k++) {
         ColmapModel next;
-        char *path = fs_file_path("%s/%d", dir, k);
-        if (!path) return fs_error_memory(err);
-        bool there = fs_file_is_dir(path);
-        int rc = there ? fs_colmap_model_read(path, &next, err) : 0;
-        free(path);
+        FilePath path = fs_file_at("%s/%d", dir, k);
+        if (!fs_file_is_dir(path.text)) break;
+        int rc = fs_colmap_model_read(path.text, &next, err);
         if (rc < 0) return rc;
-        if (!there) break;
         if (next.n_images > model->n_images) {
             ColmapModel old = *model;
             *model = next;
@@ -263,16 +259,15 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
 {
     int rc = 0;
     static const char *const names[] = {"all", "noflash", "flash"};
-    char *dir = fs_file_path("%s/%s%s", colmap->dir, names[group + 1], lenient ? "-lenient" : "");
-    char *list = dir ? fs_file_path("%s.txt", dir) : NULL;
-    if (!list) TRY(fs_error_memory(err));
-    TRY(fs_file_mkdirs(dir, err));
-    TRY(write_list(colmap, group, list, err));
+    FilePath dir = fs_file_at("%s/%s%s", colmap->dir, names[group + 1], lenient ? "-lenient" : "");
+    FilePath list = fs_file_at("%s.txt", dir.text);
+    TRY(fs_file_mkdirs(dir.text, err));
+    TRY(write_list(colmap, group, list.text, err));
     Command c = start(colmap, "mapper");
     add_pair(&c, "database_path", colmap->database);
     add_pair(&c, "image_path", colmap->capture->pictures);
-    add_pair(&c, "output_path", dir);
-    add_pair(&c, "image_list_path", list);
+    add_pair(&c, "output_path", dir.text);
+    add_pair(&c, "image_list_path", list.text);
     add_pair(&c, "random_seed", "0");
     add_pair(&c, "Mapper.num_threads", "1"); // sums in the solver depend on their order
     add_pair(&c, "Mapper.min_model_size", "3");
@@ -295,10 +290,8 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
         if (err) *err = inner;
         goto fail;
     }
-    rc = take_largest(dir, model, err); // a mapper that found nothing also ends with an error
+    rc = take_largest(dir.text, model, err); // a mapper that found nothing also ends with an error
 fail:
-    free(dir);
-    free(list);
     return rc;
 }
 

@@ -173,17 +173,15 @@ static int update_held_out(const FsProject *project, FsError *err)
 {
     int rc = 0;
     Dataset views = {0};
-    char *path = fs_file_path("%s/views.json", project->out);
-    if (!path) return fs_error_memory(err);
-    TRY(fs_dataset_read(&views, path, err));
+    FilePath path = fs_file_at("%s/views.json", project->out);
+    TRY(fs_dataset_read(&views, path.text, err));
     if (fs_sparse_hold_out(&views, project->set.test_every)) {
         fs_log_info(&project->log, "poses: other photos are held out (--test-every %d)", project->set.test_every);
         fs_project_unmark(project, FS_STAGE_INITIALISE);
-        TRY(fs_dataset_write(&views, path, err));
+        TRY(fs_dataset_write(&views, path.text, err));
     }
 fail:
     fs_dataset_free(&views);
-    free(path);
     return rc;
 }
 
@@ -193,10 +191,8 @@ int fs_poses_run(FsProject *project, FsError *err)
     int rc = 0;
     Capture capture = {0};
     Sparse sparse = {0};
-    char *scratch = NULL;
     TRY(fs_project_begin(project, FS_STAGE_POSES, NULL, 0, err));
-    scratch = fs_file_path("%s/" FS_OWNED_DIR "/colmap", project->out);
-    if (scratch) fs_owned_remove(scratch);
+    fs_owned_remove(fs_file_at("%s/" FS_OWNED_DIR "/colmap", project->out).text);
     TRY(fs_capture_read(project->out, &capture, err));
     TRY(fs_sparse_new(&sparse, &capture, err));
     TRY(reconstruct(project, &capture, &sparse, err));
@@ -204,7 +200,6 @@ int fs_poses_run(FsProject *project, FsError *err)
     log_points(project, &capture, &sparse);
     TRY(fs_project_mark_done(project, FS_STAGE_POSES, err));
 fail:
-    free(scratch);
     fs_sparse_free(&sparse);
     fs_capture_free(&capture);
     return rc;

@@ -153,10 +153,7 @@ static int colour_points(Sparse *sparse, const Capture *capture, FsError *err)
     for (int i = 0; i < capture->n; i++) {
         if (!sparse->pose[i].known) continue;
         Image picture = {0};
-        char *path = fs_file_path("%s/%s", capture->pictures, capture->photo[i].picture);
-        rc = path ? fs_png_read(path, &picture, err) : fs_error_memory(err);
-        free(path);
-        TRY(rc);
+        TRY(fs_png_read(fs_file_at("%s/%s", capture->pictures, capture->photo[i].picture).text, &picture, err));
         for (int k = 0; k < sparse->n_points; k++)
             for (int l = 0; l < sparse->point[k].n; l++) {
                 const Sighting *s = &sparse->sighting[sparse->point[k].first + l];

@@ -15,19 +15,20 @@ typedef struct Work {
     FsError *failure; // per photo
 } Work;
 
-static int write_undistorted(const char *const from[2], const char *const to[2], const Lens *lens, const Camera *camera,
+static int write_undistorted(const FilePath from[2], const FilePath to[2], const Lens *lens, const Camera *camera,
                              FsError *err)
 {
     int rc = 0;
     Image photo = {0}, mask = {0};
-    TRY(fs_tiff_read(from[0], &photo, err));
-    TRY(fs_png_read(from[1], &mask, err));
+    TRY(fs_tiff_read(from[0].text, &photo, err));
+    TRY(fs_png_read(from[1].text, &mask, err));
     if (photo.channels != 3 || mask.channels != 1 || photo.width != camera->width || photo.height != camera->height ||
         mask.width != photo.width || mask.height != photo.height)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force", from[0]));
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force",
+                         from[0].text));
     TRY(fs_undistort(lens, camera, &photo, &mask, err));
-    TRY(fs_tiff_write_float(to[0], &photo, err));
-    TRY(fs_png_write(to[1], &mask, 8, err));
+    TRY(fs_tiff_write_float(to[0].text, &photo, err));
+    TRY(fs_png_write(to[1].text, &mask, 8, err));
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);
@@ -38,27 +39,20 @@ static void write_photo(void *context, int job, int worker)
 {
     (void)worker;
     const Work *w = context;
-    int i = w->photo[w->first + job], rc = 0;
+    int i = w->photo[w->first + job];
     const Photo *photo = &w->capture->photo[i];
     FsError *err = &w->failure[i];
     Lens lens = fs_lens_resized(&w->sparse->pose[i].lens, photo->width, photo->height);
     Camera camera;
-    char *from[2] = {fs_file_path("%s/linear/%s.tif", w->out, photo->name),
-                     fs_file_path("%s/linear/%s_mask.png", w->out, photo->name)};
-    char *to[2] = {fs_file_path("%s/images/%s.tif", w->out, photo->name),
-                   fs_file_path("%s/images/%s_mask.png", w->out, photo->name)};
-    if (!from[0] || !from[1] || !to[0] || !to[1]) TRY(fs_error_memory(err));
-    TRY(fs_lens_camera(&lens, photo->name, &camera, err));
-    if (fs_lens_is_pinhole(&lens)) {
-        for (int k = 0; k < 2; k++) TRY(fs_file_link(from[k], to[k], err));
-    } else {
-        TRY(write_undistorted((const char *const *)from, (const char *const *)to, &lens, &camera, err));
-    }
-fail:
-    for (int k = 0; k < 2; k++) {
-        free(from[k]);
-        free(to[k]);
-    }
+    const FilePath from[2] = {fs_file_at("%s/linear/%s.tif", w->out, photo->name),
+                              fs_file_at("%s/linear/%s_mask.png", w->out, photo->name)};
+    const FilePath to[2] = {fs_file_at("%s/images/%s.tif", w->out, photo->name),
+                            fs_file_at("%s/images/%s_mask.png", w->out, photo->name)};
+    if (fs_lens_camera(&lens, photo->name, &camera, err) < 0) return;
+    if (!fs_lens_is_pinhole(&lens))
+        write_undistorted(from, to, &lens, &camera, err);
+    else if (fs_file_link(from[0].text, to[0].text, err) == 0)
+        fs_file_link(from[1].text, to[1].text, err);
 }
 
 static int write_photos(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err)
@@ -67,10 +61,9 @@ static int write_photos(const Sparse *sparse, const FsProject *project, const Ca
     Threads *threads = fs_threads_new(project->set.threads);
     FsError *failure = calloc((size_t)capture->n + 1, sizeof *failure);
     int *photo = calloc((size_t)capture->n + 1, sizeof *photo), step = 4 * (threads ? fs_threads_count(threads) : 1);
-    char *dir = fs_file_path("%s/images", project->out);
     Work work = {sparse, capture, project->out, photo, 0, failure};
-    if (!threads || !failure || !photo || !dir) TRY(fs_error_memory(err));
-    TRY(fs_file_mkdirs(dir, err));
+    if (!threads || !failure || !photo) TRY(fs_error_memory(err));
+    TRY(fs_file_mkdirs(fs_file_at("%s/images", project->out).text, err));
     for (int i = 0; i < capture->n; i++)
         if (sparse->pose[i].known) photo[n++] = i;
     for (; work.first < n; work.first += step) {
@@ -89,7 +82,6 @@ fail:
     fs_threads_free(threads);
     free(failure);
     free(photo);
-    free(dir);
     return rc;
 }
 
@@ -110,8 +102,6 @@ static int write_views(const Sparse *sparse, const FsProject *project, const Cap
 {
     int rc = 0;
     Dataset views = {0};
-    char *path = fs_file_path("%s/views.json", project->out);
-    if (!path) return fs_error_memory(err);
     for (int i = 0; i < capture->n; i++) {
         if (!sparse->pose[i].known) continue;
         Camera camera;
@@ -122,10 +112,9 @@ static int write_views(const Sparse *sparse, const FsProject *project, const Cap
         TRY(fs_dataset_append(&views, &view, err));
     }
     fs_sparse_hold_out(&views, project->set.test_every);
-    TRY(fs_dataset_write(&views, path, err));
+    TRY(fs_dataset_write(&views, fs_file_at("%s/views.json", project->out).text, err));
 fail:
     fs_dataset_free(&views);
-    free(path);
     return rc;
 }
 
@@ -162,10 +151,9 @@ static int add_photo(const Build *b, int i, FsError *err)
     TRY(fs_sparse_camera(b->sparse, i, &camera, err));
     Camera working = fs_camera_resized(&camera, photo->width, photo->height);
     Lens lens = b->as_taken ? pose->lens : fs_lens_from_camera(&working);
-    char *name = fs_file_path("%s.%s", photo->name, b->as_taken ? "png" : "tif");
-    ColmapImage *image = name ? fs_colmap_model_add_image(b->model, name, err) : NULL;
-    free(name);
-    if (!image || !(image->camera_id = camera_id(b->model, &lens, err))) return fs_error_memory(err);
+    FilePath name = fs_file_at("%s.%s", photo->name, b->as_taken ? "png" : "tif");
+    ColmapImage *image = fs_colmap_model_add_image(b->model, name.text, err);
+    if (!image || !(image->camera_id = camera_id(b->model, &lens, err))) return FS_ERR_MEMORY;
     image->id = (uint32_t)i + 1;
     fs_camera_pose_to_quat(pose->w2c, image->quat, image->t);
     uint32_t n = 0;
@@ -217,13 +205,10 @@ static int write_sparse(const Sparse *sparse, const FsProject *project, const Ca
 {
     int rc = 0;
     ColmapModel model = {0};
-    char *dir = fs_file_path("%s/sparse", project->out);
-    if (!dir) return fs_error_memory(err);
     TRY(fs_sparse_to_colmap(sparse, capture, 0, false, &model, err));
-    TRY(fs_colmap_model_write(dir, &model, false, err));
+    TRY(fs_colmap_model_write(fs_file_at("%s/sparse", project->out).text, &model, false, err));
 fail:
     fs_colmap_model_free(&model);
-    free(dir);
     return rc;
 }
 
