@@ -1,11 +1,10 @@
 // The stage: scan, sort by flash, level, develop, write down.
 #include "ingest/ingest.h"
 
-#include <jansson.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "image/raw.h"
 #include "ingest/develop.h"
 #include "ingest/photos.h"
@@ -122,13 +121,8 @@ static int write_json(const FsProject *project, const Photos *photos, FsError *e
                                     wb[0], wb[1], wb[2], "photos", list)
                         : NULL;
     if (root) put_matrix(root, photos);
-    char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
-    char *path = fs_file_path("%s/ingest.json", project->out);
-    int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
-    free(path);
-    free(text);
-    json_decref(root);
-    return rc;
+    FilePath path = fs_file_at("%s/ingest.json", project->out);
+    return fs_json_file_write(path.text, root, JSON_INDENT(1) | JSON_REAL_PRECISION(9), err);
 }
 
 // Nothing has been touched so far.

@@ -1,11 +1,11 @@
 #include "model/cameras_file.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 
 #define MAX_FRAMES 1000000
 
@@ -188,14 +188,9 @@ fail:
 
 static int read_json(const char *path, CamerasFile *file, FsError *err)
 {
-    char *text = NULL;
-    size_t size;
     int rc = 0;
-    json_t *root = NULL;
-    TRY(fs_file_read(path, (size_t)1 << 30, &text, &size, err));
-    json_error_t at;
-    root = json_loadb(text, size, 0, &at);
-    if (!root) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text));
+    json_t *root;
+    TRY(fs_json_file_read(path, (size_t)1 << 30, &root, err));
     if (json_object_get(root, "frames")) {
         TRY(read_transforms(path, root, file, err));
     } else {
@@ -206,7 +201,6 @@ static int read_json(const char *path, CamerasFile *file, FsError *err)
     }
 fail:
     json_decref(root);
-    free(text);
     return rc;
 }
 

@@ -1,11 +1,11 @@
 #include "model/dataset.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "base/memory.h"
 
 #define MAX_VIEWS 1000000
@@ -83,19 +83,13 @@ static json_t *view_to_json(const View *view)
 
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err)
 {
-    json_t *views = json_array(), *root = json_object();
-    bool ok = views && root;
-    for (int i = 0; i < dataset->n && ok; i++) {
-        json_t *view = view_to_json(&dataset->view[i]);
-        ok = view && json_array_append_new(views, view) == 0;
-    }
-    ok = root && json_object_set_new(root, "views", views) == 0 && ok;
-    char *text = ok ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    json_t *views = json_array();
+    bool ok = views;
+    for (int i = 0; i < dataset->n && ok; i++) ok = json_array_append_new(views, view_to_json(&dataset->view[i])) == 0;
+    json_t *root = json_pack("{s:o}", "views", views);
+    if (ok && root) return fs_json_file_write(path, root, JSON_INDENT(1) | JSON_REAL_PRECISION(17), err);
     json_decref(root);
-    if (!text) return fs_error_set(err, FS_ERR_IO, "%s: cannot write: a camera is not finite or memory is out", path);
-    int rc = fs_file_write(path, text, strlen(text), err);
-    free(text);
-    return rc;
+    return fs_error_set(err, FS_ERR_IO, "%s: cannot write: a camera is not finite or memory is out", path);
 }
 
 static bool get_number(const json_t *object, const char *key, double *value)
@@ -160,14 +154,9 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
 int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)
 {
     *dataset = (Dataset){0};
-    char *text = NULL;
-    size_t size;
-    json_t *root = NULL;
+    json_t *root;
     int rc = 0;
-    TRY(fs_file_read(path, (size_t)1 << 30, &text, &size, err));
-    json_error_t at;
-    root = json_loadb(text, size, 0, &at);
-    if (!root) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text));
+    TRY(fs_json_file_read(path, (size_t)1 << 30, &root, err));
     const json_t *views = json_object_get(root, "views");
     if (!views) views = json_object_get(root, "images");
     if (!json_is_array(views) || json_array_size(views) > MAX_VIEWS)
@@ -176,7 +165,6 @@ int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)
 fail:
     if (rc < 0) fs_dataset_free(dataset);
     json_decref(root);
-    free(text);
     return rc;
 }
 

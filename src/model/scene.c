@@ -1,12 +1,11 @@
 // Scenes on disk: <layer>.ply per cloud that is not empty, and model.json with the rest, written last.
 #include "model/scene.h"
 
-#include <jansson.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "base/owned.h"
 
 #define VERSION 2 // 1: flash_return was a constant factor on R
@@ -93,12 +92,7 @@ static int write_model(const Scene *scene, const char *path, FsError *err)
         for (int k = 0; k < numbers[i].n; k++)
             TRY(number_check(&numbers[i], ((const double *)((const char *)scene + numbers[i].offset))[k], path, err));
     TRY(switched_check(scene, path, err));
-    json_t *root = to_json(scene);
-    char *text = json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17));
-    json_decref(root);
-    if (!text) return fs_error_memory(err);
-    rc = fs_file_write(path, text, strlen(text), err);
-    free(text);
+    TRY(fs_json_file_write(path, to_json(scene), JSON_INDENT(1) | JSON_REAL_PRECISION(17), err));
 fail:
     return rc;
 }
@@ -145,16 +139,8 @@ static int read_number(const json_t *root, const Number *number, Scene *scene, c
 
 static int read_model(Scene *scene, json_t **root, const char *path, FsError *err)
 {
-    json_error_t where;
-    char *text = NULL;
-    size_t size;
-    int rc = fs_file_read(path, 1 << 20, &text, &size, err);
+    int rc = fs_json_file_read(path, 1 << 20, root, err);
     if (rc < 0) return rc;
-    *root = json_loadb(text, size, 0, &where);
-    free(text);
-    if (!json_is_object(*root))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not the JSON of a scene: %s", path, where.line,
-                            where.text);
     json_t *version = json_object_get(*root, "version");
     if (!json_is_integer(version) || json_integer_value(version) != VERSION)
         return fs_error_set(
@@ -189,29 +175,25 @@ static int cloud_check(const Scene *scene, int layer, const char *path, FsError 
 
 int fs_scene_write(const Scene *scene, const char *dir, FsError *err)
 {
-    char *part[LAYERS] = {0}, *path[LAYERS] = {0}, *model = fs_file_path("%s/model.json", dir);
+    FilePath part[LAYERS], path[LAYERS];
     int rc;
-    TRY(model ? fs_file_mkdirs(dir, err) : fs_error_memory(err));
     for (int l = 0; l < LAYERS; l++) {
-        path[l] = fs_file_path("%s/%s.ply", dir, fs_layers[l].name);
-        part[l] = path[l] ? fs_file_path("%s.new", path[l]) : NULL;
-        if (!part[l]) TRY(fs_error_memory(err));
-        TRY(cloud_check(scene, l, path[l], err));
-        if (scene->cloud[l].n) TRY(fs_cloud_ply_write(&scene->cloud[l], part[l], err));
+        path[l] = fs_file_at("%s/%s.ply", dir, fs_layers[l].name);
+        part[l] = fs_file_at("%s.new", path[l].text);
+    }
+    TRY(fs_file_mkdirs(dir, err));
+    for (int l = 0; l < LAYERS; l++) {
+        TRY(cloud_check(scene, l, path[l].text, err));
+        if (scene->cloud[l].n) TRY(fs_cloud_ply_write(&scene->cloud[l], part[l].text, err));
     }
     // All written: the old scene gives way as nearly at once as files can.
     for (int l = 0; l < LAYERS; l++)
-        if (scene->cloud[l].n) TRY(fs_file_rename(part[l], path[l], err));
-    TRY(write_model(scene, model, err));
+        if (scene->cloud[l].n) TRY(fs_file_rename(part[l].text, path[l].text, err));
+    TRY(write_model(scene, fs_file_at("%s/model.json", dir).text, err));
     for (int l = 0; l < LAYERS; l++)
-        if (!scene->cloud[l].n) fs_owned_remove(path[l]);
+        if (!scene->cloud[l].n) fs_owned_remove(path[l].text);
 fail:
-    for (int l = 0; l < LAYERS; l++) {
-        if (rc < 0 && part[l]) fs_owned_remove(part[l]);
-        free(part[l]);
-        free(path[l]);
-    }
-    free(model);
+    for (int l = 0; l < LAYERS && rc < 0; l++) fs_owned_remove(part[l].text);
     return rc;
 }
 
@@ -219,37 +201,31 @@ static int read_cloud(Scene *scene, int layer, const json_t *clouds, const char 
 {
     json_t *count = json_object_get(clouds, fs_layers[layer].name);
     if (!count) return 0;
-    char *path = fs_file_path("%s/%s.ply", dir, fs_layers[layer].name);
-    if (!path) return fs_error_memory(err);
-    int rc;
-    TRY(fs_cloud_ply_read(&scene->cloud[layer], path, err));
-    if (!json_is_integer(count) || json_integer_value(count) != scene->cloud[layer].n)
-        rc = fs_error_set(
-            err, FS_ERR_INPUT,
-            "%s: %d Gaussians, but model.json beside it was written with another cloud: run that stage again", path,
-            scene->cloud[layer].n);
-    else
-        rc = cloud_check(scene, layer, path, err);
-fail:
-    free(path);
-    return rc;
+    FilePath path = fs_file_at("%s/%s.ply", dir, fs_layers[layer].name);
+    int rc = fs_cloud_ply_read(&scene->cloud[layer], path.text, err);
+    if (rc < 0) return rc;
+    if (json_is_integer(count) && json_integer_value(count) == scene->cloud[layer].n)
+        return cloud_check(scene, layer, path.text, err);
+    return fs_error_set(
+        err, FS_ERR_INPUT,
+        "%s: %d Gaussians, but model.json beside it was written with another cloud: run that stage again", path.text,
+        scene->cloud[layer].n);
 }
 
 int fs_scene_read(Scene *scene, const char *dir, FsError *err)
 {
     *scene = (Scene){0};
     json_t *root = NULL;
-    char *model = fs_file_path("%s/model.json", dir);
+    FilePath model = fs_file_at("%s/model.json", dir);
     int rc;
-    TRY(model ? read_model(scene, &root, model, err) : fs_error_memory(err));
+    TRY(read_model(scene, &root, model.text, err));
     json_t *clouds = json_object_get(root, "clouds");
     int n = 0;
     for (int l = 0; l < LAYERS; l++) TRY(read_cloud(scene, l, clouds, dir, err));
     for (int l = 0; l < LAYERS; l++) n += scene->cloud[l].n > 0;
-    if (!n) rc = fs_error_set(err, FS_ERR_INPUT, "%s: \"clouds\": a scene of no Gaussians", model);
+    if (!n) rc = fs_error_set(err, FS_ERR_INPUT, "%s: \"clouds\": a scene of no Gaussians", model.text);
 fail:
     if (rc < 0) fs_scene_free(scene);
     json_decref(root);
-    free(model);
     return rc;
 }
