@@ -32,13 +32,9 @@ static void free_place(Place *place)
 
 static bool is_root(const char *dir)
 {
-    struct stat st, list;
-    char *own = fs_file_path("%s/" FS_OWNED_DIR, dir), *path = fs_file_path("%s/" LIST, dir);
-    bool yes =
-        own && path && lstat(own, &st) == 0 && S_ISDIR(st.st_mode) && lstat(path, &list) == 0 && S_ISREG(list.st_mode);
-    free(own);
-    free(path);
-    return yes;
+    struct stat own, list;
+    return lstat(fs_file_at("%s/" FS_OWNED_DIR, dir).text, &own) == 0 && S_ISDIR(own.st_mode) &&
+           lstat(fs_file_at("%s/" LIST, dir).text, &list) == 0 && S_ISREG(list.st_mode);
 }
 
 // One spelling for a name, on one line. A folder's .new or .old is that folder before or after its time.
@@ -112,11 +108,8 @@ static char *line_of(const char *path, const char *key)
 
 static bool read_list(const char *root, char **list)
 {
-    char *path = fs_file_path("%s/" LIST, root);
     size_t size;
-    bool read = path && fs_file_read(path, MAX_LIST, list, &size, NULL) == 0;
-    free(path);
-    return read;
+    return fs_file_read(fs_file_at("%s/" LIST, root).text, MAX_LIST, list, &size, NULL) == 0;
 }
 
 static bool is_listed(const Place *place, const char *path)
@@ -168,11 +161,8 @@ int fs_owned_check_tree(const char *dir, FsError *err)
     FileList list;
     int rc = lstat(dir, &st) != 0 ? 1 : S_ISDIR(st.st_mode) ? fs_file_list(dir, &list, err) : fs_owned_check(dir, err);
     if (rc || !S_ISDIR(st.st_mode)) return rc < 0 ? rc : 0;
-    for (int i = 0; i < list.n && rc == 0; i++) {
-        char *inside = fs_file_path("%s/%s", dir, list.name[i]);
-        rc = inside ? fs_owned_check_tree(inside, err) : fs_error_memory(err);
-        free(inside);
-    }
+    for (int i = 0; i < list.n && rc == 0; i++)
+        rc = fs_owned_check_tree(fs_file_at("%s/%s", dir, list.name[i]).text, err);
     fs_file_list_free(&list);
     return rc;
 }
@@ -182,13 +172,12 @@ int fs_owned_check_tree(const char *dir, FsError *err)
 // A line more. It begins with a new line: one that a full disk cut short does not spoil it.
 static int append(const Place *place, const char *line, FsError *err)
 {
-    char *path = fs_file_path("%s/" LIST, place->root);
-    int fd = path ? open(path, O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC) : -1, rc = 0;
+    FilePath path = fs_file_at("%s/" LIST, place->root);
+    int fd = open(path.text, O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC), rc = 0;
     errno = fd < 0 ? errno : ENOSPC;
     if (fd < 0 || write(fd, line, strlen(line)) != (ssize_t)strlen(line) || fdatasync(fd) != 0)
-        rc = path ? fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path, strerror(errno)) : fs_error_memory(err);
+        rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path.text, strerror(errno));
     if (fd >= 0) close(fd);
-    free(path);
     return rc;
 }
 
@@ -253,10 +242,10 @@ static void sweep(const char *own)
     FileList list;
     if (fs_file_list(own, &list, NULL) < 0) return;
     for (int i = 0; i < list.n; i++) {
-        char *end, *path = fs_file_path("%s/%s", own, list.name[i]);
+        char *end;
         long pid = strtol(list.name[i], &end, 10);
-        if (path && pid > 0 && *end == '-' && kill((pid_t)pid, 0) != 0 && errno == ESRCH) unlink(path);
-        free(path);
+        if (pid > 0 && *end == '-' && kill((pid_t)pid, 0) != 0 && errno == ESRCH)
+            unlink(fs_file_at("%s/%s", own, list.name[i]).text);
     }
     fs_file_list_free(&list);
 }
@@ -276,29 +265,27 @@ static int check_foreign(const char *own, FsError *err)
 int fs_owned_open(const char *dir, const char *kind, FsError *err)
 {
     Place above = {0};
-    char *own = fs_file_path("%s/" FS_OWNED_DIR, dir), *path = fs_file_path("%s/" LIST, dir), *list = NULL;
-    char *first = fs_file_path("flashsplat %s\n", kind);
-    int rc = own && path && first && find(dir, false, &above) == 0 ? 0 : fs_error_memory(err);
-    if (rc < 0) goto fail;
+    FilePath own = fs_file_at("%s/" FS_OWNED_DIR, dir), path = fs_file_at("%s/" LIST, dir);
+    char first[64], *list = NULL;
+    int rc = 0;
+    if (find(dir, false, &above) < 0) TRY(fs_error_memory(err));
+    snprintf(first, sizeof first, "flashsplat %s\n", kind);
     bool inside = !is_root(dir) && strcmp(kind, "renders") == 0 && above.root;
     if (is_root(dir) || inside) {
         if (!read_list(inside ? above.root : dir, &list))
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: cannot be read", path);
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s: cannot be read", path.text);
         else if (inside ? !strncmp(list, "flashsplat capture\n", 19) : strncmp(list, first, strlen(first)) != 0)
             rc = fs_error_set(err, FS_ERR_INPUT, "%s: belongs to a %.*s that flashsplat made: name another folder", dir,
                               (int)strcspn(list, "\n") - 11, list + 11);
         else if (!inside)
-            sweep(own);
+            sweep(own.text);
     } else {
-        TRY(check_foreign(own, err));
-        TRY(fs_file_mkdirs(own, err));
-        TRY(fs_file_write(path, first, strlen(first), err));
+        TRY(check_foreign(own.text, err));
+        TRY(fs_file_mkdirs(own.text, err));
+        TRY(fs_file_write(path.text, first, strlen(first), err));
     }
 fail:
     free_place(&above);
-    free(own);
-    free(path);
-    free(first);
     free(list);
     return rc;
 }
@@ -348,8 +335,8 @@ static void remove_listed(const Place *place, const char *path, char *list)
 {
     bool plain = strcmp(place->key, place->below) == 0, changed = false; // else checkpoint.old, say
     size_t end = strlen(list), size = end + 2, kept = size;
-    char *left = malloc(size), *file = fs_file_path("%s/" LIST, place->root);
-    while (left && file && end) {
+    char *left = malloc(size);
+    while (left && end) {
         size_t line = end;
         list[end] = 0;
         while (line && list[line - 1] != '\n') line--;
@@ -362,9 +349,8 @@ static void remove_listed(const Place *place, const char *path, char *list)
         }
         end = line ? line - 1 : 0;
     }
-    if (changed) fs_file_write(file, left + kept, size - kept, NULL);
+    if (changed) fs_file_write(fs_file_at("%s/" LIST, place->root).text, left + kept, size - kept, NULL);
     free(left);
-    free(file);
 }
 
 void fs_owned_remove(const char *path)

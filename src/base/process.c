@@ -16,10 +16,7 @@ bool fs_process_found(const char *program)
     const char *path = getenv("PATH");
     for (const char *p = path ? path : ""; *p;) {
         const char *end = strchrnul(p, ':');
-        char *full = fs_file_path("%.*s/%s", (int)(end - p), p, program);
-        bool ok = full && access(full, X_OK) == 0;
-        free(full);
-        if (ok) return true;
+        if (access(fs_file_at("%.*s/%s", (int)(end - p), p, program).text, X_OK) == 0) return true;
         p = *end ? end + 1 : end;
     }
     return false;

@@ -208,7 +208,8 @@ int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
 {
     *file = (CamerasFile){0};
     int rc = 0;
-    char *model = NULL, *transforms = NULL;
+    char *model = NULL;
+    FilePath transforms = fs_file_at("%s/transforms.json", path);
     if (!fs_file_exists(path)) {
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: no such file or folder; expected a COLMAP model or a transforms.json",
                           path);
@@ -216,15 +217,14 @@ int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
         rc = read_json(path, file, err);
     } else if ((model = fs_colmap_model_find(path))) {
         rc = read_colmap(model, file, err);
-    } else if ((transforms = fs_file_path("%s/transforms.json", path)) && fs_file_exists(transforms)) {
-        rc = read_json(transforms, file, err);
+    } else if (fs_file_exists(transforms.text)) {
+        rc = read_json(transforms.text, file, err);
     } else {
         rc = fs_error_set(err, FS_ERR_INPUT,
                           "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt) and no transforms.json",
                           path);
     }
     free(model);
-    free(transforms);
     if (rc < 0) fs_cameras_file_free(file);
     return rc;
 }

@@ -63,12 +63,11 @@ static bool hash_path(const char *path, int depth, uint64_t *hash)
     }
     if (depth == 0 || fs_file_list(path, &list, NULL) < 0) return true;
     for (int i = 0; i < list.n; i++) {
-        char *inside = fs_file_path("%s/%s", path, list.name[i]);
-        if (inside && (fs_file_is_dir(inside) ? depth > 1 : is_read(inside))) {
+        FilePath inside = fs_file_at("%s/%s", path, list.name[i]);
+        if (fs_file_is_dir(inside.text) ? depth > 1 : is_read(inside.text)) {
             *hash = fs_hash_text(*hash, list.name[i]);
-            hash_path(inside, depth - 1, hash);
+            hash_path(inside.text, depth - 1, hash);
         }
-        free(inside);
     }
     fs_file_list_free(&list);
     return true;
@@ -78,7 +77,7 @@ static void put_hash(json_t *inputs, const char *name, const char *path, int dep
 {
     uint64_t hash = FS_HASH_EMPTY;
     char text[17];
-    bool there = path && hash_path(path, depth, &hash);
+    bool there = hash_path(path, depth, &hash);
     snprintf(text, sizeof text, "%016llx", (unsigned long long)hash);
     json_object_set_new(inputs, name, there ? json_string(text) : json_null());
 }
@@ -94,11 +93,8 @@ static json_t *inputs_of(const FsProject *project, const ProjectStage *stage)
         put_hash(inputs, "the model of --poses", place ? place : model, 1);
         free(place);
     }
-    for (int i = 0; i < PROJECT_INPUTS && stage->input[i]; i++) {
-        char *path = fs_file_path("%s/%s", project->out, stage->input[i]);
-        put_hash(inputs, stage->input[i], path, MAX_DEPTH);
-        free(path);
-    }
+    for (int i = 0; i < PROJECT_INPUTS && stage->input[i]; i++)
+        put_hash(inputs, stage->input[i], fs_file_at("%s/%s", project->out, stage->input[i]).text, MAX_DEPTH);
     return inputs;
 }
 

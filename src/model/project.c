@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "base/owned.h"
 #include "model/fingerprint.h"
 #include "model/layers.h"
@@ -48,20 +49,21 @@ const ProjectStage *fs_project_stage(unsigned stage)
     return row;
 }
 
-static char *mark_path(const FsProject *project, unsigned stage)
+static FilePath mark_path(const FsProject *project, unsigned stage)
 {
-    return fs_file_path("%s/done/%s.json", project->out, fs_project_stage(stage)->name);
+    return fs_file_at("%s/done/%s.json", project->out, fs_project_stage(stage)->name);
 }
 
 static bool is_done(FsProject *project, const ProjectStage *stage)
 {
     const char *now = fs_project_fingerprint(project, stage->stage);
     if (project->set.force) return false;
-    char *path = mark_path(project, stage->stage), *was = NULL, what[400];
+    FilePath path = mark_path(project, stage->stage);
+    char *was = NULL, what[400];
     size_t size;
     bool done = false;
-    if (path && fs_file_exists(path)) {
-        done = fs_file_read(path, MAX_MARK_BYTES, &was, &size, NULL) == 0 &&
+    if (fs_file_exists(path.text)) {
+        done = fs_file_read(path.text, MAX_MARK_BYTES, &was, &size, NULL) == 0 &&
                !fs_fingerprint_differs(was, now, what, sizeof what);
         if (done)
             fs_log_info(&project->log, "%s: done already, skipped (--force redoes it)", stage->name);
@@ -69,7 +71,6 @@ static bool is_done(FsProject *project, const ProjectStage *stage)
             fs_log_info(&project->log, "%s: done again, %s", stage->name, was ? what : "its mark cannot be read");
     }
     free(was);
-    free(path);
     return done;
 }
 
@@ -103,43 +104,31 @@ int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err)
 {
     int rc = 0;
     const char *name = fs_project_stage(stage)->name, *now = fs_project_fingerprint(project, stage);
-    char *dir = fs_file_path("%s/done", project->out), *path = mark_path(project, stage);
     json_t *mark = json_pack("{s:s, s:s}", "stage", name, "version", fs_version());
     json_t *fingerprint = now ? json_loads(now, 0, NULL) : NULL;
-    char *text = mark && json_object_update(mark, fingerprint) == 0 ? json_dumps(mark, JSON_INDENT(1)) : NULL;
-    if (!dir || !path || !text) TRY(fs_error_memory(err));
-    if (fs_error_memory_failures() != project->memory_failures) { // something may have been left out for it
-        rc = fs_error_memory(err);
-        goto fail;
-    }
-    TRY(fs_file_mkdirs(dir, err));
+    if (!mark || json_object_update(mark, fingerprint) < 0) TRY(fs_error_memory(err));
+    if (fs_error_memory_failures() != project->memory_failures) // something may have been left out for it
+        TRY(fs_error_memory(err));
+    TRY(fs_file_mkdirs(fs_file_at("%s/done", project->out).text, err));
     TRY(fs_file_sync_names(err));
-    TRY(fs_file_write(path, text, strlen(text), err));
+    TRY(fs_json_file_write(mark_path(project, stage).text, json_incref(mark), JSON_INDENT(1), err));
     TRY(fs_file_sync_names(err));
 fail:
     json_decref(fingerprint);
     json_decref(mark);
-    free(text);
-    free(dir);
-    free(path);
     return rc;
 }
 
 static void remove_in(const FsProject *project, const char *name)
 {
-    char *path = fs_file_path("%s/%s", project->out, name);
-    if (path) fs_owned_remove(path);
-    free(path);
+    fs_owned_remove(fs_file_at("%s/%s", project->out, name).text);
 }
 
 void fs_project_unmark(const FsProject *project, unsigned stage)
 {
     for (int i = 0; i < PROJECT_STAGES; i++) {
         const ProjectStage *row = &fs_project_stages[i];
-        if (row->stage != stage && !(row->after & stage)) continue;
-        char *path = mark_path(project, row->stage);
-        if (path) fs_owned_remove(path);
-        free(path);
+        if (row->stage == stage || (row->after & stage)) fs_owned_remove(mark_path(project, row->stage).text);
     }
     fs_file_sync_names(NULL); // before results that they are not about
     if (!(stage & INITIALISE)) return;
@@ -158,10 +147,7 @@ typedef struct Names {
 static int check_one(const char *dir, const char *before, int n_before, const char *name, const char *after,
                      FsError *err)
 {
-    char *path = fs_file_path("%s/%.*s%s%s", dir, n_before, before, name, after);
-    int rc = path ? fs_owned_check(path, err) : fs_error_memory(err);
-    free(path);
-    return rc;
+    return fs_owned_check(fs_file_at("%s/%.*s%s%s", dir, n_before, before, name, after).text, err);
 }
 
 // The files of a folder that a pattern without folder means.
@@ -192,36 +178,31 @@ static int check_output(const FsProject *project, const char *pattern, const Nam
     pattern += *pattern == '=';
     const char *leaf = fs_file_name(pattern), *star = strstr(pattern, "*/");
     size_t n = (size_t)((star ? star : leaf) - pattern);
-    char *dir = fs_file_path("%s%s%.*s", project->out, n ? "/" : "", (int)(n ? n - 1 : 0), pattern);
+    FilePath dir = fs_file_at("%s%s%.*s", project->out, n ? "/" : "", (int)(n ? n - 1 : 0), pattern);
     FileList list = {0};
-    int rc = dir ? 0 : fs_error_memory(err);
-    if (rc == 0 && !star) rc = check_files(dir, leaf, names, err);
-    if (rc == 0 && star) rc = check_one(dir, star, 1, "", "", err);
-    if (rc == 0 && star && fs_file_list(dir, &list, NULL) < 0) list.n = 0;
+    if (!star) return check_files(dir.text, leaf, names, err);
+    int rc = check_one(dir.text, star, 1, "", "", err);
+    if (rc == 0 && fs_file_list(dir.text, &list, NULL) < 0) list.n = 0;
     for (int i = 0; i < list.n && rc == 0; i++) {
-        char *folder = fs_file_path("%s/%s", dir, list.name[i]);
-        rc = !folder ? fs_error_memory(err) : fs_file_is_dir(folder) ? check_files(folder, leaf, names, err) : 0;
-        free(folder);
+        FilePath folder = fs_file_at("%s/%s", dir.text, list.name[i]);
+        if (fs_file_is_dir(folder.text)) rc = check_files(folder.text, leaf, names, err);
     }
     fs_file_list_free(&list);
-    free(dir);
     return rc;
 }
 
 // What earlier versions left would be taken for the user's, file by file.
 static int check_marks(const FsProject *project, FsError *err)
 {
-    int rc = 0;
-    for (int i = 0; i < PROJECT_STAGES && rc == 0; i++) {
-        char *path = mark_path(project, fs_project_stages[i].stage);
-        if (!path || fs_owned_check(path, NULL) < 0)
-            rc = fs_error_set(err, FS_ERR_INPUT,
-                              "%s: not a mark that this version wrote: the results of other versions are left as they "
-                              "are; let these go to another folder",
-                              path ? path : project->out);
-        free(path);
+    for (int i = 0; i < PROJECT_STAGES; i++) {
+        FilePath path = mark_path(project, fs_project_stages[i].stage);
+        if (fs_owned_check(path.text, NULL) < 0)
+            return fs_error_set(err, FS_ERR_INPUT,
+                                "%s: not a mark that this version wrote: the results of other versions are left as "
+                                "they are; let these go to another folder",
+                                path.text);
     }
-    return rc;
+    return 0;
 }
 
 // Whether a name below OUT is an output, or in the same folder of OUT.
@@ -270,25 +251,23 @@ fail:
 // What the last run left; not what a training is to go on from.
 static void clear(const FsProject *project, const ProjectStage *stage)
 {
-    char *now = fs_file_path("%s/checkpoint", project->out), *old = fs_file_path("%s/checkpoint.old", project->out);
-    bool goes_on = stage->stage == FS_STAGE_TRAIN && project->set.resume && now && old &&
-                   (fs_file_exists(now) || fs_file_exists(old));
+    bool goes_on = stage->stage == FS_STAGE_TRAIN && project->set.resume &&
+                   (fs_file_exists(fs_file_at("%s/checkpoint", project->out).text) ||
+                    fs_file_exists(fs_file_at("%s/checkpoint.old", project->out).text));
     for (int k = 0; k < PROJECT_OUTPUTS && stage->output[k] && !goes_on; k++) {
         char *name = strndup(stage->output[k], strcspn(stage->output[k], "/"));
         if (name && *name != '=') remove_in(project, name);
         free(name);
     }
-    free(now);
-    free(old);
 }
 
 int fs_project_begin(FsProject *project, unsigned stage, const char *const *view, int n, FsError *err)
 {
     Names names = {view, n};
     const char **ingested = NULL;
-    char *path = fs_file_path("%s/ingest.json", project->out);
-    json_t *root = view || !path ? NULL : json_load_file(path, 0, NULL), *photos = json_object_get(root, "photos");
-    int rc = path ? fs_owned_open(project->out, "project", err) : fs_error_memory(err);
+    FilePath path = fs_file_at("%s/ingest.json", project->out);
+    json_t *root = view ? NULL : json_load_file(path.text, 0, NULL), *photos = json_object_get(root, "photos");
+    int rc = fs_owned_open(project->out, "project", err);
     if (rc == 0 && json_array_size(photos)) {
         ingested = calloc(json_array_size(photos), sizeof *ingested);
         for (size_t i = 0; ingested && i < json_array_size(photos); i++) {
@@ -306,6 +285,5 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
     }
     json_decref(root);
     free(ingested);
-    free(path);
     return rc;
 }

@@ -220,7 +220,7 @@ static void test_outliers(void **state)
     const float at[3] = {1.0f, 1.3f, 1.9f}; // on the one plane, between, by the other
     for (int reflected = 0; reflected < 2; reflected++) {
         for (int i = 0; i < 3; i++) memcpy(dense_xyz + 3 * i, (float[3]){0.31f, 0.29f, at[i]}, sizeof(float) * 3);
-        PointList dense = {3, 3, dense_xyz};
+        PointList dense = {3, dense_xyz};
         SparsePoints held = {.n = N, .xyz = xyz, .kind = unsure};
         assert_int_equal(fs_outliers_drop(&held, reflected, NULL, &dense, NULL), 0);
         assert_int_equal(dense.n, 3); // nothing to hold them against
@@ -261,7 +261,7 @@ static void test_seeds(void **state)
 {
     (void)state;
     enum { COUNT = 3000, CELL = 8 };
-    const PointList list = {SIDE, SIDE, points};
+    const PointList list = {SIDE, points};
     Seeds seeds, again;
     assert_int_equal(fs_seeds_make(&views, &list, COUNT, 7, NULL, &seeds, NULL), 0);
     assert_int_equal(fs_seeds_make(&views, &list, COUNT, 7, NULL, &again, NULL), 0);
@@ -291,7 +291,7 @@ static void test_first_colors(void **state)
     (void)state;
     enum { COUNT = 3000 };
     static float alpha[3 * COUNT], T_N[3 * COUNT], T_F[3 * COUNT], R_color[3 * COUNT];
-    const PointList at_T = {SIDE, SIDE, points}, at_R = {SIDE, SIDE, points + 3 * SIDE};
+    const PointList at_T = {SIDE, points}, at_R = {SIDE, points + 3 * SIDE};
     ColoredSeeds seeds = {.T_N = T_N, .T_F = T_F, .R_color = R_color, .alpha = alpha};
     assert_int_equal(fs_seeds_make(&views, &at_T, COUNT, 7, NULL, &seeds.T, NULL), 0);
     assert_int_equal(fs_seeds_make(&views, &at_R, COUNT, 8, NULL, &seeds.R, NULL), 0);
