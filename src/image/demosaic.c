@@ -130,11 +130,15 @@ static int new_band(Band *b, int width, const unsigned char cfa[4], FsError *err
     return 0;
 }
 
+bool fs_demosaic_is_bayer(const unsigned char cfa[4])
+{
+    return (cfa[0] == 1 && cfa[3] == 1 && cfa[1] + cfa[2] == 2 && cfa[1] != 1) ||
+           (cfa[1] == 1 && cfa[2] == 1 && cfa[0] + cfa[3] == 2 && cfa[0] != 1);
+}
+
 int fs_demosaic(const float *mosaic, int width, int height, const unsigned char cfa[4], Image *rgb, FsError *err)
 {
-    bool bayer = (cfa[0] == 1 && cfa[3] == 1 && cfa[1] + cfa[2] == 2 && cfa[1] != 1) ||
-                 (cfa[1] == 1 && cfa[2] == 1 && cfa[0] + cfa[3] == 2 && cfa[0] != 1);
-    if (!bayer || width < FS_DEMOSAIC_MIN_SIDE || height < FS_DEMOSAIC_MIN_SIDE)
+    if (!fs_demosaic_is_bayer(cfa) || width < FS_DEMOSAIC_MIN_SIDE || height < FS_DEMOSAIC_MIN_SIDE)
         return fs_error_set(err, FS_ERR_INPUT, "a Bayer mosaic of %d x %d: expected sides of at least %d", width,
                             height, FS_DEMOSAIC_MIN_SIDE);
     Band b;

@@ -110,9 +110,7 @@ static bool bayer_pattern(libraw_data_t *raw, unsigned char cfa[4])
             if (y < 2 && x < 2) cfa[at] = (unsigned char)color;
             if (color == 3 || cfa[at] != color) return false;
         }
-    bool main_diagonal = cfa[0] == 1 && cfa[3] == 1 && cfa[1] + cfa[2] == 2 && cfa[1] != 1;
-    bool other_diagonal = cfa[1] == 1 && cfa[2] == 1 && cfa[0] + cfa[3] == 2 && cfa[0] != 1;
-    return main_diagonal || other_diagonal;
+    return fs_demosaic_is_bayer(cfa);
 }
 
 // The sensor's values as LibRaw hands them over.

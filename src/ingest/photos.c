@@ -28,6 +28,15 @@ void fs_photos_free(Photos *photos)
     *photos = (Photos){0};
 }
 
+// Where photos were freed.
+static void close_gaps(Photos *photos)
+{
+    int kept = 0;
+    for (int i = 0; i < photos->n; i++)
+        if (photos->photo[i].file) photos->photo[kept++] = photos->photo[i];
+    photos->n = kept;
+}
+
 static int compare_photos(const void *a, const void *b)
 {
     const PhotoFile *s = a, *t = b;
@@ -39,25 +48,21 @@ static int compare_photos(const void *a, const void *b)
 // Photos of one name stand together, RAW first.
 static int drop_doubles(Photos *photos, const Log *log, FsError *err)
 {
-    int kept = 0, doubles = 0;
-    for (int i = 0; i < photos->n; i++) {
-        PhotoFile *photo = &photos->photo[i], *last = kept ? &photos->photo[kept - 1] : NULL;
-        if (last && strcmp(last->name, photo->name) == 0) {
-            if (last->kind != PHOTO_RAW || photo->kind != PHOTO_JPEG)
-                return fs_error_set(err, FS_ERR_INPUT,
-                                    "%s: %s and %s would both become the view %s: rename or remove one of them",
-                                    photos->folder, last->file, photo->file, photo->name);
-            doubles++;
-            free_photo(photo);
-        } else {
-            if (kept != i) {
-                photos->photo[kept] = *photo;
-                *photo = (PhotoFile){0};
-            }
-            kept++;
+    int doubles = 0;
+    PhotoFile *last = photos->photo;
+    for (PhotoFile *photo = last + 1; photo < photos->photo + photos->n; photo++) {
+        if (strcmp(last->name, photo->name) != 0) {
+            last = photo;
+            continue;
         }
+        if (last->kind != PHOTO_RAW || photo->kind != PHOTO_JPEG)
+            return fs_error_set(err, FS_ERR_INPUT,
+                                "%s: %s and %s would both become the view %s: rename or remove one of them",
+                                photos->folder, last->file, photo->file, photo->name);
+        doubles++;
+        free_photo(photo);
     }
-    photos->n = kept;
+    close_gaps(photos);
     if (doubles) fs_log_info(log, "%d photos are there as RAW and as JPEG: the RAW files are used", doubles);
     return 0;
 }
@@ -145,7 +150,7 @@ void fs_photos_read_headers(Photos *photos, Threads *threads)
 
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
 {
-    int kept = 0, all = photos->n, failed = 0;
+    int all = photos->n, failed = 0;
     char names[400] = "";
     FsError first = {0};
     for (int i = 0; i < all; i++) {
@@ -167,17 +172,10 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
                             failed, all, names, first.message);
     for (int i = 0; i < all; i++) {
         PhotoFile *photo = &photos->photo[i];
-        if (photo->failure.code) {
-            fs_log_warn(log, "left out: %s", photo->failure.message);
-            free_photo(photo);
-            continue;
-        }
-        if (kept != i) {
-            photos->photo[kept] = *photo;
-            *photo = (PhotoFile){0};
-        }
-        kept++;
+        if (!photo->failure.code) continue;
+        fs_log_warn(log, "left out: %s", photo->failure.message);
+        free_photo(photo);
     }
-    photos->n = kept;
+    close_gaps(photos);
     return 0;
 }

@@ -19,18 +19,14 @@ static Growth growth_of(const SparsePoints *points, PointKind wanted)
 {
     Growth growth = {0};
     size_t size = (size_t)points->n + 1;
-    float *slope = malloc(sizeof *slope * size), *sigma = malloc(sizeof *sigma * size);
+    double *slope = malloc(sizeof *slope * size), *sigma = malloc(sizeof *sigma * size);
     for (int i = 0; slope && sigma && i < points->n; i++)
         if (points->kind[i] == wanted) {
-            slope[growth.n] = points->cue[i].log_slope;
-            sigma[growth.n++] = points->cue[i].sigma;
+            slope[growth.n] = (double)points->cue[i].log_slope;
+            sigma[growth.n++] = (double)points->cue[i].sigma;
         }
-    if (growth.n) {
-        fs_order_floats(slope, (size_t)growth.n);
-        fs_order_floats(sigma, (size_t)growth.n);
-        growth.median = (double)slope[growth.n / 2];
-        growth.error = (double)sigma[growth.n / 2];
-    }
+    if (growth.n) growth.median = fs_order_median(slope, (size_t)growth.n);
+    if (growth.n) growth.error = fs_order_median(sigma, (size_t)growth.n);
     free(slope);
     free(sigma);
     return growth;
@@ -39,22 +35,17 @@ static Growth growth_of(const SparsePoints *points, PointKind wanted)
 // Median over the photos of the distance to the nearest photo of the other kind.
 static double nearest_opposite(const SmallViews *views)
 {
-    float *value = malloc(sizeof *value * ((size_t)views->n + 1));
-    if (!value || !views->n) {
-        free(value);
-        return 0;
-    }
-    for (int i = 0; i < views->n; i++) {
+    double *nearest = malloc(sizeof *nearest * ((size_t)views->n + 1));
+    for (int i = 0; nearest && i < views->n; i++) {
         double best = INFINITY;
         for (int j = 0; j < views->n; j++) {
             if (views->view[i].flash == views->view[j].flash) continue;
             best = fmin(best, v3_distance2(views->view[i].centre, views->view[j].centre));
         }
-        value[i] = (float)sqrt(best);
+        nearest[i] = sqrt(best);
     }
-    fs_order_floats(value, (size_t)views->n);
-    double median = (double)value[views->n / 2];
-    free(value);
+    double median = nearest ? fs_order_median(nearest, (size_t)views->n) : 0;
+    free(nearest);
     return median;
 }
 

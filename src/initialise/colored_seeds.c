@@ -10,11 +10,7 @@ void fs_colored_seeds_free(ColoredSeeds *p)
 {
     fs_seeds_free(&p->T);
     fs_seeds_free(&p->R);
-    free(p->T_N);
-    free(p->T_F);
-    free(p->R_color);
-    free(p->gain);
-    free(p->alpha);
+    fs_arena_free(&p->arena);
     *p = (ColoredSeeds){0};
 }
 
@@ -47,12 +43,12 @@ static int mix_colors(const Start *start, ColoredSeeds *p, FsError *err)
     const Seeds *T = &p->T, *R = &p->R;
     const FlashLight *light = start->light;
     size_t n_T = (size_t)T->n, n_R = (size_t)R->n;
-    p->T_N = malloc(sizeof(float) * 3 * n_T);
-    p->T_F = malloc(sizeof(float) * 3 * n_T);
-    p->R_color = malloc(sizeof(float) * 3 * n_R);
-    p->gain = malloc(sizeof(float) * n_T);
-    p->alpha = malloc(sizeof(float) * 3 * n_T);
-    if (!p->T_N || !p->T_F || !p->R_color || !p->gain || !p->alpha) return fs_error_memory(err);
+    p->T_N = ARENA_NEW(&p->arena, float, 3 * n_T);
+    p->T_F = ARENA_NEW(&p->arena, float, 3 * n_T);
+    p->R_color = ARENA_NEW(&p->arena, float, 3 * n_R);
+    p->gain = ARENA_NEW(&p->arena, float, n_T);
+    p->alpha = ARENA_NEW(&p->arena, float, 3 * n_T);
+    if (p->arena.failed) return fs_error_memory(err);
     int rc = fs_light_gains(start->views, light, start->points, T, p->gain, start->threads, err);
     if (rc < 0) return rc;
     for (size_t i = 0; i < n_T; i++) {

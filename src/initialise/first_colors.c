@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/arena.h"
 #include "image/bilinear.h"
 #include "initialise/constants.h"
 #include "initialise/fill.h"

@@ -2,12 +2,14 @@
 #ifndef FS_INITIALISE_FIRST_COLORS_H
 #define FS_INITIALISE_FIRST_COLORS_H
 
+#include "base/arena.h"
 #include "initialise/seeds.h"
 
 typedef struct ColoredSeeds {
     Seeds T, R;
     float *T_N, *T_F, *R_color; // linear, (n, 3)
     float *gain, *alpha;        // the flash's at the transmitted seeds: (n, 1) logarithm, (n, 3)
+    Arena arena;                // of the colours
 } ColoredSeeds;
 
 // From the seeds and alpha: T_N, T_F, R_color; none negative, and T + R about the photos.

@@ -18,8 +18,8 @@ void fs_plane_sweep_photos_free(SweepPhotos *photos)
 
 void fs_plane_sweep_free(PlaneSweep *sweep)
 {
-    free(sweep->transmitted);
-    free(sweep->reflected);
+    free(sweep->score[0]);
+    free(sweep->score[1]);
     *sweep = (PlaneSweep){0};
 }
 
@@ -281,7 +281,7 @@ static void step_job(void *context, int step, int worker)
         double z = (w->middle_m[0] * (double)u + w->middle_m[1] * (double)v + w->middle_m[2]) / q + w->middle_t;
         float odds = z > 0 ? fs_classify_depth_odds(w->odds, (float)log(z)) : 0;
         size_t at = i * (size_t)sweep->steps + (size_t)step;
-        score(p, odds, &sweep->transmitted[at], &sweep->reflected[at]);
+        score(p, odds, &sweep->score[0][at], &sweep->score[1][at]);
     }
 }
 
@@ -307,16 +307,16 @@ int fs_plane_sweep_run(const SweepPhotos *photos, int view, const DepthRange *ra
     int width = camera->width / SWEEP_DIVIDE > 0 ? camera->width / SWEEP_DIVIDE : 1;
     int height = camera->height / SWEEP_DIVIDE > 0 ? camera->height / SWEEP_DIVIDE : 1, rc = 0;
     size_t n = (size_t)width * (size_t)height, workers = (size_t)fs_threads_count(threads);
-    *sweep = (PlaneSweep){fs_camera_resized(camera, width, height),
-                          range->steps,
-                          range->min,
-                          (range->max - range->min) / (float)(range->steps - 1),
-                          calloc(n * (size_t)range->steps, sizeof(float)),
-                          calloc(n * (size_t)range->steps, sizeof(float))};
+    *sweep = (PlaneSweep){
+        fs_camera_resized(camera, width, height),
+        range->steps,
+        range->min,
+        (range->max - range->min) / (float)(range->steps - 1),
+        {calloc(n * (size_t)range->steps, sizeof(float)), calloc(n * (size_t)range->steps, sizeof(float))}};
     Work w = {.photos = photos, .odds = odds, .sweep = sweep};
     w.sums = aligned_alloc(64, sizeof *w.sums * n * workers);
     w.planes = malloc(sizeof(float) * planes_size(&sweep->camera) * workers);
-    if (!sweep->transmitted || !sweep->reflected || !w.sums || !w.planes) TRY(fs_error_memory(err));
+    if (!sweep->score[0] || !sweep->score[1] || !w.sums || !w.planes) TRY(fs_error_memory(err));
     choose_photos(&w, view);
     set_middle(&w);
     fs_threads_for(threads, range->steps, step_job, &w);

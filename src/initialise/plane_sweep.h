@@ -25,7 +25,7 @@ typedef struct PlaneSweep {
     Camera camera; // of the grid
     int steps;
     float inverse_min, inverse_step; // inverse depth of step 0, and between two
-    float *transmitted, *reflected;  // (height, width, steps): scores 0..1
+    float *score[2];                 // transmitted, reflected: (height, width, steps), 0..1
 } PlaneSweep;
 
 // view: the number of the one whose rays are swept.

@@ -55,11 +55,6 @@ fail:
     return rc;
 }
 
-static bool in_use(const Seeds *seeds, int count)
-{
-    return seeds->n >= count;
-}
-
 static void append(Seeds *seeds, const float xyz[3])
 {
     memcpy(seeds->xyz + 3 * (size_t)seeds->n++, xyz, sizeof(float) * 3);
@@ -106,7 +101,7 @@ static int cover_view(const SmallView *view, const PointList *points, float cell
             covered[cell] = 1;
     for (size_t i = 0; i < n && any; i++) {
         float u = fs_rng_uniform(rng), v = fs_rng_uniform(rng), xyz[3];
-        if (covered[i] || !(surface[i] > 0) || in_use(seeds, count)) continue;
+        if (covered[i] || !(surface[i] > 0) || seeds->n >= count) continue;
         double x = ((double)(i % (size_t)width) + (double)u) * view->camera.width / width;
         double y = ((double)(i / (size_t)width) + (double)v) * view->camera.height / height;
         fs_small_views_unproject(&view->camera, x, y, 1 / (double)surface[i], xyz);
@@ -136,9 +131,9 @@ static int cover_all(const SmallViews *views, const PointList *points, int count
     for (int attempt = 0; attempt < 25; attempt++) {
         Rng rng = fs_rng_new(seed);
         seeds->n = before;
-        for (int k = 0; k < views->n && !in_use(seeds, count); k++)
+        for (int k = 0; k < views->n && seeds->n < count; k++)
             TRY(cover_view(&views->view[order[k]], &some, cell_px, count, &rng, seeds, err));
-        if (!in_use(seeds, count)) break;
+        if (seeds->n < count) break;
         cell_px *= SEEDS_CELL_GROWTH;
     }
 fail:

@@ -69,28 +69,21 @@ static void keep_sure(const PlaneSweep *sweep, const float *score, float sure, f
     }
 }
 
-static bool match_transmitted(PlaneSweep *s, DepthMap *map)
+static bool match_layer(PlaneSweep *s, bool reflected, DepthMap *map)
 {
+    static const struct {
+        float small, large, sure;
+    } costs[2] = {{STEREO_SMALL_T, STEREO_LARGE_T, STEREO_SURE_T}, {STEREO_SMALL_R, STEREO_LARGE_R, STEREO_SURE_R}};
     int width = s->camera.width, height = s->camera.height;
-    if (fs_semiglobal_choose(&(ScoreVolume){s->transmitted, width, height, s->steps}, STEREO_SMALL_T, STEREO_LARGE_T,
-                             map->layer[0], NULL) < 0)
-        return false;
-    for (int i = 0; i < width * height; i++) map->guess[i] = s->inverse_min + map->layer[0][i] * s->inverse_step;
-    keep_sure(s, s->transmitted, STEREO_SURE_T, map->layer[0]);
-    return true;
-}
-
-static bool match_reflected(PlaneSweep *s, DepthMap *map)
-{
-    int width = s->camera.width, height = s->camera.height;
-    for (int i = 0; i < width * height; i++) // what is near the transmitted surface is that surface
+    float *score = s->score[reflected], *layer = map->layer[reflected];
+    for (int i = 0; reflected && i < width * height; i++) // what is near the transmitted surface is that surface
         for (int d = 0; d < s->steps; d++)
             if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < STEREO_APART * map->guess[i])
-                s->reflected[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
-    if (fs_semiglobal_choose(&(ScoreVolume){s->reflected, width, height, s->steps}, STEREO_SMALL_R, STEREO_LARGE_R,
-                             map->layer[1], NULL) < 0)
-        return false;
-    keep_sure(s, s->reflected, STEREO_SURE_R, map->layer[1]);
+                score[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
+    const ScoreVolume volume = {score, width, height, s->steps};
+    if (fs_semiglobal_choose(&volume, costs[reflected].small, costs[reflected].large, layer, NULL) < 0) return false;
+    for (int i = 0; !reflected && i < width * height; i++) map->guess[i] = s->inverse_min + layer[i] * s->inverse_step;
+    keep_sure(s, score, costs[reflected].sure, layer);
     return true;
 }
 
@@ -107,8 +100,8 @@ static void match_job(void *context, int job, int worker)
     if (!map->layer[1]) map->layer[1] = malloc(sizeof(float) * n);
     if (!map->guess) map->guess = malloc(sizeof(float) * n);
     bool done = map->layer[0] && map->layer[1] && map->guess;
-    if (done && w->renew[0]) done = match_transmitted(s, map);
-    if (done && w->renew[1]) done = match_reflected(s, map);
+    for (int k = 0; k < 2 && done; k++)
+        if (w->renew[k]) done = match_layer(s, k, map);
     if (!done) __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
 }
 

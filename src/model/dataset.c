@@ -31,10 +31,16 @@ static int lower_bound(const Dataset *dataset, const char *name)
     return lo;
 }
 
+static int find_exact(const Dataset *dataset, const char *name)
+{
+    int at = lower_bound(dataset, name);
+    return at < dataset->n && strcmp(dataset->view[at].name, name) == 0 ? at : -1;
+}
+
 int fs_dataset_append(Dataset *dataset, const View *view, FsError *err)
 {
     int at = lower_bound(dataset, view->name);
-    if (at < dataset->n && strcmp(dataset->view[at].name, view->name) == 0)
+    if (find_exact(dataset, view->name) >= 0)
         return fs_error_set(err, FS_ERR_INPUT,
                             "%s: two views have this name; names must differ without folder and extension", view->name);
     if (fs_memory_grow(&dataset->view, dataset->n, sizeof *dataset->view, err) < 0) return FS_ERR_MEMORY;
@@ -49,17 +55,11 @@ int fs_dataset_append(Dataset *dataset, const View *view, FsError *err)
 
 int fs_dataset_find(const Dataset *dataset, const char *name)
 {
-    char *stem = fs_file_stem(name);
-    if (!stem) return -1;
-    int at = lower_bound(dataset, name); // a stored name is a stem already, and may hold a dot
-    if (at < dataset->n && strcmp(dataset->view[at].name, name) == 0) {
-        free(stem);
-        return at;
-    }
-    at = lower_bound(dataset, stem);
-    bool found = at < dataset->n && strcmp(dataset->view[at].name, stem) == 0;
+    int at = find_exact(dataset, name); // a stored name is a stem already, and may hold a dot
+    char *stem = at < 0 ? fs_file_stem(name) : NULL;
+    if (stem) at = find_exact(dataset, stem);
     free(stem);
-    return found ? at : -1;
+    return at;
 }
 
 double fs_dataset_extent(const Dataset *dataset, double centre[3])
@@ -168,33 +168,28 @@ fail:
     return rc;
 }
 
-static int check_size(const char *path, const Image *image, const View *view, FsError *err)
+static int check_picture(const char *path, const Image *image, int channels, const View *view, FsError *err)
 {
-    if (image->width == view->camera.width && image->height == view->camera.height) return 0;
-    return fs_error_set(err, FS_ERR_INPUT,
-                        "%s: %d x %d pixels, but views.json says %d x %d; rerun the stage poses with --force", path,
-                        image->width, image->height, view->camera.width, view->camera.height);
+    if (image->width != view->camera.width || image->height != view->camera.height)
+        return fs_error_set(err, FS_ERR_INPUT,
+                            "%s: %d x %d pixels, but views.json says %d x %d; rerun the stage poses with --force", path,
+                            image->width, image->height, view->camera.width, view->camera.height);
+    if (image->channels == channels) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected %d%s", path, image->channels, channels,
+                        channels == 1 ? " (grey)" : "");
 }
 
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err)
 {
     int rc = 0;
-    FilePath photo_path = fs_file_at("%s/images/%s.tif", out, view->name);
-    FilePath mask_path = fs_file_at("%s/images/%s_mask.png", out, view->name);
-    if (photo) {
-        TRY(fs_tiff_read(photo_path.text, photo, err));
-        TRY(check_size(photo_path.text, photo, view, err));
-        if (photo->channels != 3)
-            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 3", photo_path.text, photo->channels));
-    }
-    if (mask) {
-        TRY(fs_png_read(mask_path.text, mask, err));
-        TRY(check_size(mask_path.text, mask, view, err));
-        if (mask->channels != 1)
-            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected 1 (grey)", mask_path.text, mask->channels));
-    }
+    FilePath path = fs_file_at("%s/images/%s.tif", out, view->name);
+    TRY(fs_tiff_read(path.text, photo, err));
+    TRY(check_picture(path.text, photo, 3, view, err));
+    path = fs_file_at("%s/images/%s_mask.png", out, view->name);
+    if (mask) TRY(fs_png_read(path.text, mask, err));
+    if (mask) TRY(check_picture(path.text, mask, 1, view, err));
 fail:
-    if (rc < 0 && photo) fs_image_free(photo);
+    if (rc < 0) fs_image_free(photo);
     if (rc < 0 && mask) fs_image_free(mask);
     return rc;
 }

@@ -24,7 +24,7 @@ double fs_dataset_extent(const Dataset *dataset, double centre[3]); // of the ca
 // JSON: {"views": [{"name","flash","held_out","width","height","fx","fy","cx","cy","w2c": 4x4}]}
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err);
 int fs_dataset_read(Dataset *dataset, const char *path, FsError *err); // also truth/cameras.json ("images": [...])
-// Photo and mask (1 channel, 1 = trusted) of one view out of OUT/images.
+// Photo and mask (1 channel, 1 = trusted; may be NULL) of one view out of OUT/images.
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err);
 
 #endif

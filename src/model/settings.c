@@ -291,14 +291,9 @@ FsSettings *fs_settings_new(void)
     _Static_assert(N_OPTIONS <= sizeof((Settings *)0)->was_set, "was_set is too small");
     Settings *settings = calloc(1, sizeof *settings);
     if (!settings) return NULL;
-    int rc = 0;
-    for (size_t i = 0; i < N_OPTIONS && rc == 0; i++) rc = set_option(settings, &table[i], table[i].initial, NULL);
-    if (rc == 0) rc = apply_preset(settings, NULL);
-    if (rc < 0) {
-        fs_settings_free(settings);
-        return NULL;
-    }
-    return settings;
+    if (apply_preset(settings, NULL) == 0) return settings;
+    fs_settings_free(settings);
+    return NULL;
 }
 
 void fs_settings_clear(Settings *settings)
