@@ -48,13 +48,10 @@ static const double *extra(const Lens *lens)
     return lens->param + models[lens->model].n_focal + 2;
 }
 
-static void intrinsics(const Lens *lens, double *fx, double *fy, double *cx, double *cy)
+static Camera intrinsics(const Lens *lens)
 {
-    int n = models[lens->model].n_focal;
-    *fx = lens->param[0];
-    *fy = lens->param[n - 1];
-    *cx = lens->param[n];
-    *cy = lens->param[n + 1];
+    const double *p = lens->param + models[lens->model].n_focal;
+    return (Camera){lens->width, lens->height, lens->param[0], p[-1], p[0], p[1], {0}};
 }
 
 int fs_lens_camera(const Lens *lens, const char *file, Camera *camera, FsError *err)
@@ -66,7 +63,7 @@ int fs_lens_camera(const Lens *lens, const char *file, Camera *camera, FsError *
     for (int i = 0; i < models[lens->model].n_params; i++)
         if (!isfinite(lens->param[i]))
             return fs_error_set(err, FS_ERR_INPUT, "%s: a camera has a parameter that is not a number", file);
-    intrinsics(lens, &camera->fx, &camera->fy, &camera->cx, &camera->cy);
+    *camera = intrinsics(lens);
     if (lens->width < 1 || lens->height < 1 || !(camera->fx > 0) || !(camera->fy > 0))
         return fs_error_set(err, FS_ERR_INPUT, "%s: a camera has no size or no positive focal length", file);
     return 0;
@@ -163,18 +160,17 @@ static void distort(const Lens *lens, const double ray[2], double out[2])
 
 void fs_lens_project(const Lens *lens, const double ray[2], double pixel[2])
 {
-    double d[2], fx, fy, cx, cy;
-    intrinsics(lens, &fx, &fy, &cx, &cy);
+    double d[2];
+    Camera c = intrinsics(lens);
     distort(lens, ray, d);
-    pixel[0] = fx * d[0] + cx;
-    pixel[1] = fy * d[1] + cy;
+    pixel[0] = c.fx * d[0] + c.cx;
+    pixel[1] = c.fy * d[1] + c.cy;
 }
 
 bool fs_lens_unproject(const Lens *lens, const double pixel[2], double ray[2])
 {
-    double fx, fy, cx, cy;
-    intrinsics(lens, &fx, &fy, &cx, &cy);
-    double target[2] = {(pixel[0] - cx) / fx, (pixel[1] - cy) / fy};
+    Camera camera = intrinsics(lens);
+    double target[2] = {(pixel[0] - camera.cx) / camera.fx, (pixel[1] - camera.cy) / camera.fy};
     ray[0] = target[0];
     ray[1] = target[1];
     for (int i = 0; i < 50; i++) { // Newton's method, numeric slopes

@@ -37,18 +37,10 @@ static int describe(const Capture *capture, const Features *features, const Colm
 // Most alike in b, when it is clearly more alike than the second.
 static int nearest(const Described *a, const Described *b, int nb)
 {
-    int best = -1, first = 0, second = 0;
-    for (int j = 0; j < nb; j++) {
-        int dot = fs_match_dot(a->descriptor, b[j].descriptor);
-        if (dot > first) {
-            second = first;
-            first = dot;
-            best = j;
-        } else if (dot > second) {
-            second = dot;
-        }
-    }
-    return best >= 0 && fs_match_distance(first) < 0.9f * fs_match_distance(second) ? best : -1;
+    MatchBest best = {-1, 0, 0};
+    for (int j = 0; j < nb; j++) fs_match_keep(&best, j, fs_match_dot(a->descriptor, b[j].descriptor));
+    bool clear = fs_match_distance(best.first) < 0.9f * fs_match_distance(best.second);
+    return clear ? best.at : -1;
 }
 
 // Middle spread of the points in one frame, to measure agreement with.

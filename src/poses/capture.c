@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "base/owned.h"
 #include "image/image.h"
 
 #define MAX_PHOTOS 100000
@@ -95,38 +94,16 @@ static int picture_size(const char *folder, Photo *photo, FsError *err)
     return rc;
 }
 
-// From a working image: the same encoding as ingest's pictures, at the working size.
-static int make_picture(const char *out, const char *folder, const Photo *photo, FsError *err)
-{
-    int rc = 0;
-    Image image = {0};
-    TRY(fs_tiff_read(fs_file_at("%s/linear/%s.tif", out, photo->name).text, &image, err));
-    for (size_t i = 0; i < (size_t)image.width * (size_t)image.height * (size_t)image.channels; i++)
-        image.px[i] = image.px[i] > 0 ? powf(image.px[i], 0.35f) : 0;
-    TRY(fs_png_write(fs_file_at("%s/%s", folder, photo->picture).text, &image, 8, err));
-fail:
-    fs_image_free(&image);
-    return rc;
-}
-
 int fs_capture_read(const char *out, Capture *capture, FsError *err)
 {
     *capture = (Capture){0};
     int rc = 0;
-    FilePath path = fs_file_at("%s/ingest.json", out), probe;
+    FilePath path = fs_file_at("%s/ingest.json", out);
     capture->pictures = fs_file_path("%s/linear/features", out);
     if (!capture->pictures) TRY(fs_error_memory(err));
     if (!fs_file_exists(path.text))
         TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not there; run the stage ingest first", path.text));
     TRY(read_photos(path.text, capture, err));
-    probe = fs_file_at("%s/%s", capture->pictures, capture->photo[0].picture);
-    if (!fs_file_exists(probe.text)) {
-        free(capture->pictures);
-        capture->pictures = fs_file_path("%s/" FS_OWNED_DIR "/colmap/images", out);
-        if (!capture->pictures) TRY(fs_error_memory(err));
-        TRY(fs_file_mkdirs(capture->pictures, err));
-        for (int i = 0; i < capture->n; i++) TRY(make_picture(out, capture->pictures, &capture->photo[i], err));
-    }
     for (int i = 0; i < capture->n; i++) TRY(picture_size(capture->pictures, &capture->photo[i], err));
 fail:
     if (rc < 0) fs_capture_free(capture);

@@ -19,7 +19,7 @@ typedef struct Capture {
     char *pictures; // folder of the pictures
 } Capture;
 
-// Reads OUT/ingest.json. Pictures: OUT/linear/features/<view>.png of ingest, or made from the working images.
+// Reads OUT/ingest.json. Pictures: OUT/linear/features/<view>.png.
 int fs_capture_read(const char *out, Capture *capture, FsError *err);
 void fs_capture_free(Capture *capture);
 int fs_capture_find(const Capture *capture, const char *name); // -1 when missing

@@ -1,6 +1,5 @@
 #include "poses/colmap.h"
 
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,57 +8,21 @@
 #include "base/process.h"
 #include "poses/match.h"
 
-enum { MAX_ARGS = 64 };
+typedef struct Option {
+    const char *name, *value; // name NULL: the last one
+} Option;
 
-typedef struct Command {
-    char *arg[MAX_ARGS];
-    int n;
-    bool failed;
-} Command;
-
-__attribute__((format(printf, 2, 3))) static void add(Command *c, const char *format, ...)
+static int run(const Colmap *colmap, const char *command, const Option *option, const char *what, FsError *err)
 {
-    va_list ap;
-    va_start(ap, format);
-    char *s = NULL;
-    if (c->n >= MAX_ARGS - 1 || vasprintf(&s, format, ap) < 0)
-        c->failed = true;
-    else
-        c->arg[c->n++] = s;
-    va_end(ap);
-}
-
-static void add_pair(Command *c, const char *name, const char *value)
-{
-    add(c, "--%s", name);
-    add(c, "%s", value);
-}
-
-// Runs and frees the command.
-static int run(const Colmap *colmap, Command *c, const char *what, FsError *err)
-{
-    int rc = c->failed ? fs_error_memory(err) : 0;
-    c->arg[c->n] = NULL;
-    if (rc == 0) {
-        fs_log_progress(&colmap->project->log, "poses", 0, 0, what);
-        rc = fs_process_run((const char *const *)c->arg, colmap->log_path, &colmap->project->log, err);
-    }
-    if (rc > 0)
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s %s failed (exit status %d) while %s; what it said is in %s", c->arg[2],
-                          c->arg[3], rc, what, colmap->log_path);
-    for (int i = 0; i < c->n; i++) free(c->arg[i]);
-    *c = (Command){0};
-    return rc;
-}
-
-static Command start(const Colmap *colmap, const char *command)
-{
-    Command c = {0};
-    add(&c, "env");
-    add(&c, "QT_QPA_PLATFORM=offscreen"); // COLMAP is a Qt program, and there may be no display
-    add(&c, "%s", colmap->project->set.colmap);
-    add(&c, "%s", command);
-    return c;
+    const char *program = colmap->project->set.colmap;
+    const char *argv[64] = {"env", "QT_QPA_PLATFORM=offscreen", program,
+                            command}; // a Qt program, and there may be no display
+    for (int n = 4; option->name; option++) argv[n++] = option->name, argv[n++] = option->value;
+    fs_log_progress(&colmap->project->log, "poses", 0, 0, what);
+    int rc = fs_process_run(argv, colmap->log_path, &colmap->project->log, err);
+    if (rc <= 0) return rc;
+    return fs_error_set(err, FS_ERR_INPUT, "%s %s failed (exit status %d) while %s; what it said is in %s", program,
+                        command, rc, what, colmap->log_path);
 }
 
 // Options of COLMAP 3.13 have other prefixes than before; its help tells.
@@ -145,9 +108,8 @@ int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capt
     if (!colmap->dir || !colmap->database || !colmap->log_path || !colmap->image_id) TRY(fs_error_memory(err));
     TRY(fs_file_mkdirs(colmap->dir, err));
     TRY(look_at_options(colmap, err));
-    Command c = start(colmap, "database_creator");
-    add_pair(&c, "database_path", colmap->database);
-    TRY(run(colmap, &c, "starting COLMAP", err));
+    const Option options[] = {{"--database_path", colmap->database}, {NULL, NULL}};
+    TRY(run(colmap, "database_creator", options, "starting COLMAP", err));
     TRY(fs_database_open(&colmap->db, colmap->database, err));
     // COLMAP numbers photos as its threads finish them; numbered by us, each run is the same.
     if (!fs_database_has_frames(colmap->db)) TRY(enter_photos(colmap, err));
@@ -171,26 +133,25 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
     int rc = 0;
     const Capture *cap = colmap->capture;
     bool frames = fs_database_has_frames(colmap->db);
-    const char *general = colmap->renamed_options ? "FeatureExtraction" : "SiftExtraction";
-    Command c = start(colmap, "feature_extractor");
-    add_pair(&c, "database_path", colmap->database);
-    add_pair(&c, "image_path", cap->pictures);
-    if (frames) { // COLMAP enters the photos itself
-        Lens lens = prior_lens(&cap->photo[0]);
-        add_pair(&c, "ImageReader.camera_model", "SIMPLE_RADIAL");
-        add_pair(&c, "ImageReader.single_camera", "1");
-        add(&c, "--ImageReader.camera_params");
-        add(&c, "%.17g,%.17g,%.17g,0", lens.param[0], lens.param[1], lens.param[2]);
-    }
-    add(&c, "--%s.use_gpu", general);
-    add(&c, "0");
-    add(&c, "--%s.num_threads", general);
-    add(&c, "%d", frames ? 1 : colmap->project->set.threads > 0 ? colmap->project->set.threads : -1);
-    // Mirrored things have little contrast: many weak features, sorted out by geometry later.
-    add_pair(&c, "SiftExtraction.peak_threshold", "0.001");
-    add_pair(&c, "SiftExtraction.edge_threshold", "16");
-    add_pair(&c, "SiftExtraction.max_num_features", "10000");
-    TRY(run(colmap, &c, "looking for features", err));
+    Lens lens = prior_lens(&cap->photo[0]);
+    int wanted = colmap->project->set.threads;
+    char threads[16], params[100];
+    snprintf(threads, sizeof threads, "%d", frames ? 1 : wanted > 0 ? wanted : -1);
+    snprintf(params, sizeof params, "%.17g,%.17g,%.17g,0", lens.param[0], lens.param[1], lens.param[2]);
+    const Option options[] = {
+        {"--database_path", colmap->database},
+        {"--image_path", cap->pictures},
+        {colmap->renamed_options ? "--FeatureExtraction.use_gpu" : "--SiftExtraction.use_gpu", "0"},
+        {colmap->renamed_options ? "--FeatureExtraction.num_threads" : "--SiftExtraction.num_threads", threads},
+        // Mirrored things have little contrast: many weak features, sorted out by geometry later.
+        {"--SiftExtraction.peak_threshold", "0.001"},
+        {"--SiftExtraction.edge_threshold", "16"},
+        {"--SiftExtraction.max_num_features", "10000"},
+        {frames ? "--ImageReader.camera_model" : NULL, "SIMPLE_RADIAL"}, // COLMAP enters the photos itself
+        {"--ImageReader.single_camera", "1"},
+        {"--ImageReader.camera_params", params},
+        {NULL, NULL}};
+    TRY(run(colmap, "feature_extractor", options, "looking for features", err));
     for (int i = 0; i < cap->n; i++) {
         colmap->image_id[i] = fs_database_image(colmap->db, cap->photo[i].picture);
         if (colmap->image_id[i]) TRY(fs_database_features(colmap->db, colmap->image_id[i], &features[i], err));
@@ -205,7 +166,13 @@ fail:
 int fs_colmap_verify(Colmap *colmap, const MatchList *list, FsError *err)
 {
     int rc = 0;
-    const char *general = colmap->renamed_options ? "FeatureMatching" : "SiftMatching";
+    const Option options[] = {
+        {"--database_path", colmap->database},
+        {colmap->renamed_options ? "--FeatureMatching.use_gpu" : "--SiftMatching.use_gpu", "0"},
+        // Random samples are drawn per thread: one thread, one result.
+        {colmap->renamed_options ? "--FeatureMatching.num_threads" : "--SiftMatching.num_threads", "1"},
+        {"--random_seed", "0"},
+        {NULL, NULL}};
     TRY(fs_database_begin(colmap->db, err));
     for (int j = 0; j < colmap->capture->n; j++)
         for (int i = 0; i < j; i++)
@@ -213,14 +180,8 @@ int fs_colmap_verify(Colmap *colmap, const MatchList *list, FsError *err)
                 TRY(fs_database_add_matches(colmap->db, colmap->image_id[i], colmap->image_id[j],
                                             &list[fs_match_pair(i, j)], err));
     TRY(fs_database_end(colmap->db, err));
-    Command c = start(colmap, "exhaustive_matcher"); // does not match what is matched: it verifies
-    add_pair(&c, "database_path", colmap->database);
-    add(&c, "--%s.use_gpu", general);
-    add(&c, "0");
-    add(&c, "--%s.num_threads", general); // random samples are drawn per thread: one thread, one result
-    add(&c, "1");
-    add_pair(&c, "random_seed", "0");
-    TRY(run(colmap, &c, "verifying matches", err));
+    // Does not match what is matched: it verifies.
+    TRY(run(colmap, "exhaustive_matcher", options, "verifying matches", err));
 fail:
     return rc;
 }
@@ -263,29 +224,25 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
     FilePath list = fs_file_at("%s.txt", dir.text);
     TRY(fs_file_mkdirs(dir.text, err));
     TRY(write_list(colmap, group, list.text, err));
-    Command c = start(colmap, "mapper");
-    add_pair(&c, "database_path", colmap->database);
-    add_pair(&c, "image_path", colmap->capture->pictures);
-    add_pair(&c, "output_path", dir.text);
-    add_pair(&c, "image_list_path", list.text);
-    add_pair(&c, "random_seed", "0");
-    add_pair(&c, "Mapper.num_threads", "1"); // sums in the solver depend on their order
-    add_pair(&c, "Mapper.min_model_size", "3");
-    add_pair(&c, "Mapper.max_num_models", "10");
-    add_pair(&c, "Mapper.ba_refine_principal_point", "0");
-    if (lenient) {
-        add_pair(&c, "Mapper.init_min_num_inliers", "40");
-        add_pair(&c, "Mapper.init_min_tri_angle", "4");
-        add_pair(&c, "Mapper.abs_pose_min_num_inliers", "15");
-        add_pair(&c, "Mapper.abs_pose_min_inlier_ratio", "0.1");
-        add_pair(&c, "Mapper.max_reg_trials", "6");
-    }
+    const Option options[] = {{"--database_path", colmap->database},
+                              {"--image_path", colmap->capture->pictures},
+                              {"--output_path", dir.text},
+                              {"--image_list_path", list.text},
+                              {"--random_seed", "0"},
+                              {"--Mapper.num_threads", "1"}, // sums in the solver depend on their order
+                              {"--Mapper.min_model_size", "3"},
+                              {"--Mapper.max_num_models", "10"},
+                              {"--Mapper.ba_refine_principal_point", "0"},
+                              {lenient ? "--Mapper.init_min_num_inliers" : NULL, "40"},
+                              {"--Mapper.init_min_tri_angle", "4"},
+                              {"--Mapper.abs_pose_min_num_inliers", "15"},
+                              {"--Mapper.abs_pose_min_inlier_ratio", "0.1"},
+                              {"--Mapper.max_reg_trials", "6"},
+                              {NULL, NULL}};
+    static const char *const what[] = {"finding poses", "finding poses of the no-flash photos",
+                                       "finding poses of the flash photos"};
     FsError inner = {0};
-    rc = run(colmap, &c,
-             group < 0 ? "finding poses"
-             : group   ? "finding poses of the flash photos"
-                       : "finding poses of the no-flash photos",
-             &inner);
+    rc = run(colmap, "mapper", options, what[group + 1], &inner);
     if (rc == FS_ERR_CANCELLED || rc == FS_ERR_MEMORY) {
         if (err) *err = inner;
         goto fail;
@@ -315,11 +272,9 @@ int fs_colmap_adjust(Colmap *colmap, const char *from, const char *to, FsError *
 {
     int rc = 0;
     TRY(fs_file_mkdirs(to, err));
-    Command c = start(colmap, "bundle_adjuster");
-    add_pair(&c, "input_path", from);
-    add_pair(&c, "output_path", to);
-    add_pair(&c, "BundleAdjustment.max_num_iterations", "40");
-    TRY(run(colmap, &c, "refining poses", err));
+    const Option options[] = {
+        {"--input_path", from}, {"--output_path", to}, {"--BundleAdjustment.max_num_iterations", "40"}, {NULL, NULL}};
+    TRY(run(colmap, "bundle_adjuster", options, "refining poses", err));
 fail:
     return rc;
 }

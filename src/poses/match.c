@@ -34,21 +34,6 @@ int fs_match_pair(int i, int j)
     return j * (j - 1) / 2 + i;
 }
 
-typedef struct Best {
-    int at, first, second; // nearest, its scalar product, the second nearest's
-} Best;
-
-static inline void keep(Best *best, int at, int dot)
-{
-    if (dot > best->first) {
-        best->second = best->first;
-        best->first = dot;
-        best->at = at;
-    } else if (dot > best->second) {
-        best->second = dot;
-    }
-}
-
 // Scalar products of `rows` descriptors of a with all of b into dot (rows, nb).
 WIDER static void products(const int16_t *a, int rows, const int16_t *b, int nb, int *dot)
 {
@@ -82,20 +67,21 @@ static int match_two(const Subset *a, const Subset *b, float max_ratio, MatchLis
     int rc = -1;
     Arena arena = {0};
     int *dot = ARENA_NEW(&arena, int, ((size_t)b->n + 1) * TILE);
-    Best *row = ARENA_NEW(&arena, Best, (size_t)a->n + 1), *col = ARENA_NEW(&arena, Best, (size_t)b->n + 1);
+    MatchBest *row = ARENA_NEW(&arena, MatchBest, (size_t)a->n + 1),
+              *col = ARENA_NEW(&arena, MatchBest, (size_t)b->n + 1);
     list->n = 0;
     list->match = malloc(((size_t)a->n + 1) * sizeof *list->match);
     if (arena.failed || !list->match) goto fail;
-    for (int i = 0; i < a->n; i++) row[i] = (Best){-1, 0, 0};
-    for (int j = 0; j < b->n; j++) col[j] = (Best){-1, 0, 0};
+    for (int i = 0; i < a->n; i++) row[i] = (MatchBest){-1, 0, 0};
+    for (int j = 0; j < b->n; j++) col[j] = (MatchBest){-1, 0, 0};
     for (int i0 = 0; i0 < a->n; i0 += TILE) {
         int rows = a->n - i0 < TILE ? a->n - i0 : TILE;
         products(a->descriptor + (size_t)i0 * FS_DESCRIPTOR, rows, b->descriptor, b->n, dot);
         for (int i = 0; i < rows; i++)
             for (int j = 0; j < b->n; j++) {
                 int v = dot[(size_t)i * (size_t)b->n + (size_t)j];
-                keep(&row[i0 + i], j, v);
-                keep(&col[j], i0 + i, v);
+                fs_match_keep(&row[i0 + i], j, v);
+                fs_match_keep(&col[j], i0 + i, v);
             }
     }
     for (int i = 0; i < a->n; i++) {

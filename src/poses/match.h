@@ -12,6 +12,17 @@ int fs_match_dot(const int16_t *a, const int16_t *b);
 // Distance (of the descriptors as unit vectors, 0 .. 1.41) from a scalar product.
 float fs_match_distance(int dot);
 
+typedef struct MatchBest {
+    int at, first, second; // nearest, its scalar product, the second nearest's
+} MatchBest;
+static inline void fs_match_keep(MatchBest *best, int at, int dot)
+{
+    if (dot > best->first)
+        *best = (MatchBest){at, dot, best->first};
+    else if (dot > best->second)
+        best->second = dot;
+}
+
 typedef struct MatchOptions {
     int max_features; // those of largest scale of each picture take part
     float max_ratio;  // of a match's distance and the second nearest's

@@ -26,7 +26,7 @@ static void put_text(const char *path, const char *text)
 // OUT/ingest.json and OUT/linear as ingest leaves them; every second photo with flash.
 static void make_capture(const char *out)
 {
-    char *path = fs_file_path("%s/linear", out), text[4000] = "{\"photos\": [";
+    char *path = fs_file_path("%s/linear/features", out), text[4000] = "{\"photos\": [";
     assert_int_equal(fs_file_mkdirs(path, NULL), 0);
     free(path);
     for (int i = 0; i < PHOTOS; i++) {
@@ -40,6 +40,9 @@ static void make_capture(const char *out)
         free(path);
         path = fs_file_path("%s/linear/IMG_%02d_mask.png", out, i);
         assert_int_equal(fs_png_write(path, &mask, 8, NULL), 0);
+        free(path);
+        path = fs_file_path("%s/linear/features/IMG_%02d.png", out, i);
+        assert_int_equal(fs_png_write(path, &photo, 8, NULL), 0);
         free(path);
         fs_image_free(&photo);
         fs_image_free(&mask);
