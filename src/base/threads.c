@@ -17,13 +17,8 @@ struct Threads {
     ThreadsJob *job;
     void *context;
     int n;
-    atomic_int next;
+    atomic_int next, started;
 };
-
-typedef struct Worker {
-    Threads *threads;
-    int index;
-} Worker;
 
 static void work(Threads *t, int worker)
 {
@@ -34,9 +29,8 @@ static void work(Threads *t, int worker)
 
 static void *worker_main(void *arg)
 {
-    Worker w = *(Worker *)arg;
-    free(arg);
-    Threads *t = w.threads;
+    Threads *t = arg;
+    int index = atomic_fetch_add(&t->started, 1) + 1;
     unsigned seen = 0;
     for (;;) {
         for (int spin = 0; spin < 4000 && t->round == seen; spin++) {
@@ -50,7 +44,7 @@ static void *worker_main(void *arg)
         bool quit = t->quit;
         pthread_mutex_unlock(&t->lock);
         if (quit) return NULL;
-        work(t, w.index);
+        work(t, index);
         pthread_mutex_lock(&t->lock);
         if (--t->busy == 0) pthread_cond_signal(&t->done);
         pthread_mutex_unlock(&t->lock);
@@ -72,16 +66,7 @@ Threads *fs_threads_new(int n)
     pthread_cond_init(&t->start, NULL);
     pthread_cond_init(&t->done, NULL);
     t->count = 1;
-    for (int i = 1; i < n; i++) {
-        Worker *w = malloc(sizeof *w);
-        if (!w) break;
-        *w = (Worker){t, i};
-        if (pthread_create(&t->thread[i], NULL, worker_main, w) != 0) {
-            free(w);
-            break;
-        }
-        t->count++;
-    }
+    while (t->count < n && pthread_create(&t->thread[t->count], NULL, worker_main, t) == 0) t->count++;
     return t;
 }
 

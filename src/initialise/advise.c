@@ -1,6 +1,6 @@
 // Thresholds from captures: the four rendered ones and ordinary made ones lie at 4.1 to 5.3 errors and a growth of 2,
 // a made one with alpha 0.3, which still comes apart, at 2.0 and 1.24, one with alpha 0.1 at 0.2 and 1.07.
-#include "initialise/advise.h"
+#include "initialise/start.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "initialise/colored_seeds.h"
+#include "initialise/start.h"
 
 #include <math.h>
 #include <stdlib.h>

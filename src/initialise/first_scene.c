@@ -1,4 +1,4 @@
-#include "initialise/first_scene.h"
+#include "initialise/start.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -7,7 +7,6 @@
 #include "base/linalg.h"
 #include "base/order.h"
 #include "image/tone.h"
-#include "initialise/colored_seeds.h"
 #include "initialise/constants.h"
 
 typedef struct Blob {

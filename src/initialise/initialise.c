@@ -6,11 +6,8 @@
 
 #include "base/file.h"
 #include "base/threads.h"
-#include "initialise/advise.h"
-#include "initialise/classify.h"
 #include "initialise/constants.h"
-#include "initialise/first_scene.h"
-#include "initialise/residual_stereo.h"
+#include "initialise/start.h"
 #include "model/colmap_model.h"
 
 static int read_points(const char *dir, SparsePoints *points, FsError *err)

@@ -1,6 +1,5 @@
-#include "initialise/residual_stereo.h"
+#include "initialise/start.h"
 
-#include "initialise/colored_seeds.h"
 #include "initialise/constants.h"
 #include "initialise/outliers.h"
 #include "initialise/stereo.h"

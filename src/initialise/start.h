@@ -1,10 +1,13 @@
-// What the parts of the stage hand on to each other; all of it borrowed.
+// The parts of the stage, and what they hand on to each other; all of that borrowed.
 #ifndef FS_INITIALISE_START_H
 #define FS_INITIALISE_START_H
 
 #include "base/log.h"
 #include "initialise/classify.h"
+#include "initialise/first_colors.h"
 #include "initialise/light.h"
+#include "model/scene.h"
+#include "model/settings.h"
 
 typedef struct Start {
     const SmallViews *views;
@@ -16,5 +19,17 @@ typedef struct Start {
     Threads *threads;
     const Log *log;
 } Start;
+
+// Dense points of both scenes: stereo on the photos tells both scenes' surfaces roughly; with colours, the transmitted
+// one is subtracted from the photos, and the mirrored one is looked for again in what is left.
+// start->dense is not read. dense[2]: transmitted, reflected; they may come out empty.
+int fs_residual_stereo_find(const Start *start, PointList dense[2], FsError *err);
+// Both scenes as seeds with colours: from the points of each kind, by the flash's light on them.
+int fs_colored_seeds_make(const Start *start, int count, ColoredSeeds *seeds, FsError *err);
+void fs_colored_seeds_free(ColoredSeeds *colored);
+// The first clouds of every layer, from the classified points.
+int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, FsError *err);
+// Tells the user, before hours of training, when the capture's flash cue looks too weak for the method.
+void fs_advise(const SmallViews *views, const SparsePoints *points, const FlashLight *light, const Log *log);
 
 #endif

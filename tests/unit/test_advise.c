@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "initialise/advise.h"
+#include "initialise/start.h"
 
 enum { POINTS = 400 };
 static char warnings[4000];
