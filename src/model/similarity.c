@@ -170,11 +170,8 @@ static int count_inliers(const Similarity *s, const double (*from)[3], const dou
         double y[3];
         fs_similarity_apply(s, from[i], y);
         if (!(v3_distance2(y, to[i]) <= tolerance * tolerance)) continue;
-        if (in_from) {
-            memcpy(in_from[count], from[i], sizeof *in_from);
-            memcpy(in_to[count], to[i], sizeof *in_to);
-        }
-        count++;
+        memcpy(in_from[count], from[i], sizeof *in_from);
+        memcpy(in_to[count++], to[i], sizeof *in_to);
     }
     return count;
 }
@@ -197,7 +194,7 @@ int fs_similarity_fit_robust(const double (*from)[3], const double (*to)[3], int
             memcpy(t[k], to[i], sizeof t[k]);
         }
         if (fs_similarity_fit((const double(*)[3])f, (const double(*)[3])t, 3, &trial, NULL) < 0) continue;
-        int count = count_inliers(&trial, from, to, n, tolerance, NULL, NULL);
+        int count = count_inliers(&trial, from, to, n, tolerance, p, q);
         if (count <= best) continue;
         best = count;
         *s = trial;

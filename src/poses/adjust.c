@@ -1,4 +1,4 @@
-#include "poses/adjust.h"
+#include "poses/sparse.h"
 
 #include "base/file.h"
 

@@ -1,4 +1,4 @@
-#include "poses/align.h"
+#include "poses/sparse.h"
 
 #include <math.h>
 #include <stdlib.h>

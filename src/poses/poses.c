@@ -6,10 +6,6 @@
 #include "base/file.h"
 #include "base/owned.h"
 #include "model/dataset.h"
-#include "poses/adjust.h"
-#include "poses/align.h"
-#include "poses/capture.h"
-#include "poses/colmap.h"
 #include "poses/match.h"
 #include "poses/sparse.h"
 

@@ -6,6 +6,7 @@
 #include "model/dataset.h"
 #include "model/project.h"
 #include "poses/capture.h"
+#include "poses/colmap.h"
 #include "poses/triangulate.h"
 
 typedef struct Pose { // of one photo
@@ -49,6 +50,15 @@ int fs_sparse_to_colmap(const Sparse *sparse, const Capture *capture, int least,
 // Replaces the points by ones triangulated from features.
 int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, const Features *features,
                           FsError *err);
+
+// Moves `moving` (poses and points) into the frame of `fixed`, a model of the same scene made apart, by the similarity
+// that most points agree with whose features look alike in both.
+int fs_align_groups(const Capture *capture, const Features *features, const ColmapModel *fixed, ColmapModel *moving,
+                    const Log *log, FsError *err);
+// Poses, focal lengths and distortion once more by least squares over the triangulated points, whose tracks are longer
+// and whose features are finer than those the poses were found with. Replaces the poses and lenses; the points are left
+// as they were. Keeps everything when it cannot be done.
+int fs_adjust_poses(Colmap *colmap, Sparse *sparse, FsError *err);
 
 // Writes OUT/images, OUT/sparse, OUT/views.json.
 int fs_sparse_write(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err);
