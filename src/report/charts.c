@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "base/memory.h"
 #include "base/linalg.h"
+#include "base/memory.h"
 
 #define WIDTH 560
 #define HEIGHT 300
