@@ -9,6 +9,7 @@
 
 typedef struct Pairs {
     float *truth, *estimate; // metres
+    double *scratch;
     size_t n, capacity;
     size_t asked; // pixels with a true depth
 } Pairs;
@@ -36,7 +37,9 @@ static int reserve(Pairs *pairs, size_t more, FsError *err)
     if (t) pairs->truth = t;
     float *e = realloc(pairs->estimate, capacity * sizeof *e);
     if (e) pairs->estimate = e;
-    if (!t || !e) return fs_error_memory(err);
+    double *s = realloc(pairs->scratch, capacity * sizeof *s);
+    if (s) pairs->scratch = s;
+    if (!t || !e || !s) return fs_error_memory(err);
     pairs->capacity = capacity;
     return 0;
 }
@@ -78,9 +81,10 @@ static double median(double *values, size_t n)
     return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
 }
 
-static double relative_error(const Pairs *pairs, size_t first, double scale, double *values)
+static double relative_error(const Pairs *pairs, size_t first, double scale)
 {
     size_t n = pairs->n - first;
+    double *values = pairs->scratch;
     if (n == 0) return NAN;
     for (size_t i = 0; i < n; i++)
         values[i] = fabs(scale * pairs->estimate[first + i] - pairs->truth[first + i]) / pairs->truth[first + i];
@@ -97,27 +101,20 @@ static int view_score(DepthViewScore *view, const TruthView *truth, const char *
     size_t first = pairs->n, asked = pairs->asked;
     int rc = collect(pairs, truth->path.text, path.text, err);
     if (rc < 0) return rc;
-    double *values = malloc(sizeof(double) * (pairs->n - first + 1));
-    if (!values) return fs_error_memory(err);
-    view->error = relative_error(pairs, first, 1, values);
+    view->error = relative_error(pairs, first, 1);
     if (pairs->asked > asked) view->covered = (double)(pairs->n - first) / (double)(pairs->asked - asked);
-    free(values);
     return 0;
 }
 
-static int summarise(DepthScore *score, const Pairs *pairs, FsError *err)
+static void summarise(DepthScore *score, const Pairs *pairs)
 {
     score->error = score->scale = score->error_scaled = NAN;
     score->covered = pairs->asked ? (double)pairs->n / (double)pairs->asked : NAN;
-    if (pairs->n == 0) return 0;
-    double *values = malloc(sizeof(double) * pairs->n);
-    if (!values) return fs_error_memory(err);
-    score->error = relative_error(pairs, 0, 1, values);
-    for (size_t i = 0; i < pairs->n; i++) values[i] = (double)pairs->truth[i] / pairs->estimate[i];
-    score->scale = median(values, pairs->n);
-    score->error_scaled = relative_error(pairs, 0, score->scale, values);
-    free(values);
-    return 0;
+    if (pairs->n == 0) return;
+    score->error = relative_error(pairs, 0, 1);
+    for (size_t i = 0; i < pairs->n; i++) pairs->scratch[i] = (double)pairs->truth[i] / pairs->estimate[i];
+    score->scale = median(pairs->scratch, pairs->n);
+    score->error_scaled = relative_error(pairs, 0, score->scale);
 }
 
 int fs_depth_score(DepthScore *score, const TruthViews *views, const char *dir, const Log *log, FsError *err)
@@ -134,10 +131,11 @@ int fs_depth_score(DepthScore *score, const TruthViews *views, const char *dir, 
     score->n = views->n - score->missing;
     if (score->missing)
         fs_log_warn(log, "evaluate: %d of %d views are missing in %s/depth_T", score->missing, views->n, dir);
-    TRY(summarise(score, &pairs, err));
+    summarise(score, &pairs);
 fail:
     free(pairs.truth);
     free(pairs.estimate);
+    free(pairs.scratch);
     if (rc < 0) fs_depth_free(score);
     return rc;
 }

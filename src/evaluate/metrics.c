@@ -46,29 +46,34 @@ static void plane(const Image *image, int channel, double *to)
     for (size_t i = 0; i < n; i++) to[i] = (double)image->px[i * c + (size_t)channel];
 }
 
-// Memory for two planes, then the scratch of their comparison.
-static double *workspace(const Image *a, FsError *err)
+// The sum of what compare makes of each channel's two planes.
+static int over_channels(double (*compare)(double *a, double *b, int width, int height, double *scratch),
+                         const Image *a, const Image *b, double *sum, FsError *err)
 {
     size_t n = (size_t)a->width * (size_t)a->height;
-    double *memory = malloc(sizeof(double) * (2 * n + fs_window_scratch(a->width, a->height)));
-    if (!memory) fs_error_memory(err);
-    return memory;
+    double *pa = malloc(sizeof(double) * (2 * n + fs_window_scratch(a->width, a->height)));
+    if (!pa) return fs_error_memory(err);
+    *sum = 0;
+    for (int c = 0; c < a->channels; c++) {
+        plane(a, c, pa);
+        plane(b, c, pa + n);
+        *sum += compare(pa, pa + n, a->width, a->height, pa + 2 * n);
+    }
+    free(pa);
+    return 0;
+}
+
+static double ssim_plane(double *a, double *b, int width, int height, double *scratch)
+{
+    return fs_window_compare(a, b, width, height, 0, scratch).ssim;
 }
 
 int fs_metrics_ssim(const Image *a, const Image *b, const MetricContext *context, double *value, FsError *err)
 {
     (void)context;
-    size_t n = (size_t)a->width * (size_t)a->height;
-    double *pa = workspace(a, err), sum = 0;
-    if (!pa) return FS_ERR_MEMORY;
-    for (int c = 0; c < a->channels; c++) {
-        plane(a, c, pa);
-        plane(b, c, pa + n);
-        sum += fs_window_compare(pa, pa + n, a->width, a->height, 0, pa + 2 * n).ssim;
-    }
-    free(pa);
-    *value = sum / ((double)n * a->channels);
-    return 0;
+    int rc = over_channels(ssim_plane, a, b, value, err);
+    *value /= (double)((size_t)a->width * (size_t)a->height) * a->channels;
+    return rc;
 }
 
 int fs_metrics_ms_ssim_scales(int width, int height)
@@ -111,15 +116,7 @@ int fs_metrics_ms_ssim(const Image *a, const Image *b, const MetricContext *cont
     (void)context;
     *value = NAN;
     if (fs_metrics_ms_ssim_scales(a->width, a->height) == 0) return 0;
-    size_t n = (size_t)a->width * (size_t)a->height;
-    double *pa = workspace(a, err), sum = 0;
-    if (!pa) return FS_ERR_MEMORY;
-    for (int c = 0; c < a->channels; c++) {
-        plane(a, c, pa);
-        plane(b, c, pa + n);
-        sum += ms_ssim_plane(pa, pa + n, a->width, a->height, pa + 2 * n);
-    }
-    free(pa);
-    *value = sum / a->channels;
-    return 0;
+    int rc = over_channels(ms_ssim_plane, a, b, value, err);
+    *value /= a->channels;
+    return rc;
 }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "image/photo.h"
 #include "image/tone.h"
 
 static bool wanted(const Dataset *cameras, const char *name, const char *which)
@@ -65,8 +66,7 @@ bool fs_truth_find(const char *dir, const char *layer, const char *view, const c
 
 int fs_truth_read_rgb(const char *path, Image *image, FsError *err)
 {
-    bool jpeg = fs_file_has_ext(path, "jpg") || fs_file_has_ext(path, "jpeg");
-    int rc = jpeg ? fs_jpeg_read(path, image, err) : fs_png_read(path, image, err);
+    int rc = fs_photo_read_stored(path, image, err);
     if (rc < 0 || image->channels == 3) return rc;
     Image rgb;
     rc = fs_image_new(&rgb, image->width, image->height, 3, err);

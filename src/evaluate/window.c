@@ -26,7 +26,7 @@ size_t fs_window_scratch(int width, int height)
     return 6 * (size_t)width * (size_t)height + row_length(width); // five averages, one product, one padded row
 }
 
-void fs_window_filter(const double *in, int width, int height, double *out, double *scratch)
+static void filter(const double *in, int width, int height, double *out, double *scratch)
 {
     double k[FS_WINDOW_SIZE];
     kernel(k);
@@ -54,12 +54,12 @@ WindowSums fs_window_compare(const double *a, const double *b, int width, int he
     size_t w = (size_t)width, n = w * (size_t)height;
     double *average[5], *product = scratch + 5 * n, *row = scratch + 6 * n;
     for (size_t i = 0; i < 5; i++) average[i] = scratch + i * n;
-    fs_window_filter(a, width, height, average[0], row);
-    fs_window_filter(b, width, height, average[1], row);
+    filter(a, width, height, average[0], row);
+    filter(b, width, height, average[1], row);
     const double *x[3] = {a, b, a}, *y[3] = {a, b, b};
     for (int m = 0; m < 3; m++) {
         for (size_t i = 0; i < n; i++) product[i] = x[m][i] * y[m][i];
-        fs_window_filter(product, width, height, average[2 + m], row);
+        filter(product, width, height, average[2 + m], row);
     }
     WindowSums sums = {0};
     for (int v = margin; v < height - margin; v++)

@@ -10,16 +10,13 @@
 // Doubles of scratch memory for planes of width x height.
 size_t fs_window_scratch(int width, int height);
 
-// Window averages, the image taken as 0 outside. in, out: (height, width); scratch: fs_window_scratch doubles.
-void fs_window_filter(const double *in, int width, int height, double *out, double *scratch);
-
 typedef struct WindowSums {
     double ssim;     // sum of luminance * contrast-structure over the pixels counted
     double contrast; // sum of contrast-structure alone
     double pixels;
 } WindowSums;
 
-// margin: pixels left out at each border (0: all; FS_WINDOW_RADIUS: only whole windows).
+// The image taken as 0 outside. margin: pixels left out at each border (0: all; FS_WINDOW_RADIUS: only whole windows).
 WindowSums fs_window_compare(const double *a, const double *b, int width, int height, int margin, double *scratch);
 
 #endif

@@ -57,21 +57,19 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
     return 0;
 }
 
+int fs_photo_read_stored(const char *path, Image *image, FsError *err)
+{
+    int kind = fs_photo_kind(path);
+    return (kind == PHOTO_PNG ? fs_png_read : kind == PHOTO_TIFF ? fs_tiff_read : fs_jpeg_read)(path, image, err);
+}
+
 static int read_display(const char *path, Image *image, bool *encoded, FsError *err)
 {
     bool linear = false;
-    int rc = 0;
-    switch (fs_photo_kind(path)) {
-    case PHOTO_PNG:
-        TRY(fs_png_is_linear(path, &linear, err));
-        TRY(fs_png_read(path, image, err));
-        break;
-    case PHOTO_TIFF:
-        TRY(fs_tiff_is_linear(path, &linear, err));
-        TRY(fs_tiff_read(path, image, err));
-        break;
-    default: TRY(fs_jpeg_read(path, image, err)); break;
-    }
+    int rc = 0, kind = fs_photo_kind(path);
+    if (kind == PHOTO_PNG) TRY(fs_png_is_linear(path, &linear, err));
+    if (kind == PHOTO_TIFF) TRY(fs_tiff_is_linear(path, &linear, err));
+    TRY(fs_photo_read_stored(path, image, err));
     *encoded = !linear;
 fail:
     return rc;

@@ -15,4 +15,7 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
 int fs_photo_read(const char *path, const double white_balance[3], Image *rgb, Image *clipped, bool *encoded,
                   FsError *err);
 
+// JPEG, PNG or TIFF with the values it has, by its extension.
+int fs_photo_read_stored(const char *path, Image *image, FsError *err);
+
 #endif

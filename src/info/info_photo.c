@@ -4,9 +4,7 @@
 #include <stdio.h>
 #include <sys/stat.h>
 
-#include "base/file.h"
-#include "image/exif.h"
-#include "image/image.h"
+#include "image/photo.h"
 
 static void describe_exposure(const ExifInfo *exif, const Log *log)
 {
@@ -34,15 +32,10 @@ static void describe_focal(const ExifInfo *exif, const Log *log)
 static int describe_picture(const char *path, const Log *log, FsError *err)
 {
     Image image = {0};
-    int rc;
-    if (fs_file_has_ext(path, "png"))
-        rc = fs_png_read(path, &image, err);
-    else if (fs_file_has_ext(path, "tif") || fs_file_has_ext(path, "tiff"))
-        rc = fs_tiff_read(path, &image, err);
-    else if (fs_file_has_ext(path, "jpg") || fs_file_has_ext(path, "jpeg"))
-        rc = fs_jpeg_read(path, &image, err);
-    else
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a photo, a PLY, a COLMAP model or a project folder", path);
+    int kind = fs_photo_kind(path);
+    int rc = kind > PHOTO_RAW
+                 ? fs_photo_read_stored(path, &image, err)
+                 : fs_error_set(err, FS_ERR_INPUT, "%s: not a photo, a PLY, a COLMAP model or a project folder", path);
     if (rc == 0)
         fs_log_info(log, "%s: picture, %dx%d, %d channels, no EXIF", path, image.width, image.height, image.channels);
     fs_image_free(&image);
