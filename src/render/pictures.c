@@ -40,20 +40,18 @@ bool fs_pictures_sheet_wants(const PictureSheet *sheet, int view)
     return false;
 }
 
-static int add_tile(PictureSheet *sheet, const Image *linear, const Look *look, const char *label, FsError *err)
+static int add_tile(PictureSheet *sheet, const Image *image, bool depth, const Look *look, const char *label,
+                    FsError *err)
 {
-    snprintf(sheet->label[sheet->n], sizeof sheet->label[0], "%s", label);
-    Image *picture = &sheet->picture[sheet->n++];
-    return linear->px ? fs_preview_picture(linear, SHEET_EDGE, look->exposure, picture, err) : 0;
-}
-
-static int add_depth_tile(PictureSheet *sheet, const Image *depth, const Look *look, FsError *err)
-{
-    Image full = {0};
-    int rc;
-    TRY(fs_colormap_depth(depth, look->nearest, look->farthest, &full, err));
-    snprintf(sheet->label[sheet->n], sizeof sheet->label[0], "%s", fs_render_layers[RENDER_DEPTH_T].name);
-    TRY(fs_preview_shrink(&full, SHEET_EDGE, &sheet->picture[sheet->n++], err));
+    Image full = {0}, *picture = &sheet->picture[sheet->n];
+    int rc = 0;
+    snprintf(sheet->label[sheet->n++], sizeof sheet->label[0], "%s", label);
+    if (depth) {
+        TRY(fs_colormap_depth(image, look->nearest, look->farthest, &full, err));
+        TRY(fs_preview_shrink(&full, SHEET_EDGE, picture, err));
+    } else if (image->px) {
+        TRY(fs_preview_picture(image, SHEET_EDGE, look->exposure, picture, err));
+    }
 fail:
     fs_image_free(&full);
     return rc;
@@ -65,14 +63,14 @@ int fs_pictures_sheet_add(PictureSheet *sheet, const Look *look, const Image *ph
     if (sheet->n + SHEET_COLUMNS > SHEET_TILES) return 0;
     int rc;
     char label[80];
-    RenderLayer composite = view->flash ? RENDER_I_F : RENDER_I_N;
+    const RenderLayer layers[] = {view->flash ? RENDER_I_F : RENDER_I_N, RENDER_T_N, RENDER_T_F, RENDER_R,
+                                  RENDER_DEPTH_T};
     snprintf(label, sizeof label, "%.40s%s", view->name, view->flash ? " flash" : "");
-    TRY(add_tile(sheet, photo, look, label, err));
-    TRY(add_tile(sheet, &renders->layer[composite], look, fs_render_layers[composite].name, err));
-    static const RenderLayer layers[] = {RENDER_T_N, RENDER_T_F, RENDER_R};
-    for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)
-        TRY(add_tile(sheet, &renders->layer[layers[i]], look, fs_render_layers[layers[i]].name, err));
-    TRY(add_depth_tile(sheet, &renders->layer[RENDER_DEPTH_T], look, err));
+    TRY(add_tile(sheet, photo, false, look, label, err));
+    for (size_t i = 0; i < sizeof layers / sizeof *layers; i++) {
+        const RenderLayerInfo *info = &fs_render_layers[layers[i]];
+        TRY(add_tile(sheet, &renders->layer[layers[i]], info->depth, look, info->name, err));
+    }
 fail:
     return rc;
 }

@@ -19,7 +19,6 @@ int fs_texture_new(Texture *texture, const Canvas *canvas); // negative: out of 
 void fs_texture_free(Texture *texture);
 // Linear colour at (u, v), repeating, v upwards; spread: width of the looked-up area in texels of level 0.
 Vec fs_texture_sample(const Texture *texture, float u, float v, float spread);
-// The linear value of an sRGB-coded byte.
-extern const float fs_texture_linear[256];
+const float *fs_texture_linear(void); // (256) of sRGB-coded bytes
 
 #endif

@@ -70,9 +70,9 @@ int fs_world_tiled(World *world, Paint paint, float hue, float repeat)
 
 int fs_world_color(World *world, Color coded)
 {
-    Vec linear = vec(fs_texture_linear[(int)(255 * coded.x)], fs_texture_linear[(int)(255 * coded.y)],
-                     fs_texture_linear[(int)(255 * coded.z)]);
-    return fs_world_surface(world, (Surface){-1, linear, .gloss = 0});
+    const float *linear = fs_texture_linear();
+    Vec tint = vec(linear[(int)(255 * coded.x)], linear[(int)(255 * coded.y)], linear[(int)(255 * coded.z)]);
+    return fs_world_surface(world, (Surface){-1, tint, .gloss = 0});
 }
 
 Surface *fs_world_edit(World *world, int surface)
