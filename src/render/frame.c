@@ -20,10 +20,9 @@ typedef struct Common {
 
 static int find_common(const Dataset *views, const Dataset *photos, Common *common, FsError *err)
 {
-    size_t room = (size_t)(views->n ? views->n : 1);
-    common->view = malloc(room * sizeof(Camera));
-    common->photo = malloc(room * sizeof(Camera));
-    if (!common->view || !common->photo) return fs_error_memory(err);
+    common->view = malloc(((size_t)views->n * 2 + 1) * sizeof(Camera));
+    if (!common->view) return fs_error_memory(err);
+    common->photo = common->view + views->n;
     for (int i = 0; i < views->n; i++) {
         int p = fs_dataset_find(photos, views->view[i].name);
         if (p < 0) continue;
@@ -88,6 +87,5 @@ int fs_frame_align(Dataset *views, const Dataset *photos, const char *file, cons
                 common.n, move.scale, shift);
 fail:
     free(common.view);
-    free(common.photo);
     return rc;
 }

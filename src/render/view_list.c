@@ -56,22 +56,15 @@ static int check_names(const char *file, const Dataset *views, FsError *err)
     return 0;
 }
 
-static int append(Dataset *views, const View *like, const Camera *camera, FsError *err)
-{
-    View view = *like;
-    view.camera = *camera;
-    return fs_dataset_append(views, &view, err);
-}
-
 int fs_view_list_of_photos(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
 {
     int long_edge = fs_settings_was_set(&project->set, "long-edge") ? project->set.long_edge : 0, rc;
     for (int i = 0; i < photos->n; i++) {
-        Camera camera = fs_camera_limited(&photos->view[i].camera, long_edge);
-        TRY(append(views, &photos->view[i], &camera, err));
+        View view = photos->view[i];
+        view.camera = fs_camera_limited(&view.camera, long_edge);
+        TRY(fs_dataset_append(views, &view, err));
     }
     TRY(check_names("views.json", views, err));
-    rc = 0;
 fail:
     return rc;
 }
@@ -99,16 +92,16 @@ int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Datas
     TRY(fs_frame_align(&file.views, photos, path, &project->log, err));
     working_size(photos, &width, &height);
     for (int i = 0; i < file.views.n; i++) {
-        const Camera *camera = &file.views.view[i].camera;
-        Camera sized =
-            long_edge ? with_long_edge(camera, project->set.long_edge) : fs_view_list_fit(camera, width, height);
-        TRY(append(views, &file.views.view[i], &sized, err));
-        TRY(check_size(path, &views->view[i], err));
+        Camera *camera = &file.views.view[i].camera;
+        *camera = long_edge ? with_long_edge(camera, project->set.long_edge) : fs_view_list_fit(camera, width, height);
+        TRY(check_size(path, &file.views.view[i], err));
         distorted += !fs_lens_is_pinhole(&file.lens[i]);
     }
     if (distorted)
         fs_log_warn(&project->log, "%s: %d of %d cameras have lens distortion; rendered without it", path, distorted,
                     file.views.n);
+    *views = file.views;
+    file.views = (Dataset){0};
 fail:
     fs_cameras_file_free(&file);
     return rc;
@@ -128,8 +121,8 @@ int fs_view_list_of_spiral(const FsProject *project, const Dataset *photos, doub
     for (int i = 0; i < n; i++) {
         char name[32];
         snprintf(name, sizeof name, "path_%04d", i + 1);
-        Camera camera = fs_spiral_camera(&spiral, &like, i, n);
-        TRY(append(views, &(View){.name = name}, &camera, err));
+        View view = {.name = name, .camera = fs_spiral_camera(&spiral, &like, i, n)};
+        TRY(fs_dataset_append(views, &view, err));
     }
 fail:
     free(cameras);

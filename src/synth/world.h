@@ -64,9 +64,9 @@ typedef struct World {
 void fs_world_free(World *world);
 int fs_world_texture(World *world, Paint paint, float hue, float w_m, float h_m); // index, -1 when failed
 int fs_world_surface(World *world, Surface surface);                              // index
-// ColoredSeeds once for a face of w x h metres.
+// Painted once for a face of w x h metres.
 int fs_world_painted(World *world, Paint paint, float hue, float w_m, float h_m);
-// ColoredSeeds as a square of `repeat` metres that tiles the face.
+// Painted as a square of `repeat` metres that tiles the face.
 int fs_world_tiled(World *world, Paint paint, float hue, float repeat);
 int fs_world_color(World *world, Color coded);     // plain
 Surface *fs_world_edit(World *world, int surface); // never NULL
