@@ -1,59 +1,50 @@
 // Checkpoints: everything training needs to go on as if it had never stopped. Written beside the old one, then swapped,
 // so that there is a whole one at any moment.
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "base/owned.h"
 #include "train/trainer.h"
 
 static int each_moment(TrainState *state, const Scene *scene, const char *dir, bool write, FsError *err)
 {
     int rc = 0;
-    for (int l = 0; l < LAYERS && rc == 0; l++) {
+    for (int l = 0; l < LAYERS; l++) {
         const Cloud *cloud = &scene->cloud[l];
         if (!cloud->n) continue;
         Cloud *moments[2] = {&state->cloud[l].m, &state->cloud[l].v};
-        for (int k = 0; k < 2 && rc == 0; k++) {
-            char *path = fs_file_path("%s/%s_%s.ply", dir, fs_layers[l].name, k ? "v" : "m");
-            if (!path) return fs_error_memory(err);
-            if (write)
-                rc = fs_cloud_ply_write(moments[k], path, err);
-            else
-                rc = fs_cloud_ply_read(moments[k], path, err);
-            if (rc == 0 &&
-                (moments[k]->n != cloud->n || memcmp(moments[k]->width, cloud->width, sizeof cloud->width) != 0))
-                rc = fs_error_set(err, FS_ERR_INPUT, "%s: not of its cloud of %d Gaussians; remove the checkpoint",
-                                  path, cloud->n);
-            free(path);
+        for (int k = 0; k < 2; k++) {
+            FilePath path = fs_file_at("%s/%s_%s.ply", dir, fs_layers[l].name, k ? "v" : "m");
+            TRY(write ? fs_cloud_ply_write(moments[k], path.text, err) : fs_cloud_ply_read(moments[k], path.text, err));
+            if (moments[k]->n != cloud->n || memcmp(moments[k]->width, cloud->width, sizeof cloud->width) != 0)
+                TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not of its cloud of %d Gaussians; remove the checkpoint",
+                                 path.text, cloud->n));
         }
     }
+fail:
     return rc;
 }
 
 // One array as it lies in memory. Reading: *array is replaced; a file that is not there leaves it NULL.
 static int each_array(const char *dir, const char *name, void **array, size_t size, bool write, FsError *err)
 {
-    char *path = fs_file_path("%s/%s.bin", dir, name), *data = NULL;
-    size_t found = 0;
-    int rc = path ? 0 : fs_error_memory(err);
-    if (rc == 0 && write) {
-        rc = *array ? fs_file_write(path, *array, size, err) : 0;
-    } else if (rc == 0) {
-        free(*array);
-        *array = NULL;
-        if (fs_file_exists(path)) rc = fs_file_read(path, size, &data, &found, err);
-        if (rc == 0 && data && found != size) {
-            free(data);
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: %zu bytes, expected %zu; remove the checkpoint", path, found,
-                              size);
-        } else if (rc == 0) {
-            *array = data;
-        }
-    }
-    free(path);
+    FilePath path = fs_file_at("%s/%s.bin", dir, name);
+    char *data = NULL;
+    size_t found = size;
+    int rc = 0;
+    if (write) return *array ? fs_file_write(path.text, *array, size, err) : 0;
+    free(*array);
+    *array = NULL;
+    if (fs_file_exists(path.text)) TRY(fs_file_read(path.text, size, &data, &found, err));
+    if (found != size)
+        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %zu bytes, expected %zu; remove the checkpoint", path.text, found,
+                         size));
+    *array = data;
+    return 0;
+fail:
+    free(data);
     return rc;
 }
 
@@ -91,39 +82,30 @@ static int write_state(const Trainer *trainer, const char *dir, FsError *err)
     json_t *root =
         json_pack("{s:i,s:s?,s:o,s:o}", "step", trainer->step, "made_from", made_from, "global_m",
                   numbers(trainer->state.m, ENGINE_NUMBERS), "global_v", numbers(trainer->state.v, ENGINE_NUMBERS));
-    char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
-    char *path = fs_file_path("%s/state.json", dir);
-    int rc = text && path ? fs_file_write(path, text, strlen(text), err) : fs_error_memory(err);
-    json_decref(root);
-    free(text);
-    free(path);
-    return rc;
+    return fs_json_file_write(fs_file_at("%s/state.json", dir).text, root, JSON_INDENT(1) | JSON_REAL_PRECISION(17),
+                              err);
 }
 
 int fs_checkpoint_write(Trainer *trainer, FsError *err)
 {
     const char *out = trainer->project->out;
-    char *dir = fs_file_path("%s/checkpoint", out), *fresh = fs_file_path("%s/checkpoint.new", out),
-         *old = fs_file_path("%s/checkpoint.old", out);
-    int rc = dir && fresh && old ? 0 : fs_error_memory(err);
-    if (rc < 0) goto fail;
+    FilePath dir = fs_file_at("%s/checkpoint", out), fresh = fs_file_at("%s/checkpoint.new", out);
+    FilePath old = fs_file_at("%s/checkpoint.old", out);
+    int rc;
     TRY(fs_engine_scene_down(trainer->engine, (1u << LAYERS) - 1, &trainer->scene, err));
     TRY(fs_engine_state_down(trainer->engine, &trainer->state, err));
-    fs_owned_remove(fresh);
-    TRY(fs_file_mkdirs(fresh, err));
-    TRY(fs_scene_write(&trainer->scene, fresh, err));
-    TRY(each_moment(&trainer->state, &trainer->scene, fresh, true, err));
-    TRY(each_statistic(trainer, fresh, true, err));
-    TRY(write_state(trainer, fresh, err));
-    fs_owned_remove(old);
-    if (fs_file_exists(dir)) TRY(fs_file_rename(dir, old, err));
-    TRY(fs_file_rename(fresh, dir, err));
-    fs_owned_remove(old);
+    fs_owned_remove(fresh.text);
+    TRY(fs_file_mkdirs(fresh.text, err));
+    TRY(fs_scene_write(&trainer->scene, fresh.text, err));
+    TRY(each_moment(&trainer->state, &trainer->scene, fresh.text, true, err));
+    TRY(each_statistic(trainer, fresh.text, true, err));
+    TRY(write_state(trainer, fresh.text, err));
+    fs_owned_remove(old.text);
+    if (fs_file_exists(dir.text)) TRY(fs_file_rename(dir.text, old.text, err));
+    TRY(fs_file_rename(fresh.text, dir.text, err));
+    fs_owned_remove(old.text);
 fail:
-    if (rc < 0 && fresh) fs_owned_remove(fresh);
-    free(dir);
-    free(fresh);
-    free(old);
+    if (rc < 0) fs_owned_remove(fresh.text);
     return rc;
 }
 
@@ -137,43 +119,36 @@ static int read_numbers(const json_t *root, const char *key, float *x, int n)
 
 static int read_state(Trainer *trainer, const char *dir, FsError *err)
 {
-    char *path = fs_file_path("%s/state.json", dir);
-    if (!path) return fs_error_memory(err);
-    json_error_t json;
-    json_t *root = json_load_file(path, 0, &json);
+    FilePath path = fs_file_at("%s/state.json", dir);
+    json_t *root;
+    fs_json_file_read(path.text, 1 << 20, &root, NULL);
     int rc = 0, step = (int)json_integer_value(json_object_get(root, "step"));
     if (!root || step < 0 || read_numbers(root, "global_m", trainer->state.m, ENGINE_NUMBERS) ||
         read_numbers(root, "global_v", trainer->state.v, ENGINE_NUMBERS))
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; remove the folder and train again", path);
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; remove the folder and train again",
+                          path.text);
     if (rc == 0)
         rc = fs_project_check(trainer->project, FS_STAGE_TRAIN, json_string_value(json_object_get(root, "made_from")),
                               dir, err);
     trainer->step = step;
     json_decref(root);
-    free(path);
     return rc;
 }
 
 int fs_checkpoint_read(Trainer *trainer, FsError *err)
 {
     static const char *const names[] = {"checkpoint", "checkpoint.old"}; // .old: the swap was cut short
-    for (int i = 0; i < 2; i++) {
-        char *dir = fs_file_path("%s/%s", trainer->project->out, names[i]);
-        if (!dir) return fs_error_memory(err);
-        char *state = fs_file_path("%s/state.json", dir);
-        int rc = 0;
-        if (state && fs_file_exists(state)) {
-            fs_scene_free(&trainer->scene);
-            TRY(fs_scene_read(&trainer->scene, dir, err));
-            TRY(each_moment(&trainer->state, &trainer->scene, dir, false, err));
-            TRY(each_statistic(trainer, dir, false, err));
-            TRY(read_state(trainer, dir, err));
-            rc = 1;
-        }
-    fail:
-        free(state);
-        free(dir);
-        if (rc) return rc;
+    int rc = 0;
+    for (int i = 0; i < 2 && rc == 0; i++) {
+        FilePath dir = fs_file_at("%s/%s", trainer->project->out, names[i]);
+        if (!fs_file_exists(fs_file_at("%s/state.json", dir.text).text)) continue;
+        fs_scene_free(&trainer->scene);
+        TRY(fs_scene_read(&trainer->scene, dir.text, err));
+        TRY(each_moment(&trainer->state, &trainer->scene, dir.text, false, err));
+        TRY(each_statistic(trainer, dir.text, false, err));
+        TRY(read_state(trainer, dir.text, err));
+        rc = 1;
     }
-    return 0;
+fail:
+    return rc;
 }

@@ -21,10 +21,7 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
     SheetTile tiles[10];
     Image photo[2] = {{0}, {0}};
     Renders renders[2] = {0};
-    char *dir = fs_file_path("%s/progress", trainer->project->out);
-    char *path = fs_file_path("%s/progress/%05d.png", trainer->project->out, trainer->step);
-    if (!dir || !path) TRY(fs_error_memory(err));
-    TRY(fs_file_mkdirs(dir, err));
+    TRY(fs_file_mkdirs(fs_file_at("%s/progress", trainer->project->out).text, err));
     for (int flash = 0; flash < 2; flash++) {
         const View *view = NULL;
         for (int i = 0, found = 0; i < trainer->n_views; i++)
@@ -45,14 +42,13 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
         }
         rows++;
     }
-    TRY(fs_sheet_write(path, tiles, 5 * rows, 5, err));
+    TRY(fs_sheet_write(fs_file_at("%s/progress/%05d.png", trainer->project->out, trainer->step).text, tiles, 5 * rows,
+                       5, err));
 fail:
     for (int i = 0; i < 2; i++) {
         fs_image_free(&photo[i]);
         fs_engine_renders_free(&renders[i]);
     }
-    free(dir);
-    free(path);
     return rc;
 }
 
@@ -77,12 +73,11 @@ static char *progress_text(const Trainer *trainer, double seconds)
 
 int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
 {
-    char *text = progress_text(trainer, seconds), *path = fs_file_path("%s/log.jsonl", trainer->project->out);
-    char *line = NULL;
+    char *text = progress_text(trainer, seconds), *line = NULL;
     size_t size;
     FILE *f = NULL;
     int rc;
-    if (!text || !path) TRY(fs_error_memory(err));
+    if (!text) TRY(fs_error_memory(err));
     TRY(fs_engine_scene_down(trainer->engine, 0, &trainer->scene, err));
     fs_log_progress(&trainer->project->log, "train", trainer->step, trainer->set->steps, text);
     if (trainer->step % 100 && !last) goto fail;
@@ -98,10 +93,10 @@ int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
         fprintf(f, ", \"pane\": [%.4f, %.4f, %.4f], \"dimming\": %.4f, \"flash_return\": %.4f}\n", n[0], n[1], n[2],
                 trainer->scene.pane.dimming, trainer->scene.flash_return);
     }
-    rc = f && fclose(f) == 0 ? fs_file_append(path, line, err) : fs_error_memory(err);
+    rc = f && fclose(f) == 0 ? fs_file_append(fs_file_at("%s/log.jsonl", trainer->project->out).text, line, err)
+                             : fs_error_memory(err);
 fail:
     free(text);
     free(line);
-    free(path);
     return rc;
 }

@@ -30,15 +30,13 @@ static void free_trainer(Trainer *trainer)
 static int load_scene(Trainer *trainer, FsError *err)
 {
     const FsProject *project = trainer->project;
-    char *start = fs_file_path("%s/start", project->out);
-    int rc = start ? 0 : fs_error_memory(err), resumed = 0;
-    if (rc < 0) return rc;
+    int rc, resumed = 0;
     if (project->set.resume) {
         TRY(resumed = fs_checkpoint_read(trainer, err));
         if (resumed) fs_log_info(&project->log, "train: goes on from the checkpoint at step %d", trainer->step);
         if (!resumed) fs_log_info(&project->log, "train: no checkpoint to resume; begins at step 0");
     }
-    if (!resumed) TRY(fs_scene_read(&trainer->scene, start, err));
+    if (!resumed) TRY(fs_scene_read(&trainer->scene, fs_file_at("%s/start", project->out).text, err));
     TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
     if (resumed) TRY(fs_engine_state_up(trainer->engine, &trainer->state, err));
     if (trainer->neighbour)
@@ -46,7 +44,6 @@ static int load_scene(Trainer *trainer, FsError *err)
     else
         TRY(fs_densify_neighbours(trainer, err));
 fail:
-    free(start);
     return rc;
 }
 
@@ -121,8 +118,7 @@ int fs_train_run(FsProject *project, FsError *err)
     if (fs_project_done(project, FS_STAGE_TRAIN)) return 0;
     int rc;
     Trainer trainer = {.project = project, .set = &project->set};
-    char *clouds = fs_file_path("%s/clouds", project->out);
-    if (!clouds) return fs_error_memory(err);
+    FilePath clouds = fs_file_at("%s/clouds", project->out);
     TRY(fs_engine_new(&trainer.engine, project->set.device, project->set.cpu, project->set.threads, err));
     if (!(trainer.threads = fs_threads_new(project->set.threads))) TRY(fs_error_memory(err));
     TRY(fs_views_load(&trainer, err));
@@ -131,11 +127,10 @@ int fs_train_run(FsProject *project, FsError *err)
     TRY(train_loop(&trainer, err));
     TRY(fs_checkpoint_write(&trainer, err));
     fix_unit_of_R(&trainer.scene);
-    TRY(fs_file_mkdirs(clouds, err));
-    TRY(fs_scene_write(&trainer.scene, clouds, err));
+    TRY(fs_file_mkdirs(clouds.text, err));
+    TRY(fs_scene_write(&trainer.scene, clouds.text, err));
     TRY(fs_project_mark_done(project, FS_STAGE_TRAIN, err));
 fail:
-    free(clouds);
     free_trainer(&trainer);
     return rc;
 }
