@@ -11,10 +11,10 @@
 #include "bench/peak.h"
 #include "bench/result.h"
 
-#define IMAGE(kernel, call_, work_, size, width_, height_)                                                             \
+#define IMAGE(kernel, call_, unit_, size, width_, height_)                                                             \
     {                                                                                                                  \
-        .name = kernel "/" size, .unit = #work_, .open = fs_case_image_open, .call = fs_case_image_##call_,            \
-        .work = fs_case_image_##work_##s, .close = fs_case_image_close, .width = width_, .height = height_             \
+        .name = kernel "/" size, .unit = #unit_, .open = fs_case_image_open, .call = fs_case_image_##call_,            \
+        .close = fs_case_image_close, .width = width_, .height = height_                                               \
     }
 #define IMAGES(size, width, height)                                                                                    \
     IMAGE("compose_forward", compose_forward, value, size, width, height),                                             \
@@ -24,23 +24,22 @@
 #define ADAM(name_, n_, share)                                                                                         \
     {                                                                                                                  \
         .name = name_, .unit = "parameter", .open = fs_case_adam_open, .call = fs_case_adam_call,                      \
-        .work = fs_case_adam_work, .close = fs_case_adam_close, .n = n_, .wanted = share                               \
+        .close = fs_case_adam_close, .n = n_, .wanted = share                                                          \
     }
-#define SPLATS(name_, call_, work_, n_, width_, height_, pairs_)                                                       \
+#define SPLATS(name_, call_, n_, width_, height_, pairs_)                                                              \
     {                                                                                                                  \
         .name = name_, .unit = "pair", .open = fs_case_splats_open, .call = fs_case_splats_##call_,                    \
-        .work = fs_case_splats_##work_, .close = fs_case_splats_close, .n = n_, .width = width_, .height = height_,    \
-        .wanted = pairs_                                                                                               \
+        .close = fs_case_splats_close, .n = n_, .width = width_, .height = height_, .wanted = pairs_                   \
     }
 #define TRAIN(name_, n_, width_, height_)                                                                              \
     {                                                                                                                  \
         .name = name_, .unit = "splat", .open = fs_case_train_open, .call = fs_case_train_call,                        \
-        .work = fs_case_train_work, .close = fs_case_train_close, .n = n_, .width = width_, .height = height_          \
+        .close = fs_case_train_close, .n = n_, .width = width_, .height = height_                                      \
     }
 #define RASTER(count, n, size, width, height)                                                                          \
-    SPLATS("forward/" count "/" size, forward, forward_work, n, width, height, 50.0 * width * height),                 \
-        SPLATS("backward/" count "/" size, backward, backward_work, n, width, height, 50.0 * width * height),          \
-        SPLATS("raster/" count "/" size, raster, work, n, width, height, 50.0 * width * height)
+    SPLATS("forward/" count "/" size, forward, n, width, height, 50.0 * width * height),                               \
+        SPLATS("backward/" count "/" size, backward, n, width, height, 50.0 * width * height),                         \
+        SPLATS("raster/" count "/" size, raster, n, width, height, 50.0 * width * height)
 #define RASTERS(size, width, height)                                                                                   \
     RASTER("10k", 10000, size, width, height), RASTER("50k", 50000, size, width, height),                              \
         RASTER("200k", 200000, size, width, height), RASTER("500k", 500000, size, width, height)
@@ -55,9 +54,9 @@ static const BenchCase cases[] = {
     RASTERS("1200x800", 1200, 800),
     // One 3-channel model, forward + loss + backward + Adam, at the size and with the contributing pairs at which
     // OpenSplat was measured.
-    SPLATS("step/20k", step, work, 20000, 571, 421, 12e6),
-    SPLATS("step/50k", step, work, 50000, 571, 421, 19e6),
-    SPLATS("step/100k", step, work, 100000, 571, 421, 25e6),
+    SPLATS("step/20k", step, 20000, 571, 421, 12e6),
+    SPLATS("step/50k", step, 50000, 571, 421, 19e6),
+    SPLATS("step/100k", step, 100000, 571, 421, 25e6),
     // What training does, twice: 2 x 20k and 2 x 40k Gaussians are the preset `preview` early and late.
     TRAIN("train/20k/300x200", 20000, 300, 200),
     TRAIN("train/40k/300x200", 40000, 300, 200),
@@ -78,7 +77,7 @@ static void time_case(const BenchCase *what, void *state, BenchResult *r)
 {
     double wall[ROUNDS_MAX], cpu[ROUNDS_MAX], start = seconds(CLOCK_MONOTONIC);
     int n = 0;
-    what->call(state);
+    r->work = what->call(state);
     while (n < ROUNDS_MIN || (n < ROUNDS_MAX && seconds(CLOCK_MONOTONIC) - start < 0.5)) {
         double w = seconds(CLOCK_MONOTONIC), c = seconds(CLOCK_PROCESS_CPUTIME_ID);
         what->call(state);
@@ -97,12 +96,7 @@ static int run_case(const BenchCase *what, const BenchMachine *machine, const Pe
     snprintf(r->name, sizeof r->name, "%s", what->name);
     snprintf(r->unit, sizeof r->unit, "%s", what->unit);
     time_case(what, state, r);
-    BenchWork work = what->work(state);
-    r->pairs = work.pairs;
-    r->flops = work.flops;
-    r->bytes = work.bytes;
-    r->splats = work.splats;
-    if (r->cpu_ms > 0) r->share_of_fma_peak = 1e-6 * r->flops / r->cpu_ms / peak->fma_gflops;
+    if (r->cpu_ms > 0) r->share_of_fma_peak = 1e-6 * r->work.flops / r->cpu_ms / peak->fma_gflops;
     what->close(state);
     return 0;
 }
@@ -112,8 +106,8 @@ static int add_peaks(BenchResults *results, const Peak *peak, const Log *log, Fs
 {
     BenchResult fma = {.name = "peak/fma", .unit = "flop", .ms = 1, .cpu_ms = 1, .share_of_fma_peak = 1};
     BenchResult copy = {.name = "peak/copy", .unit = "byte", .ms = 1, .cpu_ms = 1};
-    fma.pairs = fma.flops = 1e6 * peak->fma_gflops; // in a millisecond
-    copy.pairs = copy.bytes = 1e6 * peak->copy_gbs;
+    fma.work.pairs = fma.work.flops = 1e6 * peak->fma_gflops; // in a millisecond
+    copy.work.pairs = copy.work.bytes = 1e6 * peak->copy_gbs;
     fs_result_log(&fma, log);
     fs_result_log(&copy, log);
     int rc = fs_result_add(results, &fma, err);

@@ -3,6 +3,7 @@
 #define FS_BENCH_CASE_H
 
 #include "base/threads.h"
+#include "bench/result.h"
 #include "kernels/kernels.h"
 #include "model/cloud.h"
 
@@ -11,18 +12,12 @@ typedef struct BenchMachine {
     Threads *threads;
 } BenchMachine;
 
-typedef struct BenchWork {       // of one call
-    double pairs;                // units
-    double flops, bytes, splats; // 0: not counted
-} BenchWork;
-
 typedef struct BenchCase {
     const char *name; // "photometric/300x200"
     const char *unit; // "value", "pair", ...
     // Makes the input (always the same) for n things at width x height; `wanted` is the case's own.
     void *(*open)(const BenchMachine *machine, const struct BenchCase *what); // NULL: out of memory
-    void (*call)(void *state);
-    BenchWork (*work)(const void *state); // after a call
+    BenchWork (*call)(void *state);
     void (*close)(void *state);
     int n, width, height;
     double wanted;
@@ -31,36 +26,29 @@ typedef struct BenchCase {
 // case_image.c: the image-space kernels, one thread
 void *fs_case_image_open(const BenchMachine *machine, const BenchCase *what);
 void fs_case_image_close(void *state);
-BenchWork fs_case_image_values(const void *state); // three channels
-BenchWork fs_case_image_pixels(const void *state);
-void fs_case_image_compose_forward(void *state);
-void fs_case_image_compose_backward(void *state);
-void fs_case_image_photometric(void *state);
-void fs_case_image_pearson(void *state);
-void fs_case_image_smooth(void *state);
+BenchWork fs_case_image_compose_forward(void *state);
+BenchWork fs_case_image_compose_backward(void *state);
+BenchWork fs_case_image_photometric(void *state);
+BenchWork fs_case_image_pearson(void *state);
+BenchWork fs_case_image_smooth(void *state);
 
 // case_adam.c: one thread, n Gaussians' means
 void *fs_case_adam_open(const BenchMachine *machine, const BenchCase *what); // wanted: share of visible Gaussians
 void fs_case_adam_close(void *state);
-BenchWork fs_case_adam_work(const void *state);
-void fs_case_adam_call(void *state);
+BenchWork fs_case_adam_call(void *state);
 
 // case_splats.c: generated clouds of n Gaussians, all threads
 void *fs_case_splats_open(const BenchMachine *machine, const BenchCase *what); // wanted: pairs
 void fs_case_splats_close(void *state);
 void fs_case_splats_fill(Cloud *cloud, double scale); // always the same Gaussians, of about this size
-BenchWork fs_case_splats_forward_work(const void *state);
-BenchWork fs_case_splats_backward_work(const void *state);
-BenchWork fs_case_splats_work(const void *state);
-void fs_case_splats_forward(void *state);  // project, sort, list, raster
-void fs_case_splats_backward(void *state); // raster, reduce, project
-void fs_case_splats_raster(void *state);   // both
-void fs_case_splats_step(void *state);     // forward, L1 and SSIM, backward, Adam: a whole training step
+BenchWork fs_case_splats_forward(void *state);        // project, sort, list, raster
+BenchWork fs_case_splats_backward(void *state);       // raster, reduce, project
+BenchWork fs_case_splats_raster(void *state);         // both
+BenchWork fs_case_splats_step(void *state);           // forward, L1 and SSIM, backward, Adam: a whole training step
 
 // case_train.c: two steps of a real training, one at a flash photo, of two clouds of n Gaussians each, all threads
 void *fs_case_train_open(const BenchMachine *machine, const BenchCase *what);
 void fs_case_train_close(void *state);
-BenchWork fs_case_train_work(const void *state);
-void fs_case_train_call(void *state);
+BenchWork fs_case_train_call(void *state);
 
 #endif

@@ -71,33 +71,30 @@ void fs_case_image_close(void *state)
     free(s);
 }
 
-BenchWork fs_case_image_values(const void *state)
+static BenchWork work_of(const ImageState *s, int channels)
 {
-    const Planes *p = &((const ImageState *)state)->plane[T];
-    return (BenchWork){.pairs = 3.0 * p->width * p->height};
-}
-BenchWork fs_case_image_pixels(const void *state)
-{
-    const Planes *p = &((const ImageState *)state)->plane[T];
-    return (BenchWork){.pairs = (double)p->width * p->height};
+    return (BenchWork){.pairs = (double)channels * s->plane[T].width * s->plane[T].height};
 }
 
-void fs_case_image_compose_forward(void *state)
+BenchWork fs_case_image_compose_forward(void *state)
 {
     ImageState *s = state;
     FOR_STRIPS(s, y0, y1) s->kernels.compose->forward(&s->compose, y0, y1);
+    return work_of(s, 3);
 }
-void fs_case_image_compose_backward(void *state)
+BenchWork fs_case_image_compose_backward(void *state)
 {
     ImageState *s = state;
     FOR_STRIPS(s, y0, y1) s->kernels.compose->backward(&s->compose, y0, y1);
+    return work_of(s, 3);
 }
-void fs_case_image_photometric(void *state)
+BenchWork fs_case_image_photometric(void *state)
 {
     ImageState *s = state;
     FOR_STRIPS(s, y0, y1) s->sink += s->kernels.photometric->loss(&s->photometric, y0, y1).l1;
+    return work_of(s, 3);
 }
-void fs_case_image_pearson(void *state)
+BenchWork fs_case_image_pearson(void *state)
 {
     ImageState *s = state;
     PearsonSums t = {0};
@@ -107,9 +104,11 @@ void fs_case_image_pearson(void *state)
         t = (PearsonSums){t.n + p.n, t.x + p.x, t.y + p.y, t.xx + p.xx, t.yy + p.yy, t.xy + p.xy};
     }
     FOR_STRIPS(s, y0, y1) s->kernels.pearson->gradient(&s->pearson, &t, y0, y1);
+    return work_of(s, 3);
 }
-void fs_case_image_smooth(void *state)
+BenchWork fs_case_image_smooth(void *state)
 {
     ImageState *s = state;
     FOR_STRIPS(s, y0, y1) s->sink += s->kernels.smooth->loss(&s->smooth, y0, y1);
+    return work_of(s, 1);
 }

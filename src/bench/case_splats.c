@@ -124,29 +124,19 @@ static BenchWork work_of(const SplatsState *s, double flops)
 {
     return (BenchWork){.pairs = s->pairs, .flops = flops * s->pairs, .splats = s->cloud.n};
 }
-BenchWork fs_case_splats_forward_work(const void *state)
-{
-    return work_of(state, FORWARD_FLOPS);
-}
-BenchWork fs_case_splats_backward_work(const void *state)
-{
-    return work_of(state, BACKWARD_FLOPS);
-}
-BenchWork fs_case_splats_work(const void *state)
-{
-    return work_of(state, (FORWARD_FLOPS + BACKWARD_FLOPS));
-}
 
-void fs_case_splats_forward(void *state)
+BenchWork fs_case_splats_forward(void *state)
 {
     forward(state);
+    return work_of(state, FORWARD_FLOPS);
 }
 
-void fs_case_splats_backward(void *state)
+BenchWork fs_case_splats_backward(void *state)
 {
     SplatsState *s = state;
     RasterPass pass = pass_of(s);
     fs_raster_tiles.backward(&pass);
+    return work_of(s, BACKWARD_FLOPS);
 }
 
 static void loss_job(void *context, int strip, int worker)
@@ -164,7 +154,7 @@ static void loss_job(void *context, int strip, int worker)
     s->machine->kernels.photometric->loss(&args, y0, y1);
 }
 
-void fs_case_splats_raster(void *state)
+BenchWork fs_case_splats_raster(void *state)
 {
     SplatsState *s = state;
     forward(s);
@@ -172,6 +162,7 @@ void fs_case_splats_raster(void *state)
         memcpy(fs_planes_row(&s->task.d_feature, c, 0), fs_planes_row(&s->photo, c, 0),
                sizeof(float) * (size_t)s->photo.stride * (size_t)s->photo.height);
     fs_case_splats_backward(s);
+    return work_of(s, FORWARD_FLOPS + BACKWARD_FLOPS);
 }
 
 static void adam_job(void *context, int job, int worker)
@@ -190,7 +181,7 @@ static void adam_job(void *context, int job, int worker)
     }
 }
 
-void fs_case_splats_step(void *state)
+BenchWork fs_case_splats_step(void *state)
 {
     SplatsState *s = state;
     forward(s);
@@ -198,4 +189,5 @@ void fs_case_splats_step(void *state)
     fs_case_splats_backward(s);
     s->step++;
     fs_threads_for(s->machine->threads, (s->cloud.n + CHUNK - 1) / CHUNK, adam_job, s);
+    return work_of(s, FORWARD_FLOPS + BACKWARD_FLOPS);
 }

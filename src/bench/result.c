@@ -25,7 +25,7 @@ void fs_result_free(BenchResults *results)
 
 static double ns_per_pair(const BenchResult *r)
 {
-    return r->pairs > 0 ? 1e6 * r->cpu_ms / r->pairs : 0;
+    return r->work.pairs > 0 ? 1e6 * r->cpu_ms / r->work.pairs : 0;
 }
 static double rate(double amount, const BenchResult *r) // 1e9 per CPU second
 {
@@ -40,13 +40,13 @@ void fs_result_log(const BenchResult *r, const Log *log)
         return;
     }
     char flops[16] = "", bytes[16] = "", splats[16] = "", share[16] = "", per[32] = "";
-    if (r->flops > 0) snprintf(flops, sizeof flops, "%.1f", rate(r->flops, r));
-    if (r->bytes > 0) snprintf(bytes, sizeof bytes, "%.1f", rate(r->bytes, r));
-    if (r->splats > 0) snprintf(splats, sizeof splats, "%.2f", 1e3 * rate(r->splats, r));
+    if (r->work.flops > 0) snprintf(flops, sizeof flops, "%.1f", rate(r->work.flops, r));
+    if (r->work.bytes > 0) snprintf(bytes, sizeof bytes, "%.1f", rate(r->work.bytes, r));
+    if (r->work.splats > 0) snprintf(splats, sizeof splats, "%.2f", 1e3 * rate(r->work.splats, r));
     if (r->share_of_fma_peak > 0) snprintf(share, sizeof share, "%.1f %%", 100 * r->share_of_fma_peak);
-    if (r->pairs > 0) snprintf(per, sizeof per, "%.3f %s", ns_per_pair(r), r->unit);
-    fs_log_info(log, "%-26s %9.3f %9.3f %10.0f %17s %8s %7s %8s %7s", r->name, r->ms, r->cpu_ms, r->pairs, per, flops,
-                bytes, splats, share);
+    if (r->work.pairs > 0) snprintf(per, sizeof per, "%.3f %s", ns_per_pair(r), r->unit);
+    fs_log_info(log, "%-26s %9.3f %9.3f %10.0f %17s %8s %7s %8s %7s", r->name, r->ms, r->cpu_ms, r->work.pairs, per,
+                flops, bytes, splats, share);
 }
 
 int fs_result_write(const BenchResults *results, const char *path, FsError *err)
@@ -55,11 +55,11 @@ int fs_result_write(const BenchResults *results, const char *path, FsError *err)
     for (int i = 0; i < results->n; i++) {
         const BenchResult *r = &results->row[i];
         json_array_append_new(list, json_pack("{s:s, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:f, s:s, s:i}", "name",
-                                              r->name, "ms", r->ms, "cpu_ms", r->cpu_ms, "pairs", r->pairs, "unit",
-                                              r->unit, "ns_per_pair", ns_per_pair(r), "gflops", rate(r->flops, r),
-                                              "gbs", rate(r->bytes, r), "splats_per_s", 1e9 * rate(r->splats, r),
-                                              "share_of_fma_peak", r->share_of_fma_peak, "cpu", results->cpu, "threads",
-                                              results->threads));
+                                              r->name, "ms", r->ms, "cpu_ms", r->cpu_ms, "pairs", r->work.pairs, "unit",
+                                              r->unit, "ns_per_pair", ns_per_pair(r), "gflops", rate(r->work.flops, r),
+                                              "gbs", rate(r->work.bytes, r), "splats_per_s",
+                                              1e9 * rate(r->work.splats, r), "share_of_fma_peak", r->share_of_fma_peak,
+                                              "cpu", results->cpu, "threads", results->threads));
     }
     return fs_json_file_write(path, list, JSON_INDENT(1) | JSON_REAL_PRECISION(6), err);
 }

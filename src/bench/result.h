@@ -5,13 +5,17 @@
 #include "base/error.h"
 #include "base/log.h"
 
+typedef struct BenchWork {       // of one call
+    double pairs;                // units
+    double flops, bytes, splats; // 0: not counted
+} BenchWork;
+
 typedef struct BenchResult {
     char name[64];
-    char unit[16];               // what `pairs` counts
-    double ms, cpu_ms;           // medians: elapsed, and CPU time of all threads
-    double pairs;                // units of work per call
-    double flops, bytes, splats; // per call; 0 where not counted
-    double share_of_fma_peak;    // flops per CPU second / one core's peak; 0 where not counted
+    char unit[16];     // what `pairs` counts
+    double ms, cpu_ms; // medians: elapsed, and CPU time of all threads
+    BenchWork work;
+    double share_of_fma_peak; // flops per CPU second / one core's peak; 0 where not counted
 } BenchResult;
 
 typedef struct BenchResults {
