@@ -121,7 +121,7 @@ int fs_depth_score(DepthScore *score, const TruthViews *views, const char *dir, 
 {
     *score = (DepthScore){0};
     Pairs pairs = {0};
-    int rc;
+    int rc = 0;
     score->view = calloc((size_t)views->n + 1, sizeof *score->view);
     if (!score->view) return fs_error_memory(err);
     for (int i = 0; i < views->n; i++) {

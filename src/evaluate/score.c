@@ -97,13 +97,13 @@ static void score_view(void *context, int job, int worker)
         fit_one(task, &a, &b);
         goto fail;
     }
-    TRY(measure(task, &a, &b, &task->score->raw, &task->err));
+    TRY(measure(task, &a, &b, &task->score->figures[SCORE_RAW], &task->err));
     TRY(fs_image_copy(&fitted, &b, &task->err));
     size_t n = (size_t)b.width * (size_t)b.height * 3;
     for (size_t i = 0; i < n; i++)
         fitted.px[i] = fs_tone_encode((float)fmin(fs_tone_decode(b.px[i]) * task->gain[i % 3], 1));
-    TRY(measure(task, &a, &fitted, &task->score->fitted, &task->err));
-    if (task->paired) TRY(measure_paired(task, &b, &task->score->paper, &task->err));
+    TRY(measure(task, &a, &fitted, &task->score->figures[SCORE_FITTED], &task->err));
+    if (task->paired) TRY(measure_paired(task, &b, &task->score->figures[SCORE_PAPER], &task->err));
 fail:
     task->rc = rc;
     fs_image_free(&a);
@@ -135,18 +135,17 @@ static int run_threaded(Task *tasks, int n, const Log *log, FsError *err)
     return first_error(tasks, n, err);
 }
 
-static void mean_of(const LayerScore *score, size_t which, Figures *mean, int *n_views)
+static void find_mean(LayerScore *score, int kind)
 {
-    int n = 0;
-    Figures sum = {0};
+    double *mean = score->mean[kind].value;
+    int *n = &score->counted[kind];
     for (int i = 0; i < score->n + score->missing; i++) {
-        const Figures *f = (const Figures *)((const char *)&score->view[i] + which);
-        if (score->view[i].missing || isnan(f->value[METRIC_PSNR])) continue;
-        for (int m = 0; m < METRICS; m++) sum.value[m] += f->value[m];
-        n++;
+        const double *value = score->view[i].figures[kind].value;
+        if (score->view[i].missing || isnan(value[METRIC_PSNR])) continue;
+        for (int m = 0; m < METRICS; m++) mean[m] += value[m];
+        *n += 1;
     }
-    for (int m = 0; m < METRICS; m++) mean->value[m] = n ? sum.value[m] / n : NAN;
-    *n_views = n;
+    for (int m = 0; m < METRICS; m++) mean[m] = *n ? mean[m] / *n : NAN;
 }
 
 static void make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks)
@@ -154,7 +153,8 @@ static void make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks)
     const TruthViews *views = layer->views;
     for (int i = 0; i < views->n; i++) {
         ViewScore *view = &score->view[i];
-        for (int m = 0; m < METRICS; m++) view->raw.value[m] = view->fitted.value[m] = view->paper.value[m] = NAN;
+        for (int k = 0; k < SCORE_KINDS; k++)
+            for (int m = 0; m < METRICS; m++) view->figures[k].value[m] = NAN;
         memcpy(view->name, views->view[i].name, sizeof view->name);
         tasks[i] = (Task){.truth = &views->view[i], .truth_dir = layer->truth, .paired = layer->paired, .score = view};
         view->missing = !fs_truth_find(layer->dir, layer->layer, view->name, PICTURES, &tasks[i].estimate);
@@ -178,7 +178,7 @@ int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContex
 {
     const TruthViews *views = layer->views;
     *score = (LayerScore){.layer = layer->layer, .gain = {NAN, NAN, NAN}};
-    int rc = 0, ignored;
+    int rc = 0;
     Task *tasks = calloc((size_t)views->n + 1, sizeof *tasks);
     score->view = calloc((size_t)views->n + 1, sizeof *score->view);
     if (!tasks || !score->view) TRY(fs_error_memory(err));
@@ -192,9 +192,7 @@ int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContex
     }
     TRY(run_pass(tasks, views->n, score->gain, context, err));
     if (context->lpips) TRY(run_threaded(tasks, views->n, log, err));
-    mean_of(score, offsetof(ViewScore, raw), &score->raw, &ignored);
-    mean_of(score, offsetof(ViewScore, fitted), &score->fitted, &ignored);
-    mean_of(score, offsetof(ViewScore, paper), &score->paper, &score->n_paper);
+    for (int k = 0; k < SCORE_KINDS; k++) find_mean(score, k);
 fail:
     free(tasks);
     if (rc < 0) fs_score_free(score);

@@ -10,21 +10,22 @@ typedef struct Figures {
     double value[METRICS]; // NAN where not measured
 } Figures;
 
+// As it is; after the layer's gain; in the paper's convention, see fs_score_layer.
+typedef enum ScoreKind { SCORE_RAW, SCORE_FITTED, SCORE_PAPER, SCORE_KINDS } ScoreKind;
+
 typedef struct ViewScore {
     char name[256];
-    bool missing;   // no file of that view
-    Figures raw;    // as it is
-    Figures fitted; // after the layer's gain
-    Figures paper;  // the paper's convention; see fs_score_layer
+    bool missing; // no file of that view
+    Figures figures[SCORE_KINDS];
 } ViewScore;
 
 typedef struct LayerScore {
-    const char *layer;          // static
-    int n, missing;             // views measured and not found
-    int n_paper;                // views with a paired difference to compare with
-    double gain[3];             // least squares in linear light over all views
-    Figures raw, fitted, paper; // means over views
-    ViewScore *view;            // (n + missing)
+    const char *layer;         // static
+    int n, missing;            // views measured and not found
+    double gain[3];            // least squares in linear light over all views
+    Figures mean[SCORE_KINDS]; // over views
+    int counted[SCORE_KINDS];  // how many
+    ViewScore *view;           // (n + missing)
 } LayerScore;
 
 typedef struct LayerTask { // what to compare; borrowed

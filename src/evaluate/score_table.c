@@ -12,34 +12,24 @@
 // The three ways a layer is measured.
 static const struct {
     const char *title, *suffix; // suffix: of the names in JSON
-    size_t in_layer, in_view;
-} kinds[] = {
-    {"as it is", "", offsetof(LayerScore, raw), offsetof(ViewScore, raw)},
-    {"gain-fitted", "_gain", offsetof(LayerScore, fitted), offsetof(ViewScore, fitted)},
-    {"paper's convention", "_paper", offsetof(LayerScore, paper), offsetof(ViewScore, paper)},
-};
-#define N_KINDS (sizeof kinds / sizeof *kinds)
-
-static const Figures *figures_at(const void *base, size_t offset)
-{
-    return (const Figures *)((const char *)base + offset);
-}
+} kinds[SCORE_KINDS] = {{"as it is", ""}, {"gain-fitted", "_gain"}, {"paper's convention", "_paper"}};
 
 // ---- table ----
 
 typedef struct Columns {
     int width[METRICS]; // 0: a metric without any value has no column
-    size_t n_kinds;     // the paper's convention last, where measured
+    int n_kinds;        // the paper's convention last, where measured
 } Columns;
 
 static Columns columns_of(const MethodScore *method)
 {
-    Columns columns = {.n_kinds = N_KINDS - 1};
+    Columns columns = {.n_kinds = SCORE_PAPER};
     for (int l = 0; l < FS_EVALUATE_LAYERS; l++) {
         const LayerScore *layer = &method->layer[l];
         for (int m = 0; m < METRICS && layer->n; m++)
-            if (!isnan(layer->raw.value[m])) columns.width[m] = (int)fmax(6, (double)strlen(fs_metrics[m].title));
-        if (layer->n_paper) columns.n_kinds = N_KINDS;
+            if (!isnan(layer->mean[SCORE_RAW].value[m]))
+                columns.width[m] = (int)fmax(6, (double)strlen(fs_metrics[m].title));
+        if (layer->counted[SCORE_PAPER]) columns.n_kinds = SCORE_KINDS;
     }
     return columns;
 }
@@ -47,27 +37,27 @@ static Columns columns_of(const MethodScore *method)
 static void print_layer(FILE *f, const Columns *columns, const LayerScore *layer)
 {
     fprintf(f, "%-5s %5d", layer->layer, layer->n);
-    for (size_t k = 0; k < columns->n_kinds; k++) {
-        if (k == 2 && !layer->n_paper) break;
+    for (int k = 0; k < columns->n_kinds; k++) {
+        if (k == SCORE_PAPER && !layer->counted[k]) break;
         fprintf(f, " |");
         for (int m = 0; m < METRICS; m++) {
             char text[64] = "-";
-            double value = figures_at(layer, kinds[k].in_layer)->value[m];
+            double value = layer->mean[k].value[m];
             if (!isnan(value)) snprintf(text, sizeof text, fs_metrics[m].format, value);
             if (columns->width[m]) fprintf(f, " %*s", columns->width[m], text);
         }
-        if (k == 1) fprintf(f, "  %5.3f %5.3f %5.3f", layer->gain[0], layer->gain[1], layer->gain[2]);
+        if (k == SCORE_FITTED) fprintf(f, "  %5.3f %5.3f %5.3f", layer->gain[0], layer->gain[1], layer->gain[2]);
     }
 }
 
 static void print_titles(FILE *f, const Columns *columns)
 {
     fprintf(f, "%-5s %5s", "layer", "views");
-    for (size_t k = 0; k < columns->n_kinds; k++) {
+    for (int k = 0; k < columns->n_kinds; k++) {
         fprintf(f, " |");
         for (int m = 0; m < METRICS; m++)
             if (columns->width[m]) fprintf(f, " %*s", columns->width[m], fs_metrics[m].title);
-        if (k == 1) fprintf(f, "  %-17s", "gain");
+        if (k == SCORE_FITTED) fprintf(f, "  %-17s", "gain");
     }
 }
 
@@ -76,7 +66,8 @@ static void print_groups(FILE *f, const Columns *columns)
     int width = -1;
     for (int m = 0; m < METRICS; m++) width += columns->width[m] ? 1 + columns->width[m] : 0;
     fprintf(f, "%-11s", "");
-    for (size_t k = 0; k < columns->n_kinds; k++) fprintf(f, " | %-*s", width + (k == 1 ? 19 : 0), kinds[k].title);
+    for (int k = 0; k < columns->n_kinds; k++)
+        fprintf(f, " | %-*s", width + (k == SCORE_FITTED ? 19 : 0), kinds[k].title);
 }
 
 // One line made by a memory stream, handed to the log.
@@ -145,7 +136,8 @@ static void log_comparison(const MethodScore *methods, int n, const Log *log)
         for (int i = 0; i < n; i++) {
             const LayerScore *s = &methods[i].layer[l];
             if (s->n)
-                fprintf(line.f, " | %5.2f / %.4f", s->fitted.value[METRIC_PSNR], s->fitted.value[METRIC_SSIM]);
+                fprintf(line.f, " | %5.2f / %.4f", s->mean[SCORE_FITTED].value[METRIC_PSNR],
+                        s->mean[SCORE_FITTED].value[METRIC_SSIM]);
             else
                 fprintf(line.f, " | %-14s", "-");
         }
@@ -178,12 +170,12 @@ static void put_figures(json_t *object, const Figures *figures, const char *suff
 static json_t *layer_json(const LayerScore *layer)
 {
     json_t *root = json_pack("{s:i, s:i}", "n", layer->n, "missing", layer->missing), *views = json_object();
-    for (size_t k = 0; k < N_KINDS; k++) put_figures(root, figures_at(layer, kinds[k].in_layer), kinds[k].suffix);
+    for (int k = 0; k < SCORE_KINDS; k++) put_figures(root, &layer->mean[k], kinds[k].suffix);
     if (layer->n) json_object_set_new(root, "gain", json_pack("[fff]", layer->gain[0], layer->gain[1], layer->gain[2]));
     for (int i = 0; i < layer->n + layer->missing; i++) {
         const ViewScore *v = &layer->view[i];
         json_t *view = json_object();
-        for (size_t k = 0; k < N_KINDS; k++) put_figures(view, figures_at(v, kinds[k].in_view), kinds[k].suffix);
+        for (int k = 0; k < SCORE_KINDS; k++) put_figures(view, &v->figures[k], kinds[k].suffix);
         if (v->missing) json_object_set_new(view, "missing", json_true());
         json_object_set_new(views, v->name, view);
     }
