@@ -31,11 +31,7 @@ static int prepare(Synth *s, FsError *err)
     TRY(fs_bake_ambient(&s->layout.room, s->threads, err));
     TRY(fs_path_plan(&s->layout, &s->spec, &s->shot, err));
     s->n = s->spec.photos + s->spec.held_out;
-    Camera *camera = malloc((size_t)s->n * sizeof *camera);
-    if (!camera) return fs_error_memory(err);
-    for (int i = 0; i < s->spec.photos; i++) camera[i] = s->shot[i].camera;
-    rc = fs_trace_balance(&s->layout, &s->spec, camera, s->spec.photos, s->threads, &s->lighting, err);
-    free(camera);
+    TRY(fs_trace_balance(&s->layout, &s->spec, s->shot, s->threads, &s->lighting, err));
 fail:
     return rc;
 }
@@ -77,30 +73,20 @@ fail:
     return rc;
 }
 
-static int write_geometry(const Synth *s, const Shot *shot, FsError *err)
-{
-    Image depth = {0}, beta = {0};
-    int rc;
-    TRY(fs_trace_geometry(&s->layout, &s->lighting, &shot->camera, s->threads, &depth, &beta, err));
-    TRY(fs_truth_files_geometry(s->truth.text, shot, &depth, &beta, err));
-fail:
-    fs_image_free(&depth);
-    fs_image_free(&beta);
-    return rc;
-}
-
 static int make_view(const Synth *s, int number, FsError *err)
 {
     const Shot *shot = &s->shot[number];
     TraceLayer t = shot->flash ? TRACE_T_F : TRACE_T_N, r = shot->flash ? TRACE_R_F : TRACE_R_N;
     unsigned want = shot->truth ? (1u << TRACE_LAYERS) - 1 : 1u << t | 1u << r;
     Traced traced;
+    Image depth = {0}, beta = {0};
     int rc = fs_trace_view(&s->layout, &s->spec, &s->lighting, (TraceRequest){&shot->camera, want, number}, s->threads,
                            &traced, err);
     if (rc < 0) return rc;
     if (shot->truth) TRY(fs_truth_files_layers(s->truth.text, shot, &traced, err));
     if (shot->held_out) {
-        TRY(write_geometry(s, shot, err));
+        TRY(fs_trace_geometry(&s->layout, &s->lighting, &shot->camera, s->threads, &depth, &beta, err));
+        TRY(fs_truth_files_geometry(s->truth.text, shot, &depth, &beta, err));
     } else {
         Image *light = &traced.layer[t];
         size_t n = (size_t)light->width * (size_t)light->height * 3;
@@ -109,6 +95,8 @@ static int make_view(const Synth *s, int number, FsError *err)
     }
 fail:
     fs_trace_free(&traced);
+    fs_image_free(&depth);
+    fs_image_free(&beta);
     return rc;
 }
 

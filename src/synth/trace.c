@@ -298,16 +298,16 @@ static double mean_of(const Image *image)
     return sum / (double)n;
 }
 
-int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camera, int n, Threads *threads,
-                     Lighting *lighting, FsError *err)
+int fs_trace_balance(const Layout *layout, const Spec *spec, const Shot *shot, Threads *threads, Lighting *lighting,
+                     FsError *err)
 {
     const float target = 0.11f; // mean linear value of a no-flash photo
     const float even = 0.06f;   // of the flash's light, comes after many bounces from everywhere
     Lighting unit = {.behind = 1, .room = 1, .flash = 1, .flash_back = 1, .refraction = index_for(spec->f0)};
     double mean[TRACE_LAYERS] = {0};
-    int views = n < MEAN_VIEWS ? n : MEAN_VIEWS;
-    for (int i = 0; i < views; i++) { // means of all layers over a few of the cameras, at a small size
-        Camera small = fs_camera_limited(&camera[i * n / views], PROBE_WIDTH);
+    int n = spec->photos, views = n < MEAN_VIEWS ? n : MEAN_VIEWS;
+    for (int i = 0; i < views; i++) { // means of all layers over a few of the photos, at a small size
+        Camera small = fs_camera_limited(&shot[i * n / views].camera, PROBE_WIDTH);
         Traced traced;
         int rc = fs_trace_view(layout, spec, &unit, (TraceRequest){&small, (1 << TRACE_LAYERS) - 1, 100000 + i},
                                threads, &traced, err);

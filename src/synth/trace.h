@@ -4,8 +4,7 @@
 
 #include "base/threads.h"
 #include "image/image.h"
-#include "model/camera.h"
-#include "synth/layout.h"
+#include "synth/path.h"
 
 // How bright everything is; found by fs_trace_balance.
 typedef struct Lighting {
@@ -24,10 +23,10 @@ typedef struct Traced {
 } Traced;
 void fs_trace_free(Traced *traced);
 
-// Fixes the lighting so that the spec's flash gain, mirrored share and flash return hold on average over the cameras
+// Fixes the lighting so that the spec's flash gain, mirrored share and flash return hold on average over the photos
 // and the no-flash photos come out well exposed.
-int fs_trace_balance(const Layout *layout, const Spec *spec, const Camera *camera, int n, Threads *threads,
-                     Lighting *lighting, FsError *err);
+int fs_trace_balance(const Layout *layout, const Spec *spec, const Shot *shot, Threads *threads, Lighting *lighting,
+                     FsError *err);
 typedef struct TraceRequest {
     const Camera *camera;
     unsigned want; // bit mask of 1 << TraceLayer

@@ -2,7 +2,6 @@
 #ifndef FS_SYNTH_TRUTH_FILES_H
 #define FS_SYNTH_TRUTH_FILES_H
 
-#include "synth/path.h"
 #include "synth/trace.h"
 
 // <dir>/cameras.json and <dir>/sparse; disturbed: the poses of sparse carry the usual error of structure-from-motion.

@@ -24,7 +24,7 @@ static bool reserve(World *world, void *array, int n, size_t size)
     return !world->failed;
 }
 
-int fs_world_texture(World *world, Paint paint, float hue, float w_m, float h_m)
+static int texture_of(World *world, Paint paint, float hue, float w_m, float h_m)
 {
     if (!reserve(world, &world->texture, world->n_textures, sizeof *world->texture)) return -1;
     Texture *t = &world->texture[world->n_textures];
@@ -58,14 +58,14 @@ static Paint thinned(World *world, Paint paint)
 int fs_world_painted(World *world, Paint paint, float hue, float w_m, float h_m)
 {
     paint = thinned(world, paint);
-    return fs_world_surface(world, (Surface){fs_world_texture(world, paint, hue, w_m, h_m), vec(1, 1, 1), .gloss = 0});
+    return fs_world_surface(world, (Surface){texture_of(world, paint, hue, w_m, h_m), vec(1, 1, 1), .gloss = 0});
 }
 
 int fs_world_tiled(World *world, Paint paint, float hue, float repeat)
 {
-    paint = thinned(world, paint);
-    return fs_world_surface(
-        world, (Surface){fs_world_texture(world, paint, hue, repeat, repeat), vec(1, 1, 1), .repeat = repeat});
+    int surface = fs_world_painted(world, paint, hue, repeat, repeat);
+    fs_world_edit(world, surface)->repeat = repeat;
+    return surface;
 }
 
 int fs_world_color(World *world, Color coded)

@@ -62,8 +62,7 @@ typedef struct World {
 } World;
 
 void fs_world_free(World *world);
-int fs_world_texture(World *world, Paint paint, float hue, float w_m, float h_m); // index, -1 when failed
-int fs_world_surface(World *world, Surface surface);                              // index
+int fs_world_surface(World *world, Surface surface); // index
 // Painted once for a face of w x h metres.
 int fs_world_painted(World *world, Paint paint, float hue, float w_m, float h_m);
 // Painted as a square of `repeat` metres that tiles the face.
