@@ -2,23 +2,15 @@
 // person would open first.
 #include "info/info.h"
 
+#include <string.h>
 #include <sys/stat.h>
 
 #include "base/file.h"
 #include "model/dataset.h"
 #include "model/layers.h"
+#include "model/project.h"
 
 #define MAX_DEPTH 8
-
-static const struct {
-    const char *stage, *folders[4];
-} stages[] = {
-    {"ingest", {"linear"}},           {"poses", {"images", "sparse"}},
-    {"initialise", {"start"}},        {"train", {"clouds", "checkpoint", "progress"}},
-    {"render", {"renders", "video"}}, {"evaluate", {NULL}},
-    {"export", {"export"}},
-};
-#define N_STAGES (sizeof stages / sizeof *stages)
 
 typedef struct Usage {
     double bytes;
@@ -39,19 +31,25 @@ static void measure(const char *dir, int depth, Usage *usage)
     fs_file_list_free(&list);
 }
 
-static void describe_stage(const char *out, size_t i, const Log *log)
+static void describe_stage(const char *out, const ProjectStage *stage, const Log *log)
 {
     Usage usage = {0};
     char size[32];
-    bool done = fs_file_exists(fs_file_at("%s/done/%s.json", out, stages[i].stage).text);
-    for (int k = 0; k < 4 && stages[i].folders[k]; k++)
-        measure(fs_file_at("%s/%s", out, stages[i].folders[k]).text, MAX_DEPTH, &usage);
+    const char *before = "";
+    bool done = fs_file_exists(fs_file_at("%s/done/%s.json", out, stage->name).text);
+    for (int i = 0; i < PROJECT_OUTPUTS && stage->output[i]; i++) {
+        const char *path = stage->output[i] + (*stage->output[i] == '=');
+        size_t n = strcspn(path, "/");
+        if (!path[n] || strncmp(path, before, n + 1) == 0) continue; // a file alone, or more of the folder before
+        before = path;
+        measure(fs_file_at("%s/%.*s", out, (int)n, path).text, MAX_DEPTH, &usage);
+    }
     fs_info_size(usage.bytes, size, sizeof size);
     const char *state = done ? "done" : usage.files ? "begun" : "not done";
     if (usage.files)
-        fs_log_info(log, "  %-10s  %-8s  %d files, %s", stages[i].stage, state, usage.files, size);
+        fs_log_info(log, "  %-10s  %-8s  %d files, %s", stage->name, state, usage.files, size);
     else
-        fs_log_info(log, "  %-10s  %s", stages[i].stage, state);
+        fs_log_info(log, "  %-10s  %s", stage->name, state);
 }
 
 static void describe_clouds(const char *out, const char *folder, const Log *log)
@@ -70,7 +68,7 @@ static void describe_clouds(const char *out, const char *folder, const Log *log)
 int fs_info_project(const char *out, const Log *log, FsError *err)
 {
     fs_log_info(log, "%s: project folder", out);
-    for (size_t i = 0; i < N_STAGES; i++) describe_stage(out, i, log);
+    for (int i = 0; i < PROJECT_STAGES; i++) describe_stage(out, &fs_project_stages[i], log);
     FilePath views = fs_file_at("%s/views.json", out);
     int rc = fs_file_exists(views.text) ? fs_info_cameras(views.text, log, err) : 0;
     describe_clouds(out, "start", log);
