@@ -76,7 +76,7 @@ static int read_row(BenchResult *row, const json_t *item, const char *path, int 
     return 0;
 }
 
-int fs_result_read(BenchResults *results, const char *path, FsError *err)
+static int read_results(BenchResults *results, const char *path, FsError *err)
 {
     int rc;
     json_t *list;
@@ -134,8 +134,8 @@ int fs_result_compare(const char *files, const Log *log, FsError *err)
     if (!second || !second[1] || second == first)
         TRY(fs_error_set(err, FS_ERR_USAGE, "--compare %s: needs two files of bench --json, as FILE,FILE", files));
     *second++ = 0;
-    TRY(fs_result_read(&a, first, err));
-    TRY(fs_result_read(&b, second, err));
+    TRY(read_results(&a, first, err));
+    TRY(read_results(&b, second, err));
     log_ratios(&a, &b, log);
     rc = 0;
 fail:

@@ -29,7 +29,6 @@ int fs_result_add(BenchResults *results, const BenchResult *row, FsError *err);
 void fs_result_free(BenchResults *results);
 void fs_result_log(const BenchResult *row, const Log *log);                       // NULL: the heading
 int fs_result_write(const BenchResults *results, const char *path, FsError *err); // a JSON list of cases
-int fs_result_read(BenchResults *results, const char *path, FsError *err);
 // "FILE,FILE": the times of the cases in both, and first / second.
 int fs_result_compare(const char *files, const Log *log, FsError *err);
 

@@ -64,7 +64,7 @@ bool fs_truth_find(const char *dir, const char *layer, const char *view, const c
     return false;
 }
 
-int fs_truth_read_rgb(const char *path, Image *image, FsError *err)
+static int read_rgb(const char *path, Image *image, FsError *err)
 {
     int rc = fs_photo_read_stored(path, image, err);
     if (rc < 0 || image->channels == 3) return rc;
@@ -106,8 +106,8 @@ int fs_truth_read_pair(const char *truth, const char *estimate, Image *a, Image 
 {
     *a = *b = (Image){0};
     int rc;
-    TRY(fs_truth_read_rgb(truth, a, err));
-    TRY(fs_truth_read_rgb(estimate, b, err));
+    TRY(read_rgb(truth, a, err));
+    TRY(read_rgb(estimate, b, err));
     TRY(fs_truth_same_size(a, b, estimate, err));
 fail:
     if (rc < 0) {

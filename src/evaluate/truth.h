@@ -24,11 +24,9 @@ void fs_truth_free(TruthViews *views);
 
 // Path of <dir>/<layer>/<view>.<ext> for the first extension of "png|jpg|..." that exists; false when none does.
 bool fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions, FilePath *path);
-// PNG or JPEG as tone-mapped RGB.
-int fs_truth_read_rgb(const char *path, Image *image, FsError *err);
 // The wider of the two is averaged down in linear light to the other's size. name: of b, for the error.
 int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err);
-// Both of the above.
+// PNG or JPEG, both as tone-mapped RGB of one size.
 int fs_truth_read_pair(const char *truth, const char *estimate, Image *a, Image *b, FsError *err);
 
 #endif

@@ -22,7 +22,8 @@ static Camera with_long_edge(const Camera *camera, int long_edge)
     return fs_camera_resized(camera, width < 1 ? 1 : width, height < 1 ? 1 : height);
 }
 
-Camera fs_view_list_fit(const Camera *camera, int width, int height)
+// At the size that a capture with working images of width x height wants.
+static Camera fit(const Camera *camera, int width, int height)
 {
     double wanted = (double)camera->height * width / camera->width;
     if (fabs(wanted - height) <= 1.0) return fs_camera_resized(camera, width, height); // the same proportions
@@ -93,7 +94,7 @@ int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Datas
     working_size(photos, &width, &height);
     for (int i = 0; i < file.views.n; i++) {
         Camera *camera = &file.views.view[i].camera;
-        *camera = long_edge ? with_long_edge(camera, project->set.long_edge) : fs_view_list_fit(camera, width, height);
+        *camera = long_edge ? with_long_edge(camera, project->set.long_edge) : fit(camera, width, height);
         TRY(check_size(path, &file.views.view[i], err));
         distorted += !fs_lens_is_pinhole(&file.lens[i]);
     }

@@ -15,7 +15,4 @@ int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Datas
 int fs_view_list_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest,
                            Dataset *views, FsError *err);
 
-// A model's camera at the size that a capture with working images of width x height wants.
-Camera fs_view_list_fit(const Camera *camera, int width, int height);
-
 #endif
