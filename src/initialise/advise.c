@@ -20,6 +20,7 @@ static Growth growth_of(const SparsePoints *points, PointKind wanted)
     Growth growth = {0};
     size_t size = (size_t)points->n + 1;
     double *slope = malloc(sizeof *slope * size), *sigma = malloc(sizeof *sigma * size);
+    if (!slope || !sigma) fs_error_memory(NULL); // ends the run: it would give other advice
     for (int i = 0; slope && sigma && i < points->n; i++)
         if (points->kind[i] == wanted) {
             slope[growth.n] = (double)points->cue[i].log_slope;
