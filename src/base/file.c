@@ -272,10 +272,7 @@ char *fs_file_path(const char *format, ...)
     va_list ap;
     va_start(ap, format);
     char *s = NULL;
-    if (vasprintf(&s, format, ap) < 0) {
-        s = NULL;
-        fs_error_memory(NULL);
-    }
+    if (vasprintf(&s, format, ap) < 0) s = NULL, fs_error_memory(NULL);
     va_end(ap);
     return s;
 }

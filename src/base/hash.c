@@ -7,6 +7,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/error.h"
+
 #define BLOCK (1 << 18)
 
 static uint64_t mix(uint64_t hash, uint64_t word)
@@ -47,6 +49,7 @@ int fs_hash_file(const char *path, bool follow, uint64_t *hash, uint64_t *size)
     struct stat st;
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | (follow ? 0 : O_NOFOLLOW));
     char *block = fd >= 0 ? malloc(BLOCK) : NULL;
+    if (fd >= 0 && !block) fs_error_memory(NULL);
     ssize_t n = block && fstat(fd, &st) == 0 && S_ISREG(st.st_mode) ? 1 : -1;
     *size = 0;
     while (n > 0 && (n = read_block(fd, block)) > 0) {

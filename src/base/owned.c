@@ -57,7 +57,7 @@ static char *key_of(const char *name)
     return key;
 }
 
-// -1: out of memory
+// Negative: out of memory, which is counted.
 static int find(const char *path, bool folder, Place *place)
 {
     size_t n = strlen(path);
@@ -68,13 +68,13 @@ static int find(const char *path, bool folder, Place *place)
         while (name && path[name - 1] != '/') name--;
         if (n - name == 2 && strncmp(path + name, "..", 2) == 0) return 0;
         for (n = name; n > 1 && path[n - 1] == '/';) n--;
-        if (!(place->root = n ? strndup(path, n) : strdup("."))) return -1;
+        if (!(place->root = n ? strndup(path, n) : strdup("."))) return fs_error_memory(NULL);
         if (is_root(place->root)) {
             char *below = fs_file_path("%s%s", path + name, folder ? "/" : "");
             place->key = below ? key_of(below) : NULL;
             place->below = path + name;
             free(below);
-            return place->key ? 0 : -1;
+            return place->key ? 0 : fs_error_memory(NULL);
         }
         free_place(place);
         if (n == 1 && *path == '/') n = 0;
@@ -93,7 +93,7 @@ static char *find_link(const char *path, const char *below)
     struct stat st;
     for (const char *p = below; (p = strchr(p, '/')); p++) {
         char *folder = strndup(path, (size_t)(p - path));
-        if (folder && lstat(folder, &st) == 0 && S_ISLNK(st.st_mode)) return folder;
+        if (folder ? lstat(folder, &st) == 0 && S_ISLNK(st.st_mode) : fs_error_memory(NULL)) return folder;
         free(folder);
     }
     return NULL;
@@ -109,7 +109,10 @@ static char *line_of(const char *path, const char *key)
 static bool read_list(const char *root, char **list)
 {
     size_t size;
-    return fs_file_read(fs_file_at("%s/" LIST, root).text, MAX_LIST, list, &size, NULL) == 0;
+    bool read = fs_file_read(fs_file_at("%s/" LIST, root).text, MAX_LIST, list, &size, NULL) == 0;
+    for (size_t i = 0; read && i < size; i++)
+        if (!(*list)[i]) (*list)[i] = '\n'; // of a crash
+    return read;
 }
 
 static bool is_listed(const Place *place, const char *path)
@@ -203,11 +206,10 @@ int fs_owned_record_dir(const char *path, FsError *err)
 {
     Place place;
     int rc = find(path, true, &place) < 0 ? fs_error_memory(err) : 0;
-    if (rc == 0 && place.root && !is_private(&place)) {
-        char *line = fs_file_path("\n%016d 0 %s/\n", 0, place.key);
-        rc = line ? append(&place, line, err) : fs_error_memory(err);
-        free(line);
-    }
+    char *line = NULL;
+    if (rc == 0 && place.root && !is_private(&place))
+        rc = (line = fs_file_path("\n%016d 0 %s/\n", 0, place.key)) ? append(&place, line, err) : fs_error_memory(err);
+    free(line);
     free_place(&place);
     return rc;
 }
@@ -215,11 +217,8 @@ int fs_owned_record_dir(const char *path, FsError *err)
 static bool same_disk(const char *root, const char *path)
 {
     struct stat a, b;
-    char *folder = strdup(path), *slash = folder ? strrchr(folder, '/') : NULL;
-    if (slash) *slash = 0;
-    bool same = slash && stat(root, &a) == 0 && stat(folder, &b) == 0 && a.st_dev == b.st_dev;
-    free(folder);
-    return same;
+    FilePath folder = fs_file_at("%.*s.", (int)(fs_file_name(path) - path), path);
+    return stat(root, &a) == 0 && stat(folder.text, &b) == 0 && a.st_dev == b.st_dev;
 }
 
 char *fs_owned_temp(const char *path)
@@ -292,7 +291,7 @@ fail:
 
 // ---- removing ----
 
-// The file or folder that a line means when place's folder or file is path; the caller frees. NULL: another.
+// What a line means when place's folder or file is path; the caller frees. NULL: another, or what none of ours means.
 static char *path_of(const Place *place, const char *path, const char *key)
 {
     size_t n = strlen(place->key);
@@ -300,10 +299,11 @@ static char *path_of(const Place *place, const char *path, const char *key)
     char *full = fs_file_path("%s%s%s", path, n ? "" : "/", key + n), *to = full ? full + strlen(path) : NULL;
     for (const char *p = to; p && *p; p++) {
         bool escaped = *p == '\\' && p[1];
-        if (escaped) p++;
+        p += escaped;
         *to++ = escaped && *p == 'n' ? '\n' : *p;
     }
     if (to) *to = 0;
+    if (full && strstr(full + strlen(path), "/../")) free(full), full = NULL;
     return full;
 }
 

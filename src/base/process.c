@@ -28,10 +28,7 @@ static void child(const char *const argv[], const char *log_path)
     int in = open("/dev/null", O_RDONLY);
     int out = open(log_path, O_WRONLY | O_CREAT | O_APPEND, 0666);
     if (in >= 0) dup2(in, 0);
-    if (out >= 0) {
-        dup2(out, 1);
-        dup2(out, 2);
-    }
+    if (out >= 0) dup2(out, 1), dup2(out, 2);
     execvp(argv[0], (char *const *)argv);
     _exit(127);
 }
@@ -56,7 +53,7 @@ int fs_process_run(const char *const argv[], const char *log_path, const Log *lo
     }
     if (cancelled) return fs_error_set(err, FS_ERR_CANCELLED, "stopped while %s ran", argv[0]);
     if (WIFSIGNALED(status))
-        return fs_error_set(err, FS_ERR_IO, "%s died of signal %d (its output: %s)", argv[0], WTERMSIG(status),
+        return fs_error_set(err, FS_ERR_INPUT, "%s died of signal %d (its output: %s)", argv[0], WTERMSIG(status),
                             log_path);
     if (WEXITSTATUS(status) == 127 && !fs_process_found(argv[0]))
         return fs_error_set(err, FS_ERR_INPUT, "%s: program not found; install it (Debian: apt-get install %s)",

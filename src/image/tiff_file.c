@@ -39,10 +39,7 @@ int fs_tiff_file_read(TiffFile *t, const char *path, FsError *err)
     errno = 0;
     t->tiff = TIFFOpenExt(path, "rm", options); // m: no memory map
     TIFFOpenOptionsFree(options);
-    if (errno == ENOMEM) { // a tag may lack
-        fs_tiff_file_close(t);
-        return fs_error_memory(err);
-    }
+    if (errno == ENOMEM) return fs_error_memory(err); // a tag may lack; not closed, see fs_tiff_file_commit
     if (t->tiff) return 0;
     return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open as TIFF: %s", path,
                         errno       ? strerror(errno)
@@ -112,9 +109,10 @@ fail:
 
 int fs_tiff_file_commit(TiffFile *t, bool ok, FsError *err)
 {
+    bool starved = !ok && errno == ENOMEM; // then libtiff 4.5 counts tags that it has no memory for: left as it is
     errno = 0;
-    if (!ok) TIFFSetMode(t->tiff, O_RDONLY); // or it writes tags that it has no memory for
-    TIFFClose(t->tiff);                      // may write, and has no other way to say that it failed
+    if (!ok) TIFFSetMode(t->tiff, O_RDONLY); // or it writes
+    if (!starved) TIFFClose(t->tiff);        // may write, and has no other way to say that it failed
     t->tiff = NULL;
     if (ok && !t->why[0] && errno != ENOMEM) return fs_file_commit(&t->file, err);
     int rc = t->file.error || t->why[0] ? fs_file_failed(&t->file, t->why, err) : fs_error_memory(err);

@@ -34,16 +34,11 @@ int fs_adjust_poses(Colmap *colmap, Sparse *sparse, FsError *err)
     TRY(fs_colmap_model_write(from.text, &model, true, err));
     rc = fs_colmap_adjust(colmap, from.text, to.text, &inner);
     if (rc == 0) rc = fs_colmap_model_read(to.text, &adjusted, &inner);
-    if (rc == FS_ERR_INPUT || rc == FS_ERR_IO) { // the poses found before are good enough to go on
-        fs_log_warn(&colmap->project->log, "poses: not refined: %s", inner.message);
-        rc = 0;
-        goto fail;
-    }
-    if (rc < 0) {
-        if (err) *err = inner;
-        goto fail;
-    }
-    if (adjusted.n_images == model.n_images) TRY(fs_sparse_from_colmap(sparse, colmap->capture, &adjusted, false, err));
+    if (rc < 0 && err) *err = inner;
+    if (rc == FS_ERR_INPUT) // the poses found before are good enough to go on
+        fs_log_warn(&colmap->project->log, "poses: not refined: %s", inner.message), rc = 0;
+    else if (rc == 0 && adjusted.n_images == model.n_images)
+        rc = fs_sparse_from_colmap(sparse, colmap->capture, &adjusted, false, err);
 fail:
     fs_colmap_model_free(&model);
     fs_colmap_model_free(&adjusted);

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/statvfs.h>
 
 #include "base/file.h"
 #include "base/owned.h"
@@ -12,6 +13,16 @@ typedef struct Option {
     const char *name, *value; // name NULL: the last one
 } Option;
 
+// Where the disk takes no more of its database, COLMAP ends well, with fewer features.
+static int run_and_look(const Colmap *colmap, const char *const argv[], const char *log_path, FsError *err)
+{
+    struct statvfs disk;
+    int rc = fs_process_run(argv, log_path, &colmap->project->log, err);
+    if ((rc >= 0 || rc == FS_ERR_INPUT) && statvfs(colmap->dir, &disk) == 0 && disk.f_bavail * disk.f_frsize < 1 << 16)
+        rc = fs_error_set(err, FS_ERR_IO, "%s: COLMAP cannot write: No space left on device", colmap->dir);
+    return rc;
+}
+
 static int run(const Colmap *colmap, const char *command, const Option *option, const char *what, FsError *err)
 {
     const char *program = colmap->project->set.colmap;
@@ -19,7 +30,7 @@ static int run(const Colmap *colmap, const char *command, const Option *option, 
                             command}; // a Qt program, and there may be no display
     for (int n = 4; option->name; option++) argv[n++] = option->name, argv[n++] = option->value;
     fs_log_progress(&colmap->project->log, "poses", 0, 0, what);
-    int rc = fs_process_run(argv, colmap->log_path, &colmap->project->log, err);
+    int rc = run_and_look(colmap, argv, colmap->log_path, err);
     if (rc <= 0) return rc;
     return fs_error_set(err, FS_ERR_INPUT, "%s %s failed (exit status %d) while %s; what it said is in %s", program,
                         command, rc, what, colmap->log_path);
@@ -34,8 +45,7 @@ static int look_at_options(Colmap *colmap, FsError *err)
     size_t size;
     const char *argv[] = {"env", "QT_QPA_PLATFORM=offscreen", colmap->project->set.colmap, "feature_extractor", "-h",
                           NULL};
-    rc = fs_process_run(argv, path.text, &colmap->project->log, err);
-    if (rc < 0) goto fail;
+    TRY(run_and_look(colmap, argv, path.text, err));
     TRY(fs_file_read(path.text, 1 << 20, &text, &size, err));
     colmap->renamed_options = strstr(text, "FeatureExtraction.use_gpu") != NULL;
     if (!strstr(text, "database_path"))
@@ -74,8 +84,7 @@ static int enter_photos(Colmap *colmap, FsError *err)
         Lens lens = prior_lens(p);
         for (int j = 0; j < i && !camera[i]; j++) {
             const Photo *q = &cap->photo[j];
-            bool same = p->picture_width == q->picture_width && p->picture_height == q->picture_height;
-            if (same) camera[i] = camera[j];
+            if (p->picture_width == q->picture_width && p->picture_height == q->picture_height) camera[i] = camera[j];
         }
         if (!camera[i]) {
             camera[i] = ++n_cameras;
@@ -241,12 +250,8 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
                               {NULL, NULL}};
     static const char *const what[] = {"finding poses", "finding poses of the no-flash photos",
                                        "finding poses of the flash photos"};
-    FsError inner = {0};
-    rc = run(colmap, "mapper", options, what[group + 1], &inner);
-    if (rc == FS_ERR_CANCELLED || rc == FS_ERR_MEMORY) {
-        if (err) *err = inner;
-        goto fail;
-    }
+    rc = run(colmap, "mapper", options, what[group + 1], err);
+    if (rc < 0 && rc != FS_ERR_INPUT) goto fail;
     rc = take_largest(dir.text, model, err); // a mapper that found nothing also ends with an error
 fail:
     return rc;
@@ -270,11 +275,9 @@ fail:
 
 int fs_colmap_adjust(Colmap *colmap, const char *from, const char *to, FsError *err)
 {
-    int rc = 0;
-    TRY(fs_file_mkdirs(to, err));
+    int rc = fs_file_mkdirs(to, err);
+    if (rc < 0) return rc;
     const Option options[] = {
         {"--input_path", from}, {"--output_path", to}, {"--BundleAdjustment.max_num_iterations", "40"}, {NULL, NULL}};
-    TRY(run(colmap, "bundle_adjuster", options, "refining poses", err));
-fail:
-    return rc;
+    return run(colmap, "bundle_adjuster", options, "refining poses", err);
 }

@@ -25,9 +25,9 @@ TIMEOUT = 300  # seconds: a hang
 UNLIKE = ("log.jsonl", "/checkpoint", "/done/", "/colmap/", "/.flashsplat/", ".part")
 # Results outside of our folders, which are not overwritten.
 OUTSIDE = ("pair.png", "pair.tif", "evaluate.json")
-# Where libraries do not survive it themselves: libtiff 4.5 looks through a table of tags that it could not make larger,
-# and frees one value more than the list of values that it could not make larger holds.
-IN_LIBRARIES = ("_TIFFCheckRealloc", "TIFFSetField")
+# Where a library does not survive it: while libtiff 4.5 reads tags, it uses tables of them that it could not make larger.
+IN_LIBRARIES = ("TIFFReadDirectory",)
+GOOD = ("same", "reason", "library")
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith(("ASAN_", "LD_PRELOAD"))}
 
 
@@ -131,13 +131,23 @@ class Faults(unittest.TestCase):
         line = next((l for l in process.stderr.splitlines() if l.startswith("flashsplat: ")), "")
         return None if len(line) > len("flashsplat: ") + 8 else "no reason"
 
+    def watch(self, one, *task):
+        """The outcome of one run: (name, 'same', 'reason', 'library' or what went wrong)."""
+        try:
+            name, outcome = one(*task)
+        except subprocess.TimeoutExpired as hang:
+            name, outcome = f"{task}", f"hangs: {hang}"
+        if outcome not in GOOD:  # now: the whole campaign takes long
+            print(f"{name}: {outcome}", file=sys.stderr, flush=True)
+        return name, outcome
+
     def report(self, what, outcomes):
-        """outcomes: (name, 'same', 'reason', 'library' or what went wrong). One line of counts, then fails on the rest."""
-        good = ("same", "reason", "library")
-        counts = collections.Counter(o if o in good else "wrong" for _, o in outcomes)
+        """One line of counts, then fails on what went wrong."""
+        outcomes = list(outcomes)
+        counts = collections.Counter(o if o in GOOD else "wrong" for _, o in outcomes)
         print(f"{what}: {len(outcomes)} run, {counts['same']} with the same results, {counts['reason']} with a reason, "
               f"{counts['library']} lost in a library, {counts['wrong']} wrong", file=sys.stderr)
-        wrong = [f"{name}: {o}" for name, o in outcomes if o not in good]
+        wrong = [f"{name}: {o}" for name, o in outcomes if o not in GOOD]
         self.assertFalse(wrong, "\n" + "\n".join(wrong))
 
     # ---- memory ----
@@ -155,10 +165,7 @@ class Faults(unittest.TestCase):
             more = {"FAULT_FROM": 1} if all_after else {}
             trace = pathlib.Path(folder) / "trace"
             name = f"{job}, allocation {n}{' and all after' if all_after else ''}"
-            try:
-                process = run(self.jobs[job], work, LD_PRELOAD=PRELOAD, FAULT_AT=n, FAULT_TRACE=trace, **more)
-            except subprocess.TimeoutExpired:
-                return name, f"hangs\n{trace.read_text()}"
+            process = run(self.jobs[job], work, LD_PRELOAD=PRELOAD, FAULT_AT=n, FAULT_TRACE=trace, **more)
             outcome = "same"
             if process.returncode == 0:
                 bad = difference(work, self.after[job])
@@ -182,35 +189,34 @@ class Faults(unittest.TestCase):
             return name, outcome
 
     def test_memory(self):
-        share = {"run": 20, "resume": 4, "film": 4, "views": 2, "evaluate": 4, "synth": 3, "pair": 2, "info": 1}
+        share = {"run": 22, "resume": 4, "film": 4, "views": 2, "evaluate": 4, "synth": 1, "pair": 2, "info": 1}
         tasks = []
         for job, n in share.items():
             n = 8 * n if FULL else n
-            stacks = self.stacks(job)
-            for i, at in enumerate(RANDOM.sample(stacks, min(n, len(stacks)))):
-                tasks.append((job, at, i % 4 == 3))
-        outcomes = list(self.pool.map(lambda t: self.fail_allocation(*t), tasks))
-        self.report("failed allocations", outcomes)
+            stacks = self.stacks(job)  # in their order: one out of each nth part of the job
+            for i in range(n):
+                tasks.append((job, stacks[int((i + RANDOM.random()) * len(stacks) / n)], i % 4 == 3))
+        self.report("failed allocations", self.pool.map(lambda t: self.watch(self.fail_allocation, *t), tasks))
 
     # ---- kill -9 ----
 
-    def kill_thrice(self, task):
-        """Three kills at chosen shares of the time that the whole takes, each in a run that goes on from the last."""
-        name, shares = task
+    def kill_thrice(self, name):
+        """Three kills, each in a run that goes on from the last, at moments spread over the time the whole takes."""
+        moments = sorted(RANDOM.random() for _ in range(3))
         with tempfile.TemporaryDirectory(dir=self.dir) as folder:
             work = pathlib.Path(folder)
             killed = 0
-            for share in shares:
+            for before, moment in zip([0, *moments], moments):
                 process = subprocess.Popen([PROGRAM, *map(str, self.jobs["kill"])], cwd=work, stdin=subprocess.DEVNULL,
                                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=ENVIRONMENT,
                                            start_new_session=True)
                 try:
-                    process.communicate(timeout=share * self.seconds)
+                    process.communicate(timeout=(moment - before) * self.seconds)
                 except subprocess.TimeoutExpired:
                     os.killpg(process.pid, signal.SIGKILL)
                     process.communicate()
                     killed += 1
-            self.kills += killed
+            Faults.kills += killed
             last = run(self.jobs["kill"], work)
             if last.returncode != 0:
                 return name, f"exit status {last.returncode} of the last run: {last.stderr}"
@@ -218,13 +224,15 @@ class Faults(unittest.TestCase):
             return name, bad or "same"
 
     def test_kill(self):
-        start = time.monotonic()
-        with tempfile.TemporaryDirectory(dir=self.dir) as folder:
-            self.ok(self.jobs["kill"], folder)
-        self.seconds = 1.1 * (time.monotonic() - start)
-        Faults.kills = 0
-        tasks = [(f"kill {i}", [RANDOM.random() for _ in range(3)]) for i in range(100 if FULL else 6)]
-        outcomes = [self.kill_thrice(task) for task in tasks]
+        Faults.kills, outcomes = 0, []
+        wanted = 100 if FULL else 6
+        while len(outcomes) < wanted or self.kills < wanted:
+            if len(outcomes) % 10 == 0:  # the machine may have other work at times
+                start = time.monotonic()
+                with tempfile.TemporaryDirectory(dir=self.dir) as folder:
+                    self.ok(self.jobs["kill"], folder)
+                self.seconds = time.monotonic() - start
+            outcomes.append(self.watch(self.kill_thrice, f"kill {len(outcomes)}"))
         print(f"{self.kills} kills", file=sys.stderr)
         self.report("runs killed three times", outcomes)
 
@@ -245,8 +253,7 @@ echo $? >"$results/second"
 cp -r . "$results/after"
 '''
 
-    def fill_disk(self, task):
-        job, size = task
+    def fill_disk(self, job, size):
         name = f"{job} on a disk of {size} bytes"
         with tempfile.TemporaryDirectory(dir=self.dir) as folder:
             work = pathlib.Path(folder)
@@ -262,8 +269,7 @@ cp -r . "$results/after"
                 bad = difference(results / "at-once", self.after[job])
                 return name, f"exit status 0, but {bad}" if bad else "same"
             last = stderr.splitlines()[-1] if stderr else ""
-            told = "No space left on device" in last or "colmap" in last  # which has a log of its own
-            if first != 1 or not last.startswith("flashsplat: ") or not told:
+            if first != 1 or not last.startswith("flashsplat: ") or "No space left on device" not in last:
                 return name, f"exit status {first}: {stderr}"
             if second != 0:
                 return name, f"with room again: exit status {second}: {(results / 'err2').read_text()}"
@@ -285,7 +291,7 @@ cp -r . "$results/after"
         for job, n in share.items():
             used, whole = disk_use(self.before[job]), disk_use(self.dir / "after" / job)
             tasks += [(job, used + int((whole - used) * (i + RANDOM.random()) / n) // 4096 * 4096) for i in range(n)]
-        self.report("full disks", list(self.pool.map(self.fill_disk, tasks)))
+        self.report("full disks", self.pool.map(lambda t: self.watch(self.fill_disk, *t), tasks))
 
 
 unittest.main(module="__main__", verbosity=2)

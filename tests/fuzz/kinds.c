@@ -1,5 +1,6 @@
 #include "kinds.h"
 
+#include <inttypes.h>
 #include <jansson.h>
 #include <math.h>
 #include <stdio.h>
@@ -8,6 +9,8 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "base/hash.h"
+#include "base/owned.h"
 #include "bench/result.h"
 #include "evaluate/depth.h"
 #include "evaluate/lpips.h"
@@ -207,6 +210,49 @@ static int read_database(const char *dir, FsError *err)
 
 // ---- what stages leave for one another, and lists ----
 
+// The list of a folder of ours has a line for a file's content.
+static bool is_listed(const char *list, size_t n, const char *path)
+{
+    char line[64];
+    uint64_t hash = FS_HASH_EMPTY, size;
+    if (fs_hash_file(path, false, &hash, &size) < 0) return false;
+    snprintf(line, sizeof line, "%016" PRIx64 " %" PRIu64 " ", hash, size);
+    return memmem(list, n, line, strlen(line)) != NULL;
+}
+
+// Whatever the list says: what is beside our folder stays, what has no line stays, what is ours goes; new files are.
+static int read_owned(const char *dir, FsError *err)
+{
+    static const char *const names[] = {"out/a", "out/sub/b", "out/new", "beside", "empty"};
+    char *out = in(dir, "out"), *all = in(dir, "out/."), *made = in(dir, "out/.flashsplat/made"), *path[5], *list;
+    bool there[5], ours[5], listed[5];
+    size_t size;
+    for (int i = 0; i < 5; i++) path[i] = in(dir, names[i]);
+    fs_file_mkdirs(path[4], NULL);
+    int rc = fs_owned_open(out, "project", err);
+    if (rc == 0) check(fs_file_write(path[2], "new", 3, NULL) == 0, "a new file", path[2]);
+    check(fs_file_read(made, MAX_FILE, &list, &size, NULL) == 0, "a list", made);
+    for (int i = 0; i < 5; i++) {
+        there[i] = fs_file_exists(path[i]) || fs_file_is_dir(path[i]);
+        listed[i] = i < 3 && is_listed(list, size, path[i]);
+        ours[i] = there[i] && fs_owned_check(path[i], NULL) == 0;
+        check(!ours[i] || listed[i], "ours is what is listed", path[i]);
+    }
+    check(rc < 0 || (ours[2] && fs_owned_is_result(path[2])), "a new file is ours", path[2]);
+    check(fs_owned_check_tree(out, NULL) < 0 || (ours[0] == there[0] && ours[1] == there[1]), "a tree is ours", out);
+    fs_owned_remove(all);
+    for (int i = 0; i < 5; i++) {
+        bool stays = fs_file_exists(path[i]) || fs_file_is_dir(path[i]);
+        check(stays ? !ours[i] : !there[i] || listed[i], "what is ours goes, all else stays", path[i]);
+        free(path[i]);
+    }
+    free(list);
+    free(made);
+    free(all);
+    free(out);
+    return rc;
+}
+
 static int read_ingest(const char *dir, FsError *err)
 {
     Capture capture = {0};
@@ -383,6 +429,7 @@ const FuzzKind fuzz_kinds[] = {
     {"colmap_text", {"cameras.txt", "images.txt", "points3D.txt"}, read_cameras},
     {"colmap_binary", {"cameras.bin", "images.bin", "points3D.bin"}, read_cameras},
     {"database", {"database.db"}, read_database},
+    {"owned", {"out/.flashsplat/made", "out/a", "out/sub/b", "beside"}, read_owned},
     {"ingest", {"ingest.json", "linear/features/a.png"}, read_ingest},
     {"flash_list", {"flash.txt"}, read_flash_list},
     {"lpips", {"packed"}, read_lpips},

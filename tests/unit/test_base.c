@@ -155,7 +155,7 @@ static void test_process(void **state)
     assert_int_equal(
         fs_process_run((const char *[]){"sh", "-c", "echo out; echo err >&2; exit 3", NULL}, log, NULL, &err), 3);
     assert_holds(log, "out\nerr\n");
-    assert_int_equal(fs_process_run((const char *[]){"sh", "-c", "kill -9 $$", NULL}, log, NULL, &err), FS_ERR_IO);
+    assert_int_equal(fs_process_run((const char *[]){"sh", "-c", "kill -9 $$", NULL}, log, NULL, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "signal 9"));
     assert_int_equal(fs_process_run((const char *[]){"flashsplat-no-such-program", NULL}, log, NULL, &err),
                      FS_ERR_INPUT);

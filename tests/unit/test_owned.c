@@ -1,8 +1,8 @@
 // Whose files: what is written down is ours while it is as it was written; all else stays.
+#include <inttypes.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "base/hash.h"
 #include "base/owned.h"
 #include "temp_dir.h"
 
@@ -171,6 +172,30 @@ static void test_damaged_lists(void **state)
     free(text);
 }
 
+// Nor does a list that somebody else wrote reach beyond its folder; zeros, which a crash may leave, hide nothing.
+static void test_foreign_lists(void **state)
+{
+    static const char *const names[] = {"../beside", "a/../../beside", "\\.\\./beside"};
+    char *dir = in(state, "project"), *beside = in(state, "beside"), *file = in(state, "project/file");
+    char *made = in(state, "project/" FS_OWNED_DIR "/made"), *all = in(state, "project/.");
+    uint64_t hash = FS_HASH_EMPTY, size;
+    assert_int_equal(fs_owned_open(dir, "project", NULL), 0);
+    assert_int_equal(fs_file_mkdirs(in(state, "project/a"), NULL), 0);
+    put(beside, "1");
+    assert_int_equal(fs_hash_file(beside, false, &hash, &size), 0);
+    for (int i = 0; i < 3; i++) {
+        FILE *f = fopen(made, "a");
+        fprintf(f, "\n%016" PRIx64 " 1 %s\n", hash, names[i]);
+        fwrite("\0\0", 1, 2, f);
+        fclose(f);
+        ours(file, "1");
+        assert_int_equal(fs_owned_check(file, NULL), 0);
+        fs_owned_remove(all);
+        assert_false(fs_file_exists(file));
+        assert_true(fs_file_exists(beside));
+    }
+}
+
 static void test_files_in_the_making(void **state)
 {
     AtomicFile file;
@@ -194,6 +219,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_links, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_kinds_of_folders, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_damaged_lists, make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_foreign_lists, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_files_in_the_making, make, temp_dir_remove),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -118,6 +118,21 @@ static void test_rerun_takes_later_marks(void **state)
     assert_false(fs_project_done(f->project, FS_STAGE_EXPORT));
 }
 
+// What a training left that ended while it wrote its first checkpoint.
+static void test_a_torn_checkpoint_goes(void **state)
+{
+    Fixture *f = *state;
+    FsError err = {0};
+    char *dir = fs_file_path("%s/checkpoint.new", f->out), *file = fs_file_path("%s/T_N.ply", dir);
+    assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
+    assert_int_equal(fs_file_write(file, "1", 1, NULL), 0);
+    assert_int_equal(fs_project_begin(f->project, FS_STAGE_TRAIN, (const char *const[]){"a"}, 1, &err), 0);
+    assert_false(fs_file_exists(file));
+    assert_false(fs_file_exists(dir));
+    free(file);
+    free(dir);
+}
+
 static void test_broken_marks(void **state)
 {
     Fixture *f = *state;
@@ -268,6 +283,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_changed_setting_is_named, setup, teardown),
         cmocka_unit_test_setup_teardown(test_settings_that_do_not_change_results, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rerun_takes_later_marks, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_torn_checkpoint_goes, setup, teardown),
         cmocka_unit_test_setup_teardown(test_broken_marks, setup, teardown),
         cmocka_unit_test_setup_teardown(test_changed_inputs_are_named, setup, teardown),
         cmocka_unit_test_setup_teardown(test_photos_and_models, setup, teardown),
