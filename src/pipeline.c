@@ -89,10 +89,9 @@ int fs_train(FsProject *project, FsError *err)
 // After a stage that ran alone: the page is brought up to date where there is one.
 static int refresh_report(FsProject *project, FsError *err)
 {
-    char *index = fs_file_path("%s/index.html", project->out);
-    int rc = !index ? fs_error_memory(err) : fs_owned_is_result(index) ? stage(project, NULL, fs_report_run, err) : 0;
-    free(index);
-    return rc;
+    unsigned failures = fs_memory_begin();
+    bool there = fs_owned_is_result(fs_file_at("%s/index.html", project->out).text);
+    return fs_memory_end(failures, there ? stage(project, NULL, fs_report_run, err) : 0, err);
 }
 
 int fs_render(FsProject *project, FsError *err)
