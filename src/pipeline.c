@@ -46,6 +46,7 @@ fail:
 void fs_project_close(FsProject *project)
 {
     if (!project) return;
+    if (project->out) fs_owned_leave(project->out);
     fs_warnings_free(project->warnings);
     fs_settings_clear(&project->set);
     free(project->fingerprint);
@@ -97,7 +98,7 @@ static int refresh_report(FsProject *project, FsError *err)
 int fs_render(FsProject *project, FsError *err)
 {
     int rc = stage(project, "render", fs_render_run, err);
-    return rc < 0 ? rc : refresh_report(project, err);
+    return rc < 0 || *project->set.output ? rc : refresh_report(project, err); // elsewhere: nothing to bring up to date
 }
 
 int fs_evaluate(FsProject *project, const char *truth, FsError *err)

@@ -205,8 +205,14 @@ int fs_file_append(const char *path, const char *text, FsError *err)
     char *data = NULL;
     size_t size = 0;
     int rc = fs_file_exists(path) ? fs_file_read(path, (size_t)1 << 30, &data, &size, err) : 0;
-    char *all = rc == 0 ? fs_file_path("%.*s%s", (int)size, data ? data : "", text) : NULL;
-    if (rc == 0) rc = all ? fs_file_write(path, all, size + strlen(text), err) : fs_error_memory(err);
+    size_t more = strlen(text);
+    char *all = rc == 0 ? malloc(size + more + 1) : NULL;
+    if (rc == 0 && !all) rc = fs_error_memory(err);
+    if (rc == 0) {
+        if (size) memcpy(all, data, size);
+        memcpy(all + size, text, more);
+        rc = fs_file_write(path, all, size + more, err);
+    }
     free(data);
     free(all);
     return rc;

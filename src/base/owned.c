@@ -3,11 +3,14 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "base/file.h"
@@ -37,7 +40,24 @@ static bool is_root(const char *dir)
            lstat(fs_file_at("%s/" LIST, dir).text, &list) == 0 && S_ISREG(list.st_mode);
 }
 
-// One spelling for a name, on one line. A folder's .new or .old is that folder before or after its time.
+// The list changes in one thread of one process at a time.
+static pthread_mutex_t changing = PTHREAD_MUTEX_INITIALIZER;
+
+static int lock(const char *root)
+{
+    pthread_mutex_lock(&changing);
+    int fd = open(fs_file_at("%s/" FS_OWNED_DIR, root).text, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd >= 0) flock(fd, LOCK_EX); // where the disk knows no locks, only this process is held off
+    return fd;
+}
+
+static void unlock(int fd)
+{
+    if (fd >= 0) close(fd);
+    pthread_mutex_unlock(&changing);
+}
+
+// One spelling for a name, on one line. checkpoint.new and .old are the checkpoint before and after its time.
 static char *key_of(const char *name)
 {
     char *key = malloc(2 * strlen(name) + 2), *to = key;
@@ -49,7 +69,7 @@ static char *key_of(const char *name)
                 if (p[i] == '\n' || p[i] == '\\') *to++ = '\\';
                 *to++ = p[i] == '\n' ? 'n' : p[i];
             }
-            if (p[n] && n > 4 && (strncmp(p + n - 4, ".new", 4) == 0 || strncmp(p + n - 4, ".old", 4) == 0)) to -= 4;
+            if (p[n] && n == 14 && (!strncmp(p, "checkpoint.new", n) || !strncmp(p, "checkpoint.old", n))) to -= 4;
         }
         p += n + (p[n] == '/');
     }
@@ -172,15 +192,23 @@ int fs_owned_check_tree(const char *dir, FsError *err)
 
 // ---- writing ----
 
-// A line more. It begins with a new line: one that a full disk cut short does not spoil it.
+// A line more, unless it is there (one of a checkpoint's is for its new or old folder too, and may go with that). It
+// begins with a new line: one that a full disk cut short does not spoil it.
 static int append(const Place *place, const char *line, FsError *err)
 {
     FilePath path = fs_file_at("%s/" LIST, place->root);
-    int fd = open(path.text, O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC), rc = 0;
-    errno = fd < 0 ? errno : ENOSPC;
-    if (fd < 0 || write(fd, line, strlen(line)) != (ssize_t)strlen(line) || fdatasync(fd) != 0)
-        rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path.text, strerror(errno));
-    if (fd >= 0) close(fd);
+    int locked = lock(place->root), rc = 0;
+    char *list = NULL;
+    bool plain = strcmp(place->key, place->below) == 0;
+    if (!plain || !read_list(place->root, &list) || !strstr(list, line)) {
+        int fd = open(path.text, O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
+        errno = fd < 0 ? errno : ENOSPC;
+        if (fd < 0 || write(fd, line, strlen(line)) != (ssize_t)strlen(line) || fdatasync(fd) != 0)
+            rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path.text, strerror(errno));
+        if (fd >= 0) close(fd);
+    }
+    unlock(locked);
+    free(list);
     return rc;
 }
 
@@ -221,6 +249,17 @@ static bool same_disk(const char *root, const char *path)
     return stat(root, &a) == 0 && stat(folder.text, &b) == 0 && a.st_dev == b.st_dev;
 }
 
+// "PID-TIME-": the number of a process alone may come again, as it does in containers.
+static FilePath process_name(void)
+{
+    static _Atomic int64_t began;
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    int64_t none = 0;
+    atomic_compare_exchange_strong(&began, &none, (int64_t)now.tv_sec * 1000000000 + now.tv_nsec);
+    return fs_file_at("%ld-%" PRIx64 "-", (long)getpid(), (uint64_t)atomic_load(&began));
+}
+
 char *fs_owned_temp(const char *path)
 {
     static atomic_int number;
@@ -229,8 +268,8 @@ char *fs_owned_temp(const char *path)
     int n = atomic_fetch_add(&number, 1);
     if (find(path, false, &place) == 0)
         temp = place.root && same_disk(place.root, path)
-                   ? fs_file_path("%s/" FS_OWNED_DIR "/%ld-%d", place.root, (long)getpid(), n)
-                   : fs_file_path("%s.part%ld-%d", path, (long)getpid(), n);
+                   ? fs_file_path("%s/" FS_OWNED_DIR "/%s%d", place.root, process_name().text, n)
+                   : fs_file_path("%s.part%s%d", path, process_name().text, n);
     free_place(&place);
     return temp;
 }
@@ -239,12 +278,14 @@ char *fs_owned_temp(const char *path)
 static void sweep(const char *own)
 {
     FileList list;
+    FilePath mine = process_name();
     if (fs_file_list(own, &list, NULL) < 0) return;
     for (int i = 0; i < list.n; i++) {
         char *end;
         long pid = strtol(list.name[i], &end, 10);
-        if (pid > 0 && *end == '-' && kill((pid_t)pid, 0) != 0 && errno == ESRCH)
-            unlink(fs_file_at("%s/%s", own, list.name[i]).text);
+        bool gone = pid == getpid() ? strncmp(list.name[i], mine.text, strlen(mine.text)) != 0
+                                    : pid > 0 && kill((pid_t)pid, 0) != 0 && errno == ESRCH;
+        if (gone && *end == '-') unlink(fs_file_at("%s/%s", own, list.name[i]).text);
     }
     fs_file_list_free(&list);
 }
@@ -358,8 +399,10 @@ void fs_owned_remove(const char *path)
     Place place;
     struct stat st;
     char *list = NULL;
-    bool folder = lstat(path, &st) == 0 && S_ISDIR(st.st_mode);
+    if (lstat(path, &st) != 0) return;
+    bool folder = S_ISDIR(st.st_mode);
     if (find(path, folder, &place) < 0) return;
+    int locked = place.root ? lock(place.root) : -1;
     if (place.root && is_private(&place))
         fs_file_remove_tree(path);
     else
@@ -367,5 +410,23 @@ void fs_owned_remove(const char *path)
             remove_listed(&place, path, list); // folders whose files' lines come first go in the second pass
             free(list);
         }
+    if (place.root) unlock(locked);
     free_place(&place);
+}
+
+void fs_owned_leave(const char *dir)
+{
+    char *list = NULL;
+    FilePath own = fs_file_at("%s/" FS_OWNED_DIR, dir);
+    FileList files = {0};
+    if (!is_root(dir)) return;
+    int locked = lock(dir);
+    bool unused = read_list(dir, &list) && strcspn(list, "\n") + 1 == strlen(list);
+    if (unused && fs_file_list(own.text, &files, NULL) == 0 && files.n == 1) {
+        fs_file_remove(fs_file_at("%s/" LIST, dir).text);
+        rmdir(own.text);
+    }
+    unlock(locked);
+    fs_file_list_free(&files);
+    free(list);
 }

@@ -15,6 +15,7 @@
 // Makes dir a folder of ours, of a kind: "project", "capture", "renders" (a folder inside one of ours, but not inside a
 // capture, will do for renders). An error when it is one of another kind.
 int fs_owned_open(const char *dir, const char *kind, FsError *err);
+void fs_owned_leave(const char *dir); // takes the mark away again where nothing was written
 // 0 when path may be written: nothing is there, or a file of ours. Else an error that says what is in the way.
 int fs_owned_check(const char *path, FsError *err);
 int fs_owned_check_tree(const char *dir, FsError *err); // every file below dir is ours; 0 where nothing is there

@@ -6,16 +6,18 @@
 
 #include "engine/device.h"
 
-static const EngineDevice *const devices[] = {&fs_device_cpu, &fs_device_reference}; // "auto" takes the first
+static const EngineDevice *const devices[] = {&fs_device_cpu, &fs_device_reference}; // "auto" takes the first it can
+#define N_DEVICES (sizeof devices / sizeof *devices)
 
 int fs_engine_new(Engine **engine, const char *device, const char *cpu, int threads, FsError *err)
 {
     *engine = NULL;
-    for (size_t i = 0; i < sizeof devices / sizeof *devices; i++) {
+    for (size_t i = 0; i < N_DEVICES; i++) {
         if (strcmp(device, "auto") != 0 && strcmp(device, devices[i]->name) != 0) continue;
         int rc = devices[i]->open(engine, cpu, threads, err);
         if (rc == 0) (*engine)->device = devices[i];
-        return rc;
+        bool next = rc < 0 && rc != FS_ERR_MEMORY && strcmp(device, "auto") == 0 && i + 2 < N_DEVICES;
+        if (!next) return rc; // "auto" goes on to what this machine has; never to the reference, which is last
     }
     return fs_error_set(err, FS_ERR_USAGE, "--device: '%s' is not a device of this program", device);
 }

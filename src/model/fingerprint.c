@@ -37,6 +37,9 @@ static json_t *settings_of(const FsProject *project, unsigned stage)
         fs_cpu_choose(project->set.cpu, &level, NULL);
         json_object_set_new(kept, "cpu", json_string(fs_cpu_name(level)));
     }
+    // What "auto" opens here; with a second device it is the one that was opened (engine.h) that counts.
+    if (json_object_get(kept, "device") && strcmp(project->set.device, "auto") == 0)
+        json_object_set_new(kept, "device", json_string("cpu"));
     json_decref(all);
     return kept;
 }

@@ -173,6 +173,7 @@ static int update_held_out(const FsProject *project, FsError *err)
     TRY(fs_dataset_read(&views, path.text, err));
     if (fs_sparse_hold_out(&views, project->set.test_every)) {
         fs_log_info(&project->log, "poses: other photos are held out (--test-every %d)", project->set.test_every);
+        TRY(fs_owned_check(path.text, err));
         fs_project_unmark(project, FS_STAGE_INITIALISE);
         TRY(fs_dataset_write(&views, path.text, err));
     }

@@ -123,7 +123,7 @@ class Layouts(FolderTest):
         self.model.rename(scene / "sparse")
         self.keep()
         self.refuses(run("run", "images", "-o", ".", "--poses", "sparse", *QUICK, cwd=scene), "images", "results")
-        self.assertEqual(sorted(p.name for p in scene.iterdir()), [".flashsplat", "images", "sparse"])
+        self.assertEqual(sorted(p.name for p in scene.iterdir()), ["images", "sparse"])
         self.works(run("run", "images", "-o", "out", "--poses", "sparse", *QUICK, cwd=scene), scene / "out")
 
     def test_model_where_ours_goes(self):
@@ -342,6 +342,15 @@ class Layouts(FolderTest):
             self.assert_fails(run(*more, "--resume", "--cpu", "scalar"), 1, "--cpu was")
         self.assertEqual(run(*more, "--resume").returncode, 0)  # nothing differs
         self.works(self.job())
+
+    def test_renders_of_an_earlier_training(self):
+        out = self.copy()
+        process = run("train", out, *TRAIN, "--gain-push", 0.5)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_fails(run("evaluate", out, self.scene / "truth", "--views", "all"), 1, "renders", "earlier")
+        self.assertFalse((out / "evaluate.json").exists())
+        self.assertEqual(run("render", out).returncode, 0)
+        self.assertEqual(run("evaluate", out, self.scene / "truth", "--views", "all").returncode, 0)
 
     def test_changed_inputs(self):
         other = self.made / "other/capture/raw/IMG_0003.DNG"

@@ -12,6 +12,7 @@
 
 #include "base/hash.h"
 #include "base/owned.h"
+#include "base/threads.h"
 #include "temp_dir.h"
 
 static char *in(void **state, const char *name)
@@ -90,18 +91,52 @@ static void test_swapped_folders(void **state)
 {
     for (int i = 0; i < 4; i++) { // as checkpoints do
         char text[2] = {(char)('0' + i), 0};
-        assert_int_equal(fs_file_mkdirs(in(state, "c.new"), NULL), 0);
-        ours(in(state, "c.new/same"), "1");
-        ours(in(state, "c.new/other"), text);
-        if (i) assert_int_equal(fs_file_rename(in(state, "c"), in(state, "c.old"), NULL), 0);
-        assert_int_equal(fs_file_rename(in(state, "c.new"), in(state, "c"), NULL), 0);
-        assert_int_equal(fs_owned_check_tree(in(state, "c"), NULL), 0);
-        fs_owned_remove(in(state, "c.old"));
-        assert_false(fs_file_exists(in(state, "c.old")));
-        assert_int_equal(fs_owned_check(in(state, "c/same"), NULL), 0);
+        assert_int_equal(fs_file_mkdirs(in(state, "checkpoint.new"), NULL), 0);
+        ours(in(state, "checkpoint.new/same"), "1");
+        ours(in(state, "checkpoint.new/other"), text);
+        if (i) assert_int_equal(fs_file_rename(in(state, "checkpoint"), in(state, "checkpoint.old"), NULL), 0);
+        assert_int_equal(fs_file_rename(in(state, "checkpoint.new"), in(state, "checkpoint"), NULL), 0);
+        assert_int_equal(fs_owned_check_tree(in(state, "checkpoint"), NULL), 0);
+        fs_owned_remove(in(state, "checkpoint.old"));
+        assert_false(fs_file_exists(in(state, "checkpoint.old")));
+        assert_int_equal(fs_owned_check(in(state, "checkpoint/same"), NULL), 0);
     }
-    fs_owned_remove(in(state, "c"));
-    assert_false(fs_file_exists(in(state, "c")));
+    fs_owned_remove(in(state, "checkpoint"));
+    assert_false(fs_file_exists(in(state, "checkpoint")));
+}
+
+// Files written and removed by many threads, as render does: what is there afterwards is still ours.
+static void write_and_remove(void *context, int job, int worker)
+{
+    (void)worker;
+    FilePath gone = fs_file_at("%s/gone%d", (const char *)context, job),
+             stays = fs_file_at("%s/stays%d", (const char *)context, job);
+    if (fs_file_write(gone.text, "1", 1, NULL) == 0 && fs_file_write(stays.text, "2", 1, NULL) == 0)
+        fs_owned_remove(gone.text);
+}
+
+static void test_many_threads(void **state)
+{
+    enum { FILES = 60 };
+    Threads *threads = fs_threads_new(8);
+    fs_threads_for(threads, FILES, write_and_remove, *state);
+    fs_threads_free(threads);
+    for (int i = 0; i < FILES; i++) {
+        FilePath gone = fs_file_at("%s/gone%d", (char *)*state, i), stays = fs_file_at("%s/stays%d", (char *)*state, i);
+        assert_false(fs_file_exists(gone.text));
+        assert_true(fs_file_exists(stays.text));
+        assert_int_equal(fs_owned_check(stays.text, NULL), 0);
+    }
+}
+
+static void test_unused_mark_goes(void **state)
+{
+    fs_owned_leave(*state);
+    assert_false(fs_file_exists(in(state, FS_OWNED_DIR)));
+    assert_int_equal(fs_owned_open(*state, "project", NULL), 0);
+    ours(in(state, "a"), "1");
+    fs_owned_leave(*state);
+    assert_int_equal(fs_owned_check(in(state, "a"), NULL), 0);
 }
 
 static void test_links(void **state)
@@ -216,6 +251,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_only_what_is_ours_goes, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_names_that_begin_alike, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_swapped_folders, make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_many_threads, make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_unused_mark_goes, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_links, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_kinds_of_folders, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_damaged_lists, make, temp_dir_remove),
