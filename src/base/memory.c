@@ -7,10 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define RESERVE 4096
+
 // Jansson leaves out of an object what it has no memory for, and hardly a caller looks: once it had none it gets none,
 // so that no text is made of half an object. Other allocators than malloc are left alone.
-static atomic_bool json_stopped, reserve_taken;
-static _Alignas(16) char reserve[4096]; // for what lacks first: where a number's text cannot grow, its parser aborts
+static atomic_bool json_stopped;
+static _Atomic(void *) reserve; // for what lacks first: where a number's text cannot grow, its parser aborts
 
 static void *json_malloc(size_t size)
 {
@@ -18,12 +20,7 @@ static void *json_malloc(size_t size)
     if (p) return p;
     json_stopped = true;
     fs_error_memory(NULL);
-    return size > sizeof reserve || atomic_exchange(&reserve_taken, true) ? NULL : reserve;
-}
-
-static void json_release(void *p)
-{
-    if (p != reserve) free(p);
+    return size > RESERVE ? NULL : atomic_exchange(&reserve, NULL);
 }
 
 unsigned fs_memory_begin(void)
@@ -31,7 +28,8 @@ unsigned fs_memory_begin(void)
     json_malloc_t allocate;
     json_free_t release;
     json_get_alloc_funcs(&allocate, &release);
-    if (allocate == malloc && release == free) json_set_alloc_funcs(json_malloc, json_release);
+    if (allocate == malloc && release == free) json_set_alloc_funcs(json_malloc, free);
+    if (!reserve) reserve = malloc(RESERVE);
     json_stopped = false;
     errno = 0;
     return fs_error_memory_failures();

@@ -95,6 +95,7 @@ int fs_tiff_file_begin(TiffFile *t, const char *path, const char *mode, FsError 
     char whole[8];
     int rc;
     TRY(fs_file_begin(&t->file, path, err));
+    errno = 0;
     options = new_options(t);
     snprintf(whole, sizeof whole, "w%sm", mode);
     if (options)
@@ -109,7 +110,8 @@ fail:
 
 int fs_tiff_file_commit(TiffFile *t, bool ok, FsError *err)
 {
-    bool starved = !ok && errno == ENOMEM; // then libtiff 4.5 counts tags that it has no memory for: left as it is
+    bool starved = errno == ENOMEM; // then libtiff 4.5 may count tags that it has no memory for: left as it is
+    ok = ok && !starved;
     errno = 0;
     if (!ok) TIFFSetMode(t->tiff, O_RDONLY); // or it writes
     if (!starved) TIFFClose(t->tiff);        // may write, and has no other way to say that it failed

@@ -165,7 +165,7 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     fs_photos_read_headers(&photos, threads);
     TRY(fs_photos_drop_failed(&photos, log, err));
     TRY(fs_photos_find_flash(&photos, &project->set, log, err));
-    fs_photos_level(&photos, log);
+    TRY(fs_photos_level(&photos, log, err));
     TRY(begin(project, &photos, dir.text, err));
     TRY(develop_all(project, &photos, dir.text, threads, err));
     TRY(fs_photos_drop_failed(&photos, log, err));

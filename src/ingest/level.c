@@ -87,11 +87,12 @@ static void level_exposure(Photos *photos, double *value, const Log *log)
         fs_log_warn(log, "%d of %d photos do not tell their exposure: taken to be the median", unknown, photos->n);
 }
 
-void fs_photos_level(Photos *photos, const Log *log)
+int fs_photos_level(Photos *photos, const Log *log, FsError *err)
 {
     double *value = calloc((size_t)photos->n + 1, sizeof *value);
-    if (!value) return;
+    if (!value) return fs_error_memory(err);
     level_white_balance(photos, value, log);
     level_exposure(photos, value, log);
     free(value);
+    return 0;
 }

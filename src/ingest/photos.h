@@ -45,6 +45,6 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err);
 int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, FsError *err);
 int fs_photos_check_groups(const Photos *photos, FsError *err);
 // One white balance and one exposure for the whole capture, by medians; warns where the photos differ.
-void fs_photos_level(Photos *photos, const Log *log);
+int fs_photos_level(Photos *photos, const Log *log, FsError *err);
 
 #endif
