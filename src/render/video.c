@@ -104,10 +104,12 @@ static int open_encoder(Video *video, int fps)
     c->flags |= AV_CODEC_FLAG_BITEXACT;
     if (video->format->oformat->flags & AVFMT_GLOBALHEADER) c->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     if (codec->id == AV_CODEC_ID_H264) {
-        av_opt_set(c->priv_data, "preset", "medium", 0);
-        av_opt_set(c->priv_data, "crf", "18", 0);
+        if (av_opt_set(c->priv_data, "preset", "medium", 0) == AVERROR(ENOMEM) ||
+            av_opt_set(c->priv_data, "crf", "18", 0) == AVERROR(ENOMEM))
+            fs_error_memory(NULL); // its default would do for an encoder that lacks it
 #ifdef __x86_64__
-        av_opt_set(c->priv_data, "x264-params", "asm=sse2", 0); // those beyond differ from plain C, AVX-512's at random
+        // those beyond differ from plain C, AVX-512's at random
+        if (av_opt_set(c->priv_data, "x264-params", "asm=sse2", 0) == AVERROR(ENOMEM)) fs_error_memory(NULL);
 #endif
     } else {
         c->flags |= AV_CODEC_FLAG_QSCALE;
