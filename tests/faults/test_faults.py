@@ -26,8 +26,9 @@ UNLIKE = ("log.jsonl", "/checkpoint", "/done/", "/colmap/", "/.flashsplat/", ".p
 # Results outside of our folders, which are not overwritten.
 OUTSIDE = ("pair.png", "pair.tif", "evaluate.json")
 # Where a library does not survive it: while libtiff 4.5 reads tags, it uses tables of them that it could not make larger;
-# x264 writes its headers into memory that it did not get; libavcodec asserts that its defaults were set.
-IN_LIBRARIES = ("TIFFReadDirectory", "x264_encoder_headers", "avcodec_alloc_context3")
+# the film libraries write into memory that they did not get (x264's headers, libavformat's trailer) or assert that they
+# got it (libavcodec's defaults).
+IN_LIBRARIES = ("TIFFReadDirectory", "libx264.so", "libavcodec.so", "libavformat.so")
 GOOD = ("same", "reason", "library")
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith(("ASAN_", "LD_PRELOAD"))}
 
