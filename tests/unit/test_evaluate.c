@@ -44,6 +44,7 @@ static json_t *evaluate(const char *dir, const char *truth, const char *const *s
     if (rc < 0) assert_int_equal(rc, err->code);
     free(path);
     free(project.out);
+    free(project.fingerprint);
     fs_settings_free(set);
     return root;
 }

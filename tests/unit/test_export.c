@@ -139,6 +139,7 @@ static int export_scene(const char *out, const Scene *scene, FsError *err)
     if (scene) assert_int_equal(fs_scene_write(scene, clouds, NULL), 0);
     int rc = fs_export_run(&project, err);
     free(clouds);
+    free(project.fingerprint);
     fs_settings_free(set);
     return rc;
 }

@@ -92,6 +92,7 @@ static int run(const char *out, const char *threads, const char *geometry, FsErr
     warnings[0] = 0;
     int rc = fs_initialise_run(&project, err);
     fs_settings_clear(&project.set);
+    free(project.fingerprint);
     fs_settings_free(settings);
     return rc;
 }
