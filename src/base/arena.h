@@ -1,6 +1,5 @@
 // Bump allocator for the scratch memory of one step: grows in the first steps, then never calls malloc.
-#ifndef FS_BASE_ARENA_H
-#define FS_BASE_ARENA_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -20,5 +19,3 @@ void fs_arena_reset(Arena *arena); // everything handed out is void; merges into
 void fs_arena_free(Arena *arena);
 
 #define ARENA_NEW(arena, type, n) ((type *)fs_arena_alloc((arena), sizeof(type) * (size_t)(n)))
-
-#endif

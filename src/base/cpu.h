@@ -1,6 +1,5 @@
 // Instruction sets of this machine.
-#ifndef FS_BASE_CPU_H
-#define FS_BASE_CPU_H
+#pragma once
 
 #include "base/error.h"
 
@@ -11,5 +10,3 @@ const char *fs_cpu_name(CpuLevel level);
 bool fs_cpu_has(CpuLevel level);
 // From the setting "cpu": "best" or a level's name; an error when this machine lacks it.
 int fs_cpu_choose(const char *name, CpuLevel *level, FsError *err);
-
-#endif

@@ -177,8 +177,7 @@ void fs_file_abort(AtomicFile *file)
 int fs_file_write(const char *path, const void *data, size_t size, FsError *err)
 {
     AtomicFile file;
-    int rc = fs_file_begin(&file, path, err);
-    if (rc < 0) return rc;
+    MUST(fs_file_begin(&file, path, err));
     fwrite(data, 1, size, file.f);
     return fs_file_commit(&file, err);
 }

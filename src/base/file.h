@@ -1,6 +1,5 @@
 // Files: whole reads with a size limit, writes that appear whole or not at all, names and folders.
-#ifndef FS_BASE_FILE_H
-#define FS_BASE_FILE_H
+#pragma once
 
 #include <stdio.h>
 
@@ -56,5 +55,3 @@ typedef struct FileList {
 } FileList;
 int fs_file_list(const char *dir, FileList *list, FsError *err);
 void fs_file_list_free(FileList *list);
-
-#endif

@@ -11,8 +11,7 @@ int fs_json_file_read(const char *path, size_t max_size, json_t **root, FsError 
     size_t size;
     json_error_t at;
     *root = NULL;
-    int rc = fs_file_read(path, max_size, &text, &size, err);
-    if (rc < 0) return rc;
+    MUST(fs_file_read(path, max_size, &text, &size, err));
     *root = json_loadb(text, size, 0, &at);
     free(text);
     return *root ? 0 : fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text);

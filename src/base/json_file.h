@@ -1,6 +1,5 @@
 // JSON files, read and written whole.
-#ifndef FS_BASE_JSON_FILE_H
-#define FS_BASE_JSON_FILE_H
+#pragma once
 
 #include <jansson.h>
 
@@ -9,5 +8,3 @@
 int fs_json_file_read(const char *path, size_t max_size, json_t **root, FsError *err); // NULL on failure
 // Takes over root; NULL, or what cannot be JSON, is an error. flags: of json_dumps.
 int fs_json_file_write(const char *path, json_t *root, size_t flags, FsError *err);
-
-#endif

@@ -1,6 +1,5 @@
 // Nearest neighbours of 3D points, by a k-d tree.
-#ifndef FS_BASE_KNN_H
-#define FS_BASE_KNN_H
+#pragma once
 
 #include "base/threads.h"
 
@@ -15,5 +14,3 @@ void fs_knn_query(const KnnTree *tree, const float query[3], int skip, int k, in
 
 // All points' k nearest other points: index (n, k), dist2 (n, k) or NULL. Negative FsStatus on failure, as fs_knn_new.
 int fs_knn(const float *xyz, int n, int k, int *index, float *dist2, Threads *threads);
-
-#endif

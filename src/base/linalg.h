@@ -1,6 +1,5 @@
 // Three-vectors of doubles. (synth/vec.h has the ray tracer's, of floats; the kernels have their own in lanes.)
-#ifndef FS_BASE_LINALG_H
-#define FS_BASE_LINALG_H
+#pragma once
 
 #include <math.h>
 
@@ -28,5 +27,3 @@ static inline double v3_normalise(double v[3]) // returns the length; 0 stays 0
     for (int i = 0; i < 3 && length > 0; i++) v[i] /= length;
     return length;
 }
-
-#endif

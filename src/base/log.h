@@ -1,6 +1,5 @@
 // Log lines, progress and cancellation, all through the caller's callbacks.
-#ifndef FS_BASE_LOG_H
-#define FS_BASE_LOG_H
+#pragma once
 
 #include "flashsplat.h"
 
@@ -11,5 +10,3 @@ __attribute__((format(printf, 2, 3))) void fs_log_info(const Log *log, const cha
 __attribute__((format(printf, 2, 3))) void fs_log_warn(const Log *log, const char *format, ...);
 void fs_log_progress(const Log *log, const char *stage, int64_t done, int64_t total, const char *text);
 bool fs_log_cancelled(const Log *log);
-
-#endif

@@ -1,7 +1,6 @@
 // Memory that runs out under a call that could go on without it (a picture left out, a key of a JSON object, a tag of a
 // file) ends with FS_ERR_MEMORY all the same: never with another result. For the public calls.
-#ifndef FS_BASE_MEMORY_H
-#define FS_BASE_MEMORY_H
+#pragma once
 
 #include <stddef.h>
 
@@ -12,5 +11,3 @@ int fs_memory_end(unsigned begun, int rc, FsError *err); // rc, or FS_ERR_MEMORY
 
 // Room for one more at the end of an array (given by its address) of n elements, which grows at powers of two.
 int fs_memory_grow(void *array, int n, size_t size, FsError *err);
-
-#endif

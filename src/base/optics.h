@@ -1,6 +1,5 @@
 // Laws of light that several places compute by: the scalar kernels, their SIMD twins, the scene, the pictures.
-#ifndef FS_BASE_OPTICS_H
-#define FS_BASE_OPTICS_H
+#pragma once
 
 // gamma(x) = x^0.22 (Flash-Splat, section 3): the encoding of the models' colours, of targets and of layer PNGs.
 #define FS_OPTICS_GAMMA 0.22f
@@ -9,5 +8,3 @@
 // a reflectance is at most MOST.
 #define FS_OPTICS_GRAZING 22
 #define FS_OPTICS_MOST 0.97
-
-#endif

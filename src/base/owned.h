@@ -5,8 +5,7 @@
 // not times: copies of a folder and archives keep them, and an edited file is the user's. A line that lies, because a
 // crash kept the file from its name, harms nobody. What lies in .flashsplat itself (files being written, COLMAP's work)
 // is ours by its place. Inside such a folder nothing is written or removed through a link.
-#ifndef FS_BASE_OWNED_H
-#define FS_BASE_OWNED_H
+#pragma once
 
 #include "base/error.h"
 
@@ -28,5 +27,3 @@ int fs_owned_record(const char *made, const char *path, FsError *err);
 int fs_owned_record_dir(const char *path, FsError *err);
 // Removes path, and what is below it, as far as it is ours. "DIR/." means all in a folder of ours.
 void fs_owned_remove(const char *path);
-
-#endif

@@ -1,6 +1,5 @@
 // Runs another program and waits for it.
-#ifndef FS_BASE_PROCESS_H
-#define FS_BASE_PROCESS_H
+#pragma once
 
 #include "base/error.h"
 #include "base/log.h"
@@ -10,5 +9,3 @@
 // or a negative FsStatus when the program could not be started or died of a signal.
 int fs_process_run(const char *const argv[], const char *log_path, const Log *log, FsError *err);
 bool fs_process_found(const char *program); // in PATH
-
-#endif

@@ -1,6 +1,5 @@
 // Small seeded random numbers (PCG32), the same on every machine.
-#ifndef FS_BASE_RNG_H
-#define FS_BASE_RNG_H
+#pragma once
 
 #include <math.h>
 #include <stdint.h>
@@ -39,5 +38,3 @@ static inline float fs_rng_normal(Rng *rng) // Box-Muller
     float u = fs_rng_uniform(rng) + 0x1p-25f, v = fs_rng_uniform(rng);
     return sqrtf(-2.0f * logf(u)) * cosf(6.28318530718f * v);
 }
-
-#endif

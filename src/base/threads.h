@@ -1,7 +1,6 @@
 // A pool of threads that runs numbered jobs. Results must depend on the job number only, never on the worker,
 // so that any number of threads gives the same bits.
-#ifndef FS_BASE_THREADS_H
-#define FS_BASE_THREADS_H
+#pragma once
 
 typedef struct Threads Threads;
 typedef void ThreadsJob(void *context, int job, int worker); // worker: 0 .. count-1, for scratch memory
@@ -12,5 +11,3 @@ int fs_threads_count(const Threads *threads);
 // Runs job 0..n-1, in rising order of start, on all threads (the caller's too); returns when all are done.
 // threads may be NULL: the caller runs them alone.
 void fs_threads_for(Threads *threads, int n, ThreadsJob *job, void *context);
-
-#endif

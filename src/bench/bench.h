@@ -1,6 +1,5 @@
 // `flashsplat bench`: times the kernels and the training step on generated input, as shares of this machine's peak.
-#ifndef FS_BENCH_BENCH_H
-#define FS_BENCH_BENCH_H
+#pragma once
 
 #include "base/error.h"
 #include "base/log.h"
@@ -8,5 +7,3 @@
 
 // Settings: cpu, threads, cases (only those whose name contains it), json, compare (two files of --json instead).
 int fs_bench_run(const FsSettings *settings, const Log *log, FsError *err);
-
-#endif

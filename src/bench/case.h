@@ -1,6 +1,5 @@
 // One thing to time. bench.c has the table of all.
-#ifndef FS_BENCH_CASE_H
-#define FS_BENCH_CASE_H
+#pragma once
 
 #include "base/threads.h"
 #include "bench/result.h"
@@ -50,5 +49,3 @@ BenchWork fs_case_splats_step(void *state);           // forward, L1 and SSIM, b
 void *fs_case_train_open(const BenchMachine *machine, const BenchCase *what);
 void fs_case_train_close(void *state);
 BenchWork fs_case_train_call(void *state);
-
-#endif

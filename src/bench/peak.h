@@ -1,6 +1,5 @@
 // What one core of this machine can do at most: loops of nothing but multiply-adds, or loads and stores.
-#ifndef FS_BENCH_PEAK_H
-#define FS_BENCH_PEAK_H
+#pragma once
 
 #include <stddef.h>
 
@@ -18,5 +17,3 @@ typedef struct Peak {
     double copy_gbs;   // one core, bytes read and bytes written, far beyond the caches
 } Peak;
 int fs_peak_measure(CpuLevel level, Peak *peak, FsError *err);
-
-#endif

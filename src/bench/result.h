@@ -1,6 +1,5 @@
 // What the bench found, as a table, as JSON, and two such files compared.
-#ifndef FS_BENCH_RESULT_H
-#define FS_BENCH_RESULT_H
+#pragma once
 
 #include "base/error.h"
 #include "base/log.h"
@@ -31,5 +30,3 @@ void fs_result_log(const BenchResult *row, const Log *log);                     
 int fs_result_write(const BenchResults *results, const char *path, FsError *err); // a JSON list of cases
 // "FILE,FILE": the times of the cases in both, and first / second.
 int fs_result_compare(const char *files, const Log *log, FsError *err);
-
-#endif

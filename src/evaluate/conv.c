@@ -222,8 +222,7 @@ int fs_conv_max_pool(const Maps *in, int size, Maps *out, FsError *err)
 {
     int height = in->height < size ? 0 : (in->height - size) / 2 + 1;
     int width = in->width < size ? 0 : (in->width - size) / 2 + 1;
-    int rc = fs_conv_maps_new(out, in->channels, height, width, err);
-    if (rc < 0) return rc;
+    MUST(fs_conv_maps_new(out, in->channels, height, width, err));
     for (int c = 0; c < in->channels; c++)
         for (int y = 0; y < height; y++)
             for (int x = 0; x < width; x++) {

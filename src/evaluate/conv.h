@@ -1,6 +1,5 @@
 // The parts of a convolutional network: convolution with bias and max(x, 0), and max pooling.
-#ifndef FS_EVALUATE_CONV_H
-#define FS_EVALUATE_CONV_H
+#pragma once
 
 #include "base/error.h"
 #include "base/threads.h"
@@ -25,5 +24,3 @@ int fs_conv_relu(const ConvShape *shape, const float *weight, const float *bias,
                  Threads *threads, FsError *err);
 // Windows of size x size, 2 apart, inside the input.
 int fs_conv_max_pool(const Maps *in, int size, Maps *out, FsError *err);
-
-#endif

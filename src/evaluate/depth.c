@@ -99,8 +99,7 @@ static int view_score(DepthViewScore *view, const TruthView *truth, const char *
     view->missing = !fs_truth_find(dir, fs_render_layers[RENDER_DEPTH_T].name, truth->name, "png|tif|tiff", &path);
     if (view->missing) return 0;
     size_t first = pairs->n, asked = pairs->asked;
-    int rc = collect(pairs, truth->path.text, path.text, err);
-    if (rc < 0) return rc;
+    MUST(collect(pairs, truth->path.text, path.text, err));
     view->error = relative_error(pairs, first, 1);
     if (pairs->asked > asked) view->covered = (double)(pairs->n - first) / (double)(pairs->asked - asked);
     return 0;

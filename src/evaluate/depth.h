@@ -1,6 +1,5 @@
 // Depth of the transmitted scene against the truth's.
-#ifndef FS_EVALUATE_DEPTH_H
-#define FS_EVALUATE_DEPTH_H
+#pragma once
 
 #include "base/log.h"
 #include "evaluate/truth.h"
@@ -24,5 +23,3 @@ typedef struct DepthScore {
 // world units, taken for metres. The smaller image's pixel centres are compared with the nearest pixel of the larger.
 int fs_depth_score(DepthScore *score, const TruthViews *views, const char *dir, const Log *log, FsError *err);
 void fs_depth_free(DepthScore *score);
-
-#endif

@@ -99,7 +99,7 @@ static int evaluate_depth(Evaluation *e, FsError *err)
 static int finish(const Evaluation *e, FsError *err)
 {
     const Settings *set = &e->project->set;
-    int measured = 0, rc;
+    int measured = 0;
     for (int i = 0; i < e->n; i++)
         for (int l = 0; l < FS_EVALUATE_LAYERS; l++) measured += e->method[i].layer[l].n;
     if (!measured)
@@ -109,12 +109,10 @@ static int finish(const Evaluation *e, FsError *err)
                             e->truth, set->views, e->method[0].dir.text);
     fs_score_table_log(e->method, e->n, &e->project->log);
     FilePath path = fs_file_at("%s/evaluate.json", e->project->out);
-    TRY(fs_score_table_write(e->method, e->n, e->truth, set->views, path.text, err));
-    if (*set->json) TRY(fs_score_table_write(e->method, e->n, e->truth, set->views, set->json, err));
+    MUST(fs_score_table_write(e->method, e->n, e->truth, set->views, path.text, err));
+    if (*set->json) MUST(fs_score_table_write(e->method, e->n, e->truth, set->views, set->json, err));
     fs_log_info(&e->project->log, "evaluate: figures of every view in %s", *set->json ? set->json : path.text);
-    TRY(fs_project_mark_done(e->project, FS_STAGE_EVALUATE, err));
-fail:
-    return rc;
+    return fs_project_mark_done(e->project, FS_STAGE_EVALUATE, err);
 }
 
 static void free_all(Evaluation *e)

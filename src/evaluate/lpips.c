@@ -101,21 +101,19 @@ static int expect_numbers(Cursor *c, const int *expected, size_t n)
 
 static int take_layers(Cursor *c, int which, NetWeights *net)
 {
-    int rc = 0;
     for (int i = 0; i < nets[which].n; i++) {
         const ConvShape *s = &nets[which].layer[i].conv;
-        TRY(expect_numbers(c, (const int[]){s->out, s->in, s->kernel, s->kernel}, 4));
-        TRY(take_floats(c, (size_t)s->out * (size_t)s->in * (size_t)(s->kernel * s->kernel), &net->weight[i]));
-        TRY(take_floats(c, (size_t)s->out, &net->bias[i]));
+        MUST(expect_numbers(c, (const int[]){s->out, s->in, s->kernel, s->kernel}, 4));
+        MUST(take_floats(c, (size_t)s->out * (size_t)s->in * (size_t)(s->kernel * s->kernel), &net->weight[i]));
+        MUST(take_floats(c, (size_t)s->out, &net->bias[i]));
     }
     for (int i = 0, tap = 0; i < nets[which].n; i++) {
         if (!nets[which].layer[i].tap) continue;
-        TRY(expect_numbers(c, &nets[which].layer[i].conv.out, 1));
-        TRY(take_floats(c, (size_t)nets[which].layer[i].conv.out, &net->lin[tap++]));
+        MUST(expect_numbers(c, &nets[which].layer[i].conv.out, 1));
+        MUST(take_floats(c, (size_t)nets[which].layer[i].conv.out, &net->lin[tap++]));
     }
     net->there = true;
-fail:
-    return rc;
+    return 0;
 }
 
 static int take_net(Cursor *c, Lpips *lpips)
@@ -168,8 +166,7 @@ bool fs_lpips_has(const Lpips *lpips, LpipsNet net)
 static int input_maps(const Image *image, Maps *maps, FsError *err)
 {
     static const float shift[3] = {-0.030f, -0.088f, -0.188f}, scale[3] = {0.458f, 0.448f, 0.450f};
-    int rc = fs_conv_maps_new(maps, 3, image->height, image->width, err);
-    if (rc < 0) return rc;
+    MUST(fs_conv_maps_new(maps, 3, image->height, image->width, err));
     size_t n = (size_t)image->width * (size_t)image->height;
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < 3; c++) maps->px[c * n + i] = (2 * image->px[3 * i + c] - 1 - shift[c]) / scale[c];
@@ -207,21 +204,19 @@ static int one_layer(const NetWeights *net, int i, const LayerShape *shape, Maps
                      FsError *err)
 {
     Maps next;
-    int rc;
     if (shape->pool) {
         *small = maps->height < shape->pool || maps->width < shape->pool;
         if (*small) return 0;
-        TRY(fs_conv_max_pool(maps, shape->pool, &next, err));
+        MUST(fs_conv_max_pool(maps, shape->pool, &next, err));
         fs_conv_maps_free(maps);
         *maps = next;
     }
     *small = fs_conv_side(&shape->conv, maps->height) <= 0 || fs_conv_side(&shape->conv, maps->width) <= 0;
     if (*small) return 0;
-    TRY(fs_conv_relu(&shape->conv, net->weight[i], net->bias[i], maps, &next, threads, err));
+    MUST(fs_conv_relu(&shape->conv, net->weight[i], net->bias[i], maps, &next, threads, err));
     fs_conv_maps_free(maps);
     *maps = next;
-fail:
-    return rc;
+    return 0;
 }
 
 int fs_lpips_distance(const Lpips *lpips, LpipsNet which, const Image *a, const Image *b, Threads *threads,

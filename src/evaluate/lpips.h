@@ -1,7 +1,6 @@
 // LPIPS (Zhang et al. 2018, version 0.1): distance of two pictures in the features of a trained network.
 // Weights come from a file that the user makes; docs/lpips.md has the formula and the format.
-#ifndef FS_EVALUATE_LPIPS_H
-#define FS_EVALUATE_LPIPS_H
+#pragma once
 
 #include "base/threads.h"
 #include "image/image.h"
@@ -16,5 +15,3 @@ bool fs_lpips_has(const Lpips *lpips, LpipsNet net);
 // a, b: tone-mapped RGB of one size, 0..1. NAN where they are too small for the network.
 int fs_lpips_distance(const Lpips *lpips, LpipsNet net, const Image *a, const Image *b, Threads *threads, double *value,
                       FsError *err);
-
-#endif

@@ -1,6 +1,5 @@
 // How alike two pictures are: a table of metrics over tone-mapped RGB images of one size, values 0..1.
-#ifndef FS_EVALUATE_METRICS_H
-#define FS_EVALUATE_METRICS_H
+#pragma once
 
 #include "evaluate/lpips.h"
 
@@ -31,5 +30,3 @@ int fs_metrics_ssim(const Image *a, const Image *b, const MetricContext *context
 int fs_metrics_ms_ssim(const Image *a, const Image *b, const MetricContext *context, double *value, FsError *err);
 // 5 scales; fewer (their exponents scaled up to sum to 1) where the smallest would not hold a window.
 int fs_metrics_ms_ssim_scales(int width, int height);
-
-#endif

@@ -59,8 +59,7 @@ static int paired_difference(const Task *task, Image *difference, bool *there, F
     *there = fs_truth_find(task->truth_dir, "I_F", task->truth->name, PICTURES, &path_f) &&
              fs_truth_find(task->truth_dir, "I_N", task->truth->name, PICTURES, &path_n);
     if (!*there) return 0;
-    int rc = fs_truth_read_pair(path_f.text, path_n.text, &flash, &ambient, err);
-    if (rc < 0) return rc;
+    MUST(fs_truth_read_pair(path_f.text, path_n.text, &flash, &ambient, err));
     size_t n = (size_t)flash.width * (size_t)flash.height * 3;
     for (size_t i = 0; i < n; i++) // negative differences become 0
         flash.px[i] = fs_tone_encode(fs_tone_decode(flash.px[i]) - fs_tone_decode(ambient.px[i]));

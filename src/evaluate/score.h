@@ -1,6 +1,5 @@
 // One layer of one folder of renders against the truth: figures per view and their means.
-#ifndef FS_EVALUATE_SCORE_H
-#define FS_EVALUATE_SCORE_H
+#pragma once
 
 #include "base/log.h"
 #include "evaluate/metrics.h"
@@ -40,5 +39,3 @@ typedef struct LayerTask { // what to compare; borrowed
 int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContext *context, const Log *log,
                    FsError *err);
 void fs_score_free(LayerScore *score);
-
-#endif

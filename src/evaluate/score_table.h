@@ -1,6 +1,5 @@
 // What evaluation says: lines of a table through the log, and the same figures with those of each view as JSON.
-#ifndef FS_EVALUATE_SCORE_TABLE_H
-#define FS_EVALUATE_SCORE_TABLE_H
+#pragma once
 
 #include "evaluate/depth.h"
 #include "evaluate/score.h"
@@ -18,5 +17,3 @@ typedef struct MethodScore {
 void fs_score_table_log(const MethodScore *methods, int n, const Log *log);
 int fs_score_table_write(const MethodScore *methods, int n, const char *truth, const char *views, const char *path,
                          FsError *err);
-
-#endif

@@ -82,8 +82,7 @@ static int shrink(Image *image, const Image *to, FsError *err)
 {
     Image small;
     fs_tone_decode_image(image);
-    int rc = fs_image_resize_area(image, to->width, to->height, &small, err);
-    if (rc < 0) return rc;
+    MUST(fs_image_resize_area(image, to->width, to->height, &small, err));
     fs_image_free(image);
     *image = small;
     fs_tone_encode_image(image);

@@ -1,6 +1,5 @@
 // A truth folder: cameras.json and one folder of pictures per layer; and pictures read so that two can be compared.
-#ifndef FS_EVALUATE_TRUTH_H
-#define FS_EVALUATE_TRUTH_H
+#pragma once
 
 #include "base/file.h"
 #include "image/image.h"
@@ -28,5 +27,3 @@ bool fs_truth_find(const char *dir, const char *layer, const char *view, const c
 int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err);
 // PNG or JPEG, both as tone-mapped RGB of one size.
 int fs_truth_read_pair(const char *truth, const char *estimate, Image *a, Image *b, FsError *err);
-
-#endif

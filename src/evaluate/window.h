@@ -1,6 +1,5 @@
 // SSIM's Gaussian window (11x11, sigma 1.5) and the comparison of two planes under it, in double.
-#ifndef FS_EVALUATE_WINDOW_H
-#define FS_EVALUATE_WINDOW_H
+#pragma once
 
 #include <stddef.h>
 
@@ -18,5 +17,3 @@ typedef struct WindowSums {
 
 // The image taken as 0 outside. margin: pixels left out at each border (0: all; FS_WINDOW_RADIUS: only whole windows).
 WindowSums fs_window_compare(const double *a, const double *b, int width, int height, int margin, double *scratch);
-
-#endif

@@ -1,6 +1,5 @@
 // Colours of a scene's Gaussians as a viewer shows them: sRGB display values out of tone-mapped camera RGB.
-#ifndef FS_EXPORT_COLORS_H
-#define FS_EXPORT_COLORS_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -21,5 +20,3 @@ const Cloud *fs_colors_cloud(const Scene *scene, Layer layer);
 void fs_colors_linear(const Scene *scene, Layer layer, const Development *development, float *linear);
 // Display values 0..1 (N, 3) of the same.
 void fs_colors_display(const Scene *scene, Layer layer, const Development *development, float *srgb);
-
-#endif

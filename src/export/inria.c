@@ -14,8 +14,7 @@ static const char *const properties[] = {
 int fs_inria_write(const Cloud *cloud, const float *srgb, const char *path, FsError *err)
 {
     AtomicFile file;
-    int rc = fs_file_begin(&file, path, err);
-    if (rc < 0) return rc;
+    MUST(fs_file_begin(&file, path, err));
     fprintf(file.f, "ply\nformat binary_little_endian 1.0\nelement vertex %d\n", cloud->n);
     for (size_t p = 0; p < N_PROPERTIES; p++) fprintf(file.f, "property float %s\n", properties[p]);
     fprintf(file.f, "end_header\n");

@@ -1,6 +1,5 @@
 // The clouds' files that the usual viewers open. srgb: (N, 3) display values 0..1.
-#ifndef FS_EXPORT_VIEWERS_H
-#define FS_EXPORT_VIEWERS_H
+#pragma once
 
 #include <math.h>
 
@@ -18,5 +17,3 @@ static inline void fs_rotation_unit(const float quat_wxyz[4], float unit[4])
     for (int k = 0; k < 4; k++) n += (double)quat_wxyz[k] * (double)quat_wxyz[k];
     for (int k = 0; k < 4; k++) unit[k] = n > 0 ? (float)(quat_wxyz[k] / sqrt(n)) : (k == 0 ? 1.0f : 0.0f);
 }
-
-#endif

@@ -1,6 +1,5 @@
 // Bilinear interpolation between the four pixels around a place. Positions are of pixels' middles: x = 0 is the first.
-#ifndef FS_IMAGE_BILINEAR_H
-#define FS_IMAGE_BILINEAR_H
+#pragma once
 
 #include <stddef.h>
 
@@ -25,5 +24,3 @@ static inline float fs_bilinear_value(const Bilinear *b, const float *px, int ch
     float bottom = px[b->at[2] * n + k] * (1 - b->fx) + px[b->at[3] * n + k] * b->fx;
     return top * (1 - b->fy) + bottom * b->fy;
 }
-
-#endif

@@ -51,8 +51,7 @@ bool fs_colormap_range(const Image *image, double low, double high, float *low_v
 
 int fs_colormap_depth(const Image *depth, float nearest, float farthest, Image *picture, FsError *err)
 {
-    int rc = fs_image_new(picture, depth->width, depth->height, 3, err);
-    if (rc < 0) return rc;
+    MUST(fs_image_new(picture, depth->width, depth->height, 3, err));
     float far_inverse = farthest > 0 ? 1 / farthest : 0, span = nearest > 0 ? 1 / nearest - far_inverse : 0;
     for (size_t i = 0; i < (size_t)depth->width * (size_t)depth->height; i++) {
         float z = depth->px[i * (size_t)depth->channels], *rgb = picture->px + 3 * i;

@@ -1,7 +1,6 @@
 // Colours for numbers: a perceptual map (dark violet, blue, green, yellow) whose lightness rises evenly, so that equal
 // steps of the number look equal. Made in the CIELAB space rather than from a table.
-#ifndef FS_IMAGE_COLORMAP_H
-#define FS_IMAGE_COLORMAP_H
+#pragma once
 
 #include "image/image.h"
 
@@ -10,5 +9,3 @@ void fs_colormap_color(float value, float rgb[3]); // value 0..1 (clamped) -> sR
 int fs_colormap_depth(const Image *depth, float nearest, float farthest, Image *picture, FsError *err);
 // Percentiles (0..1) of the positive values of an image; false when there are none.
 bool fs_colormap_range(const Image *image, double low, double high, float *low_value, float *high_value);
-
-#endif

@@ -1,6 +1,5 @@
 // Bayer mosaic to RGB in floats: no clipping, negative noise kept.
-#ifndef FS_IMAGE_DEMOSAIC_H
-#define FS_IMAGE_DEMOSAIC_H
+#pragma once
 
 #include "image/image.h"
 
@@ -10,5 +9,3 @@
 bool fs_demosaic_is_bayer(const unsigned char cfa[4]);
 // mosaic (height, width), white-balanced and linear. Either side at least FS_DEMOSAIC_MIN_SIDE.
 int fs_demosaic(const float *mosaic, int width, int height, const unsigned char cfa[4], Image *rgb, FsError *err);
-
-#endif

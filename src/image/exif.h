@@ -1,6 +1,5 @@
 // What a photo says about how it was taken.
-#ifndef FS_IMAGE_EXIF_H
-#define FS_IMAGE_EXIF_H
+#pragma once
 
 #include "base/error.h"
 
@@ -23,5 +22,3 @@ int fs_exif_read(const char *path, ExifInfo *info, FsError *err);
 int fs_exif_flash_fired(const ExifInfo *info);
 // Focal length in pixels of the photo at width x height (whole frame); 0 when unknown.
 double fs_exif_focal_px(const ExifInfo *info, int width, int height);
-
-#endif

@@ -1,6 +1,5 @@
 // A small built-in bitmap font (ASCII, fixed width) for labels on pictures.
-#ifndef FS_IMAGE_FONT_H
-#define FS_IMAGE_FONT_H
+#pragma once
 
 #include "image/image.h"
 
@@ -11,5 +10,3 @@
 // the image or beyond x_end is left out. Bytes outside of printable ASCII are drawn as one '?' per UTF-8 character.
 void fs_font_draw(Image *image, int x, int y, int x_end, int scale, const float color[3], const char *text);
 int fs_font_width(const char *text, int scale); // pixels the text takes
-
-#endif

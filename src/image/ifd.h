@@ -1,6 +1,5 @@
 // TIFF directories: the tags about the shot out of a TIFF block, wherever in a file that block lies.
-#ifndef FS_IMAGE_IFD_H
-#define FS_IMAGE_IFD_H
+#pragma once
 
 #include "image/exif.h"
 
@@ -14,5 +13,3 @@ bool fs_ifd_read_at(const Block *block, uint64_t offset, void *to, size_t n); //
 // Reads the first directory and its EXIF directory into info; keeps what other blocks gave. False when the block is
 // not TIFF. Damaged or unknown entries are left out.
 bool fs_ifd_read(const Block *block, ExifInfo *info);
-
-#endif

@@ -26,8 +26,7 @@ void fs_image_free(Image *image)
 
 int fs_image_copy(Image *to, const Image *from, FsError *err)
 {
-    int rc = fs_image_new(to, from->width, from->height, from->channels, err);
-    if (rc < 0) return rc;
+    MUST(fs_image_new(to, from->width, from->height, from->channels, err));
     size_t n = (size_t)from->width * (size_t)from->height * (size_t)from->channels;
     memcpy(to->px, from->px, n * sizeof *to->px);
     return 0;
@@ -47,8 +46,7 @@ int fs_image_orient(Image *image, int exif_orientation, FsError *err)
     bool transpose = turn[exif_orientation].transpose;
     int w = image->width, h = image->height, c = image->channels;
     Image up;
-    int rc = fs_image_new(&up, transpose ? h : w, transpose ? w : h, c, err);
-    if (rc < 0) return rc;
+    MUST(fs_image_new(&up, transpose ? h : w, transpose ? w : h, c, err));
     for (int y = 0; y < up.height; y++) {
         for (int x = 0; x < up.width; x++) {
             int sx = transpose ? y : x, sy = transpose ? x : y;

@@ -1,7 +1,6 @@
 // Float images, interleaved channels, row by row; and the readers and writers of each file format.
 // Photos are linear light (1.0 = sensor white) unless a name says otherwise.
-#ifndef FS_IMAGE_IMAGE_H
-#define FS_IMAGE_IMAGE_H
+#pragma once
 
 #include "base/error.h"
 
@@ -37,5 +36,3 @@ int fs_jpeg_write(const char *path, const Image *image, int quality, const void 
 // are (as RAW converters write them) and 8 bits are not.
 int fs_png_is_linear(const char *path, bool *linear, FsError *err);
 int fs_tiff_is_linear(const char *path, bool *linear, FsError *err);
-
-#endif

@@ -66,21 +66,19 @@ int fs_photo_read_stored(const char *path, Image *image, FsError *err)
 static int read_display(const char *path, Image *image, bool *encoded, FsError *err)
 {
     bool linear = false;
-    int rc = 0, kind = fs_photo_kind(path);
-    if (kind == PHOTO_PNG) TRY(fs_png_is_linear(path, &linear, err));
-    if (kind == PHOTO_TIFF) TRY(fs_tiff_is_linear(path, &linear, err));
-    TRY(fs_photo_read_stored(path, image, err));
+    int kind = fs_photo_kind(path);
+    if (kind == PHOTO_PNG) MUST(fs_png_is_linear(path, &linear, err));
+    if (kind == PHOTO_TIFF) MUST(fs_tiff_is_linear(path, &linear, err));
+    MUST(fs_photo_read_stored(path, image, err));
     *encoded = !linear;
-fail:
-    return rc;
+    return 0;
 }
 
 // Three channels in linear light, and where a channel was clipped. NaN and infinity count as clipped.
 static int linearise(const Image *image, bool encoded, Image *rgb, Image *clipped, FsError *err)
 {
-    int rc = 0;
-    TRY(fs_image_new(rgb, image->width, image->height, 3, err));
-    TRY(fs_image_new(clipped, image->width, image->height, 1, err));
+    MUST(fs_image_new(rgb, image->width, image->height, 3, err));
+    MUST(fs_image_new(clipped, image->width, image->height, 1, err));
     float limit = encoded ? CLIP_ENCODED : CLIP_LINEAR;
     for (size_t i = 0; i < (size_t)image->width * (size_t)image->height; i++)
         for (size_t c = 0; c < 3; c++) {
@@ -89,8 +87,7 @@ static int linearise(const Image *image, bool encoded, Image *rgb, Image *clippe
             if (!isfinite(v)) v = 1;
             rgb->px[3 * i + c] = encoded ? fs_tone_srgb_decode(v) : v;
         }
-fail:
-    return rc;
+    return 0;
 }
 
 int fs_photo_read(const char *path, const double white_balance[3], Image *rgb, Image *clipped, bool *encoded,

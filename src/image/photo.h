@@ -1,6 +1,5 @@
 // A photo of any format, told by its extension: what its headers say, and its picture in linear light.
-#ifndef FS_IMAGE_PHOTO_H
-#define FS_IMAGE_PHOTO_H
+#pragma once
 
 #include "image/exif.h"
 #include "image/image.h"
@@ -17,5 +16,3 @@ int fs_photo_read(const char *path, const double white_balance[3], Image *rgb, I
 
 // JPEG, PNG or TIFF with the values it has, by its extension.
 int fs_photo_read_stored(const char *path, Image *image, FsError *err);
-
-#endif

@@ -79,8 +79,7 @@ int fs_raw_read_info(const char *path, RawInfo *info, FsError *err)
     *info = (RawInfo){0};
     bool damaged;
     libraw_data_t *raw;
-    int rc = open_raw(path, &damaged, &raw, err);
-    if (rc < 0) return rc;
+    MUST(open_raw(path, &damaged, &raw, err));
     static const int exif_of_flip[8] = {1, 2, 4, 3, 5, 8, 6, 7};
     const libraw_imgother_t *shot = &raw->other;
     info->width = raw->sizes.width;

@@ -1,6 +1,5 @@
 // Camera RAW through LibRaw: linear camera RGB, white-balanced, 1.0 = sensor white in the green channel.
-#ifndef FS_IMAGE_RAW_H
-#define FS_IMAGE_RAW_H
+#pragma once
 
 #include "image/image.h"
 
@@ -19,5 +18,3 @@ int fs_raw_read_info(const char *path, RawInfo *info, FsError *err);
 // where the sensor is a Bayer one. clipped (1 channel): 1 where a sensor pixel near enough to matter was saturated.
 // As stored: orientation not applied. plain: LibRaw's own processing even for a Bayer sensor.
 int fs_raw_read(const char *path, const double white_balance[3], bool plain, Image *rgb, Image *clipped, FsError *err);
-
-#endif

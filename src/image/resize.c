@@ -38,8 +38,7 @@ static double weight_at(const Span *s, int k)
 int fs_image_resize_area(const Image *from, int width, int height, Image *to, FsError *err)
 {
     if (width == from->width && height == from->height) return fs_image_copy(to, from, err);
-    int rc = fs_image_new(to, width, height, from->channels, err);
-    if (rc < 0) return rc;
+    MUST(fs_image_new(to, width, height, from->channels, err));
     size_t c = (size_t)from->channels, row = (size_t)from->width * c;
     double *sum = malloc(row * sizeof *sum); // one row of input pixels, averaged over the rows of a span
     if (!sum) {

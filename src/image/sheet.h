@@ -1,6 +1,5 @@
 // Contact sheets: labelled pictures in a grid, as one PNG to look at.
-#ifndef FS_IMAGE_SHEET_H
-#define FS_IMAGE_SHEET_H
+#pragma once
 
 #include "image/image.h"
 
@@ -13,5 +12,3 @@ typedef struct SheetTile {
 int fs_sheet_draw(Image *sheet, const SheetTile *tiles, int n, int columns, FsError *err);
 // The same as an 8-bit RGB PNG.
 int fs_sheet_write(const char *path, const SheetTile *tiles, int n, int columns, FsError *err);
-
-#endif

@@ -1,6 +1,5 @@
 // libtiff on our own files: it reads and writes through an AtomicFile, and what it says becomes an error.
-#ifndef FS_IMAGE_TIFF_FILE_H
-#define FS_IMAGE_TIFF_FILE_H
+#pragma once
 
 #include <tiffio.h>
 
@@ -19,5 +18,3 @@ int fs_tiff_file_begin(TiffFile *t, const char *path, const char *mode, FsError 
 int fs_tiff_file_commit(TiffFile *t, bool ok, FsError *err); // ok: all that was written succeeded; frees either way
 void fs_tiff_file_close(TiffFile *t);                        // after reading
 int fs_tiff_file_bad(const TiffFile *t, FsError *err);       // when reading failed
-
-#endif

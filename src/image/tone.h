@@ -1,6 +1,5 @@
 // The only place where linear light becomes display values and back.
-#ifndef FS_IMAGE_TONE_H
-#define FS_IMAGE_TONE_H
+#pragma once
 
 #include "base/optics.h"
 #include "image/image.h"
@@ -16,5 +15,3 @@ float fs_tone_srgb_decode(float encoded);
 // exposure: multiplies linear light; see fs_tone_pleasant_exposure.
 float fs_tone_pleasant(float linear, float exposure);
 float fs_tone_pleasant_exposure(const Image *linear_photos, int n); // from a percentile of the photos
-
-#endif

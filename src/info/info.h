@@ -1,6 +1,5 @@
 // Describes what a path is: a project folder, a camera model, a PLY, a photo. Lines go out through the log.
-#ifndef FS_INFO_INFO_H
-#define FS_INFO_INFO_H
+#pragma once
 
 #include "base/log.h"
 #include "base/error.h"
@@ -17,5 +16,3 @@ int fs_info_ply_count(const char *path); // of its vertices, from the header alo
 int fs_info_cameras(const char *path, const Log *log, FsError *err);
 int fs_info_photo(const char *path, const Log *log, FsError *err);
 void fs_info_size(double bytes, char *buf, size_t n); // "12.3 MB"
-
-#endif

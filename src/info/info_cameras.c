@@ -48,8 +48,7 @@ static void describe_views(const Dataset *views, const Log *log)
 int fs_info_cameras(const char *path, const Log *log, FsError *err)
 {
     CamerasFile file = {0};
-    int rc = fs_cameras_file_read(path, &file, err);
-    if (rc < 0) return rc;
+    MUST(fs_cameras_file_read(path, &file, err));
     fs_log_info(log, "%s: %s", path, file.image ? "COLMAP model" : "cameras");
     if (file.image)
         describe_model(&file.model, log);

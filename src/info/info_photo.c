@@ -46,8 +46,7 @@ int fs_info_photo(const char *path, const Log *log, FsError *err)
 {
     ExifInfo exif;
     struct stat st;
-    int rc = fs_exif_read(path, &exif, err);
-    if (rc < 0) return rc;
+    MUST(fs_exif_read(path, &exif, err));
     if (stat(path, &st) != 0) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot read", path);
     if (exif.flash < 0 && exif.exposure_s <= 0 && exif.exif_width <= 0 && exif.focal_mm <= 0 && !*exif.make)
         return describe_picture(path, log, err);

@@ -112,8 +112,7 @@ int fs_info_ply(const char *path, const Log *log, FsError *err)
 {
     Ply ply;
     struct stat st;
-    int rc = read_header(path, &ply, err);
-    if (rc < 0) return rc;
+    MUST(read_header(path, &ply, err));
     if (stat(path, &st) != 0) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot read", path);
     char size[32];
     fs_info_size((double)st.st_size, size, sizeof size);

@@ -15,12 +15,11 @@ static size_t pixels(const Image *image)
 static int shrink(PhotoFile *photo, Image *rgb, Image *clipped, int long_edge, Image *working, Image *mask,
                   FsError *err)
 {
-    int rc = 0;
     Camera full = {.width = rgb->width, .height = rgb->height}, small = fs_camera_limited(&full, long_edge);
-    TRY(fs_image_resize_area(rgb, small.width, small.height, working, err));
-    TRY(fs_image_resize_area(clipped, small.width, small.height, mask, err));
-    TRY(fs_image_orient(working, photo->exif.orientation, err));
-    TRY(fs_image_orient(mask, photo->exif.orientation, err));
+    MUST(fs_image_resize_area(rgb, small.width, small.height, working, err));
+    MUST(fs_image_resize_area(clipped, small.width, small.height, mask, err));
+    MUST(fs_image_orient(working, photo->exif.orientation, err));
+    MUST(fs_image_orient(mask, photo->exif.orientation, err));
     bool turned = photo->exif.orientation > 4;
     photo->orig_width = turned ? rgb->height : rgb->width;
     photo->orig_height = turned ? rgb->width : rgb->height;
@@ -37,8 +36,7 @@ static int shrink(PhotoFile *photo, Image *rgb, Image *clipped, int long_edge, I
     }
     photo->mean = sum / (3.0 * (double)pixels(working));
     photo->clipped = lost / (double)pixels(mask);
-fail:
-    return rc;
+    return 0;
 }
 
 // The photo as the pose finder wants it: larger than the working image where the photo is, 8 bits, dark parts raised.

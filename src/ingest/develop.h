@@ -1,6 +1,5 @@
 // One photo to its working image and mask.
-#ifndef FS_INGEST_DEVELOP_H
-#define FS_INGEST_DEVELOP_H
+#pragma once
 
 #include "ingest/photos.h"
 
@@ -9,5 +8,3 @@
 // Writes <dir>/<name>.tif, <dir>/<name>_mask.png and <dir>/features/<name>.png; fills the photo's sizes and figures, or
 // its failure.
 void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, int long_edge);
-
-#endif

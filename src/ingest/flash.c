@@ -37,8 +37,8 @@ static int mark_by_list(Photos *photos, const char *path, const Log *log, FsErro
 {
     char *text, *rest;
     size_t size;
-    int rc = fs_file_read(path, MAX_LIST_BYTES, &text, &size, err), named = 0, lost = 0;
-    if (rc < 0) return rc;
+    int named = 0, lost = 0;
+    MUST(fs_file_read(path, MAX_LIST_BYTES, &text, &size, err));
     char first_lost[100] = "";
     for (char *line = strtok_r(text, "\r\n", &rest); line; line = strtok_r(NULL, "\r\n", &rest)) {
         line[strcspn(line, "#")] = 0;
@@ -102,22 +102,20 @@ int fs_photos_check_groups(const Photos *photos, FsError *err)
 int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, FsError *err)
 {
     bool by_glob = set->flash_glob && *set->flash_glob, by_list = set->flash_list && *set->flash_list;
-    int rc = 0;
     if (by_glob || by_list) {
         for (int i = 0; i < photos->n; i++) photos->photo[i].flash = 0;
-        if (by_glob) TRY(mark_by_glob(photos, set->flash_glob, err));
-        if (by_list) TRY(mark_by_list(photos, set->flash_list, log, err));
+        if (by_glob) MUST(mark_by_glob(photos, set->flash_glob, err));
+        if (by_list) MUST(mark_by_list(photos, set->flash_list, log, err));
     } else {
-        if (photos->n >= 2) TRY(mark_by_exif(photos, err));
-        TRY(fs_photos_drop_failed(photos, log, err));
+        if (photos->n >= 2) MUST(mark_by_exif(photos, err));
+        MUST(fs_photos_drop_failed(photos, log, err));
     }
-    TRY(fs_photos_check_groups(photos, err));
+    MUST(fs_photos_check_groups(photos, err));
     int flash = 0;
     for (int i = 0; i < photos->n; i++) flash += photos->photo[i].flash;
     fs_log_info(log, "%d photos: %d with flash, %d without (%s)", photos->n, flash, photos->n - flash,
                 by_glob   ? "--flash-glob"
                 : by_list ? "--flash-list"
                           : "EXIF");
-fail:
-    return rc;
+    return 0;
 }

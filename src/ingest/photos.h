@@ -1,6 +1,5 @@
 // The photos of a capture, from file names to what is known of each.
-#ifndef FS_INGEST_PHOTOS_H
-#define FS_INGEST_PHOTOS_H
+#pragma once
 
 #include "base/threads.h"
 #include "image/photo.h"
@@ -46,5 +45,3 @@ int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, Fs
 int fs_photos_check_groups(const Photos *photos, FsError *err);
 // One white balance and one exposure for the whole capture, by medians; warns where the photos differ.
 int fs_photos_level(Photos *photos, const Log *log, FsError *err);
-
-#endif

@@ -1,6 +1,5 @@
 // A pinhole camera in COLMAP's conventions: world-to-camera, x right, y down, z forward, pixel centres at +0.5.
-#ifndef FS_MODEL_CAMERA_H
-#define FS_MODEL_CAMERA_H
+#pragma once
 
 #include <stddef.h>
 
@@ -26,5 +25,3 @@ void fs_camera_pose_from_quat(const double quat_wxyz[4], const double t[3], doub
 void fs_camera_pose_to_quat(const double w2c[12], double quat_wxyz[4], double t[3]);
 // From one camera's coordinates to another's: x_to = rotation x_from + t.
 void fs_camera_relative(const Camera *from, const Camera *to, double rotation[9], double t[3]);
-
-#endif

@@ -1,6 +1,5 @@
 // Reads "any camera model": a COLMAP folder, nerfstudio's transforms.json, or our own views.json / cameras.json.
-#ifndef FS_MODEL_CAMERAS_FILE_H
-#define FS_MODEL_CAMERAS_FILE_H
+#pragma once
 
 #include "model/colmap_model.h"
 #include "model/dataset.h"
@@ -14,5 +13,3 @@ typedef struct CamerasFile {
 
 int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err);
 void fs_cameras_file_free(CamerasFile *file);
-
-#endif

@@ -27,8 +27,7 @@ int fs_cloud_reserve(Cloud *cloud, int capacity, FsError *err)
 
 int fs_cloud_resize(Cloud *cloud, int n, FsError *err)
 {
-    int rc = fs_cloud_reserve(cloud, n, err);
-    if (rc < 0) return rc;
+    MUST(fs_cloud_reserve(cloud, n, err));
     for (int f = 0; f < CLOUD_FIELDS && n > cloud->n; f++)
         if (cloud->width[f])
             memset(cloud->field[f] + (size_t)cloud->n * (size_t)cloud->width[f], 0,
@@ -56,8 +55,7 @@ void fs_cloud_free(Cloud *cloud)
 
 int fs_cloud_copy(Cloud *to, const Cloud *from, FsError *err)
 {
-    int rc = fs_cloud_new(to, from->n, from->width[CLOUD_COLORS], from->width[CLOUD_GAINS], err);
-    if (rc < 0) return rc;
+    MUST(fs_cloud_new(to, from->n, from->width[CLOUD_COLORS], from->width[CLOUD_GAINS], err));
     for (int f = 0; f < CLOUD_FIELDS; f++)
         if (from->width[f] && from->n)
             memcpy(to->field[f], from->field[f], sizeof(float) * (size_t)from->width[f] * (size_t)from->n);

@@ -1,6 +1,5 @@
 // A cloud of 3D Gaussians, structure of arrays. One table of fields drives append, compact, Adam, PLY and checkpoint.
-#ifndef FS_MODEL_CLOUD_H
-#define FS_MODEL_CLOUD_H
+#pragma once
 
 #include "base/error.h"
 
@@ -41,5 +40,3 @@ int fs_cloud_ply_read(Cloud *cloud, const char *path, FsError *err);
 // Plain coloured points as PLY (x y z red green blue [value]), for looking at. rgb (N, 3) 0..255; value may be NULL.
 int fs_cloud_points_write(const char *path, int n, const float *xyz, const unsigned char *rgb, const float *value,
                           FsError *err);
-
-#endif

@@ -205,8 +205,7 @@ int fs_cloud_points_write(const char *path, int n, const float *xyz, const unsig
                           FsError *err)
 {
     AtomicFile file;
-    int rc = fs_file_begin(&file, path, err);
-    if (rc < 0) return rc;
+    MUST(fs_file_begin(&file, path, err));
     fprintf(file.f,
             "ply\nformat binary_little_endian 1.0\ncomment flashsplat points\nelement vertex %d\n"
             "property float x\nproperty float y\nproperty float z\n"

@@ -51,8 +51,8 @@ static int get_count(Reader *r, size_t least, int *count, FsError *err)
 
 static int read_cameras(Reader *r, ColmapModel *model, FsError *err)
 {
-    int n, rc = 0;
-    TRY(get_count(r, 4 + 4 + 16 + 16, &n, err));
+    int n;
+    MUST(get_count(r, 4 + 4 + 16 + 16, &n, err));
     for (int i = 0; i < n; i++) {
         ColmapCamera *c = fs_colmap_model_add_camera(model, err);
         if (!c) return FS_ERR_MEMORY;
@@ -71,28 +71,26 @@ static int read_cameras(Reader *r, ColmapModel *model, FsError *err)
         c->lens.width = (int)w;
         c->lens.height = (int)h;
     }
-fail:
-    return rc;
+    return 0;
 }
 
 static int read_observations(Reader *r, ColmapModel *model, FsError *err)
 {
-    int n, rc = 0;
-    TRY(get_count(r, 24, &n, err));
+    int n;
+    MUST(get_count(r, 24, &n, err));
     for (int i = 0; i < n; i++) {
         ColmapObservation o = {.x = get_double(r), .y = get_double(r)};
         o.point = (int64_t)get_uint(r, 8); // 2^64 - 1 becomes -1
         if (o.point < 0) o.point = -1;
-        TRY(fs_colmap_model_add_observation(model, o, err));
+        MUST(fs_colmap_model_add_observation(model, o, err));
     }
-fail:
-    return rc;
+    return 0;
 }
 
 static int read_images(Reader *r, ColmapModel *model, FsError *err)
 {
-    int n, rc = 0;
-    TRY(get_count(r, 4 + 32 + 24 + 4 + 2 + 8, &n, err));
+    int n;
+    MUST(get_count(r, 4 + 32 + 24 + 4 + 2 + 8, &n, err));
     for (int i = 0; i < n; i++) {
         double pose[7];
         uint32_t id = (uint32_t)get_uint(r, 4);
@@ -107,16 +105,15 @@ static int read_images(Reader *r, ColmapModel *model, FsError *err)
         image->camera_id = camera_id;
         memcpy(image->quat, pose, sizeof image->quat);
         memcpy(image->t, pose + 4, sizeof image->t);
-        TRY(read_observations(r, model, err));
+        MUST(read_observations(r, model, err));
     }
-fail:
-    return rc;
+    return 0;
 }
 
 static int read_points(Reader *r, ColmapModel *model, FsError *err)
 {
-    int n, rc = 0, length;
-    TRY(get_count(r, 8 + 24 + 3 + 8 + 8, &n, err));
+    int n, length;
+    MUST(get_count(r, 8 + 24 + 3 + 8 + 8, &n, err));
     for (int i = 0; i < n; i++) {
         ColmapPoint *point = fs_colmap_model_add_point(model, err);
         if (!point) return FS_ERR_MEMORY;
@@ -124,15 +121,14 @@ static int read_points(Reader *r, ColmapModel *model, FsError *err)
         for (int k = 0; k < 3; k++) point->xyz[k] = get_double(r);
         for (int k = 0; k < 3; k++) point->rgb[k] = (unsigned char)get_uint(r, 1);
         point->error = get_double(r);
-        TRY(get_count(r, 8, &length, err));
+        MUST(get_count(r, 8, &length, err));
         for (int k = 0; k < length; k++) {
             ColmapTrack track = {.image_id = (uint32_t)get_uint(r, 4)};
             track.index = (uint32_t)get_uint(r, 4);
-            TRY(fs_colmap_model_add_track(model, track, err));
+            MUST(fs_colmap_model_add_track(model, track, err));
         }
     }
-fail:
-    return rc;
+    return 0;
 }
 
 static int read(const char *path, char *data, size_t size, ColmapPart part, ColmapModel *model, FsError *err)

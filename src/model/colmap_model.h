@@ -1,7 +1,6 @@
 // COLMAP models (cameras, images, points with tracks), text and binary, as COLMAP 3.8 to 4.x writes them.
 // The rigs and frames files of COLMAP 4 are not needed: its images files hold the composed poses.
-#ifndef FS_MODEL_COLMAP_MODEL_H
-#define FS_MODEL_COLMAP_MODEL_H
+#pragma once
 
 #include <stdio.h>
 #include <stdint.h>
@@ -78,5 +77,3 @@ typedef struct ColmapFormat {
     void (*write[COLMAP_PARTS])(FILE *f, const ColmapModel *model);
 } ColmapFormat;
 extern const ColmapFormat fs_colmap_binary, fs_colmap_text;
-
-#endif

@@ -1,6 +1,5 @@
 // The posed photos of a capture: OUT/views.json.
-#ifndef FS_MODEL_DATASET_H
-#define FS_MODEL_DATASET_H
+#pragma once
 
 #include "image/image.h"
 #include "model/camera.h"
@@ -26,5 +25,3 @@ int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err);
 int fs_dataset_read(Dataset *dataset, const char *path, FsError *err); // also truth/cameras.json ("images": [...])
 // Photo and mask (1 channel, 1 = trusted; may be NULL) of one view out of OUT/images.
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err);
-
-#endif

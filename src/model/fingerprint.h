@@ -1,6 +1,5 @@
 // What a stage's results follow from: its settings, and a hash of the content of every input.
-#ifndef FS_MODEL_FINGERPRINT_H
-#define FS_MODEL_FINGERPRINT_H
+#pragma once
 
 #include "model/project.h"
 
@@ -10,5 +9,3 @@ char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage);
 // What differs, in words for the user, into text; false: nothing does. An input without hash now is not compared:
 // photos may be gone once they are ingested. was: anything that ought to be a fingerprint.
 bool fs_fingerprint_differs(const char *was, const char *now, char *text, size_t size);
-
-#endif

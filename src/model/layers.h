@@ -1,8 +1,7 @@
 // The layers by name, in two tables: the four of the image model I = T + beta * R (Flash-Splat, section 3), which have
 // Gaussians, and those that are rendered, measured and shown, each a folder of its name on disk. The model's R is the
 // mirrored room itself: the render R_scene; the render R is beta * R, as the photo shows it.
-#ifndef FS_MODEL_LAYERS_H
-#define FS_MODEL_LAYERS_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -35,5 +34,3 @@ typedef struct RenderLayerInfo {
     bool depth;
 } RenderLayerInfo;
 extern const RenderLayerInfo fs_render_layers[RENDER_LAYERS];
-
-#endif

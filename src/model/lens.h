@@ -1,6 +1,5 @@
 // Lens distortion: COLMAP's perspective and fisheye camera models, between the ray of an ideal pinhole and the photo.
-#ifndef FS_MODEL_LENS_H
-#define FS_MODEL_LENS_H
+#pragma once
 
 #include "base/error.h"
 #include "model/camera.h"
@@ -43,5 +42,3 @@ Lens fs_lens_resized(const Lens *lens, int width, int height);
 void fs_lens_project(const Lens *lens, const double ray[2], double pixel[2]);
 // Photo pixel -> ray; false where the model cannot be inverted.
 bool fs_lens_unproject(const Lens *lens, const double pixel[2], double ray[2]);
-
-#endif

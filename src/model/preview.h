@@ -1,7 +1,6 @@
 // Pictures for people: one exposure for everything shown of a capture, and small display pictures of linear images.
 // Numbers meant for programs never go through here; see image/tone.h.
-#ifndef FS_MODEL_PREVIEW_H
-#define FS_MODEL_PREVIEW_H
+#pragma once
 
 #include "model/dataset.h"
 
@@ -13,5 +12,3 @@ int fs_preview_picture(const Image *linear, int long_edge, float exposure, Image
 int fs_preview_shrink(const Image *image, int long_edge, Image *smaller, FsError *err);
 // Up to `most` views, spread evenly over the capture, flash and no-flash in turn; returns how many.
 int fs_preview_choose(const Dataset *dataset, int most, int *chosen);
-
-#endif

@@ -236,16 +236,15 @@ int fs_project_check_input(const FsProject *project, const char *path, FsError *
 
 static int check_plan(const FsProject *project, unsigned stages, const Names *names, FsError *err)
 {
-    int rc;
-    TRY(check_marks(project, err));
-    if ((stages & FS_STAGE_POSES) && *project->set.poses) TRY(fs_project_check_input(project, project->set.poses, err));
-    for (int i = 0; i < N_SHARED; i++) TRY(check_output(project, shared_output[i], names, err));
+    MUST(check_marks(project, err));
+    if ((stages & FS_STAGE_POSES) && *project->set.poses)
+        MUST(fs_project_check_input(project, project->set.poses, err));
+    for (int i = 0; i < N_SHARED; i++) MUST(check_output(project, shared_output[i], names, err));
     for (int i = 0; i < PROJECT_STAGES; i++)
         for (int k = 0; k < PROJECT_OUTPUTS && fs_project_stages[i].output[k]; k++)
             if (fs_project_stages[i].stage & stages)
-                TRY(check_output(project, fs_project_stages[i].output[k], names, err));
-fail:
-    return rc;
+                MUST(check_output(project, fs_project_stages[i].output[k], names, err));
+    return 0;
 }
 
 // What the last run left; not what a training is to go on from.

@@ -18,8 +18,7 @@
 //
 // linear/ and images/ hold 32-bit float RGB TIFF, white-balanced camera RGB, linear, 1.0 = sensor white, negative
 // noise kept; masks are 8-bit grey PNG, 255 where the pixel may be trusted, 0 where clipped or outside the photo.
-#ifndef FS_MODEL_PROJECT_H
-#define FS_MODEL_PROJECT_H
+#pragma once
 
 #include "base/log.h"
 #include "model/settings.h"
@@ -66,5 +65,3 @@ int fs_project_check_input(const FsProject *project, const char *path, FsError *
 // it beside the work; then see whether work of `was` belongs to it: an error that says what differs.
 const char *fs_project_fingerprint(FsProject *project, unsigned stage); // NULL when out of memory
 int fs_project_check(FsProject *project, unsigned stage, const char *was, const char *path, FsError *err);
-
-#endif

@@ -87,14 +87,11 @@ static int switched_check(const Scene *scene, const char *path, FsError *err)
 
 static int write_model(const Scene *scene, const char *path, FsError *err)
 {
-    int rc = 0;
     for (size_t i = 0; i < N_NUMBERS; i++)
         for (int k = 0; k < numbers[i].n; k++)
-            TRY(number_check(&numbers[i], ((const double *)((const char *)scene + numbers[i].offset))[k], path, err));
-    TRY(switched_check(scene, path, err));
-    TRY(fs_json_file_write(path, to_json(scene), JSON_INDENT(1) | JSON_REAL_PRECISION(17), err));
-fail:
-    return rc;
+            MUST(number_check(&numbers[i], ((const double *)((const char *)scene + numbers[i].offset))[k], path, err));
+    MUST(switched_check(scene, path, err));
+    return fs_json_file_write(path, to_json(scene), JSON_INDENT(1) | JSON_REAL_PRECISION(17), err);
 }
 
 static int read_flag(const json_t *root, const char *name, bool *flag, const char *path, FsError *err)
@@ -202,8 +199,7 @@ static int read_cloud(Scene *scene, int layer, const json_t *clouds, const char 
     json_t *count = json_object_get(clouds, fs_layers[layer].name);
     if (!count) return 0;
     FilePath path = fs_file_at("%s/%s.ply", dir, fs_layers[layer].name);
-    int rc = fs_cloud_ply_read(&scene->cloud[layer], path.text, err);
-    if (rc < 0) return rc;
+    MUST(fs_cloud_ply_read(&scene->cloud[layer], path.text, err));
     if (json_is_integer(count) && json_integer_value(count) == scene->cloud[layer].n)
         return cloud_check(scene, layer, path.text, err);
     return fs_error_set(

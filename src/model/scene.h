@@ -1,7 +1,6 @@
 // A separated scene: the clouds of the four layers and what ties them together. Layout on disk, both of OUT/start
 // (before training) and OUT/clouds (after): <layer>.ply per cloud and model.json.
-#ifndef FS_MODEL_SCENE_H
-#define FS_MODEL_SCENE_H
+#pragma once
 
 #include "base/optics.h"
 #include "model/cloud.h"
@@ -63,5 +62,3 @@ static inline bool fs_scene_lit(const Scene *scene)
 {
     return scene->shared_geometry && (scene->separation == SEPARATION_FULL || scene->separation == SEPARATION_LINEAR);
 }
-
-#endif

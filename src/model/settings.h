@@ -1,6 +1,5 @@
 // All settings as one struct; settings.c has the one table that describes them.
-#ifndef FS_MODEL_SETTINGS_H
-#define FS_MODEL_SETTINGS_H
+#pragma once
 
 #include "flashsplat.h"
 
@@ -44,5 +43,3 @@ bool fs_settings_was_set(const Settings *settings, const char *name);  // by the
 double fs_settings_number(const Settings *settings, const char *name); // of an option of type FLOAT
 // The settings of the given stages as a JSON object text (caller frees), NULL when out of memory.
 char *fs_settings_json(const Settings *settings, unsigned stages);
-
-#endif

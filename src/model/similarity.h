@@ -1,6 +1,5 @@
 // Similarities (scale, rotation, shift) between two frames that show the same scene.
-#ifndef FS_MODEL_SIMILARITY_H
-#define FS_MODEL_SIMILARITY_H
+#pragma once
 
 #include "base/error.h"
 #include "model/camera.h"
@@ -21,5 +20,3 @@ int fs_similarity_fit_robust(const double (*from)[3], const double (*to)[3], int
 void fs_similarity_apply(const Similarity *similarity, const double x[3], double y[3]);
 // The camera after its world moved by the similarity: sees y where it saw x.
 Camera fs_similarity_camera(const Similarity *similarity, const Camera *camera);
-
-#endif

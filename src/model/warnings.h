@@ -1,7 +1,6 @@
 // Warnings outlive the run that gave them: each goes on to the caller's log and into OUT/warnings/<stage>.txt, one line
 // each and each line once, for the report. A stage that starts anew begins with none (fs_project_done sees to it).
-#ifndef FS_MODEL_WARNINGS_H
-#define FS_MODEL_WARNINGS_H
+#pragma once
 
 #include "base/log.h"
 
@@ -17,5 +16,3 @@ void fs_warnings_forget(const char *out, const char *stage);
 // The kept warnings of all stages in the order of the stages, lines of text; the caller frees. NULL when there are
 // none.
 char *fs_warnings_read(const char *out);
-
-#endif

@@ -44,15 +44,12 @@ fail:
 
 static int read_photo(PairPhoto *photo, const double white_balance[3], int long_edge, FsError *err)
 {
-    int rc;
-    TRY(fs_photo_read(photo->path, white_balance, &photo->rgb, &photo->clipped, &photo->encoded, err));
+    MUST(fs_photo_read(photo->path, white_balance, &photo->rgb, &photo->clipped, &photo->encoded, err));
     bool turned = photo->exif.orientation > 4;
     photo->width = turned ? photo->rgb.height : photo->rgb.width;
     photo->height = turned ? photo->rgb.width : photo->rgb.height;
-    TRY(bring_to_size(&photo->rgb, photo->exif.orientation, long_edge, err));
-    TRY(bring_to_size(&photo->clipped, photo->exif.orientation, long_edge, err));
-fail:
-    return rc;
+    MUST(bring_to_size(&photo->rgb, photo->exif.orientation, long_edge, err));
+    return bring_to_size(&photo->clipped, photo->exif.orientation, long_edge, err);
 }
 
 static void warn_flash(const PairPhoto *flash, const PairPhoto *noflash, const Log *log)
@@ -132,16 +129,14 @@ static void subtract(PairPhoto *flash, const PairPhoto *noflash, double ratio, c
 
 static int write_difference(Image *difference, const char *out, const char *tiff, const Log *log, FsError *err)
 {
-    int rc = 0;
     if (tiff) {
-        TRY(fs_tiff_write_float(tiff, difference, err));
+        MUST(fs_tiff_write_float(tiff, difference, err));
         fs_log_info(log, "pair: %s, linear", tiff);
     }
     fs_tone_encode_image(difference);
-    TRY(fs_png_write(out, difference, 8, err));
+    MUST(fs_png_write(out, difference, 8, err));
     fs_log_info(log, "pair: %s, %d x %d", out, difference->width, difference->height);
-fail:
-    return rc;
+    return 0;
 }
 
 int fs_pair_run(const char *flash_path, const char *noflash_path, const char *out, const FsSettings *settings,

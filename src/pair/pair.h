@@ -1,6 +1,5 @@
 // The classic of a tripod: gamma(flash photo - no-flash photo), what the flash alone lit behind the glass.
-#ifndef FS_PAIR_PAIR_H
-#define FS_PAIR_PAIR_H
+#pragma once
 
 #include "base/log.h"
 #include "model/settings.h"
@@ -9,5 +8,3 @@
 // white) and with the setting "linear" the unclamped difference as 32-bit float TIFF beside it.
 int fs_pair_run(const char *flash, const char *noflash, const char *out, const FsSettings *settings, const Log *log,
                 FsError *err);
-
-#endif

@@ -1,6 +1,5 @@
 // What ingest left, as poses needs it: the photos, their sizes and the pictures to look for features in.
-#ifndef FS_POSES_CAPTURE_H
-#define FS_POSES_CAPTURE_H
+#pragma once
 
 #include "base/error.h"
 
@@ -23,5 +22,3 @@ typedef struct Capture {
 int fs_capture_read(const char *out, Capture *capture, FsError *err);
 void fs_capture_free(Capture *capture);
 int fs_capture_find(const Capture *capture, const char *name); // -1 when missing
-
-#endif

@@ -139,7 +139,6 @@ void fs_colmap_close(Colmap *colmap)
 
 int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
 {
-    int rc = 0;
     const Capture *cap = colmap->capture;
     bool frames = fs_database_has_frames(colmap->db);
     Lens lens = prior_lens(&cap->photo[0]);
@@ -160,21 +159,19 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
         {"--ImageReader.single_camera", "1"},
         {"--ImageReader.camera_params", params},
         {NULL, NULL}};
-    TRY(run(colmap, "feature_extractor", options, "looking for features", err));
+    MUST(run(colmap, "feature_extractor", options, "looking for features", err));
     for (int i = 0; i < cap->n; i++) {
         colmap->image_id[i] = fs_database_image(colmap->db, cap->photo[i].picture);
-        if (colmap->image_id[i]) TRY(fs_database_features(colmap->db, colmap->image_id[i], &features[i], err));
+        if (colmap->image_id[i]) MUST(fs_database_features(colmap->db, colmap->image_id[i], &features[i], err));
         if (features[i].n < 50)
             fs_log_warn(&colmap->project->log, "%s: only %d features; is it sharp and well exposed?",
                         cap->photo[i].name, features[i].n);
     }
-fail:
-    return rc;
+    return 0;
 }
 
 int fs_colmap_verify(Colmap *colmap, const MatchList *list, FsError *err)
 {
-    int rc = 0;
     const Option options[] = {
         {"--database_path", colmap->database},
         {colmap->renamed_options ? "--FeatureMatching.use_gpu" : "--SiftMatching.use_gpu", "0"},
@@ -182,24 +179,21 @@ int fs_colmap_verify(Colmap *colmap, const MatchList *list, FsError *err)
         {colmap->renamed_options ? "--FeatureMatching.num_threads" : "--SiftMatching.num_threads", "1"},
         {"--random_seed", "0"},
         {NULL, NULL}};
-    TRY(fs_database_begin(colmap->db, err));
+    MUST(fs_database_begin(colmap->db, err));
     for (int j = 0; j < colmap->capture->n; j++)
         for (int i = 0; i < j; i++)
             if (colmap->image_id[i] && colmap->image_id[j])
-                TRY(fs_database_add_matches(colmap->db, colmap->image_id[i], colmap->image_id[j],
-                                            &list[fs_match_pair(i, j)], err));
-    TRY(fs_database_end(colmap->db, err));
+                MUST(fs_database_add_matches(colmap->db, colmap->image_id[i], colmap->image_id[j],
+                                             &list[fs_match_pair(i, j)], err));
+    MUST(fs_database_end(colmap->db, err));
     // Does not match what is matched: it verifies.
-    TRY(run(colmap, "exhaustive_matcher", options, "verifying matches", err));
-fail:
-    return rc;
+    return run(colmap, "exhaustive_matcher", options, "verifying matches", err);
 }
 
 static int write_list(const Colmap *colmap, int group, const char *path, FsError *err)
 {
     AtomicFile file;
-    int rc = fs_file_begin(&file, path, err);
-    if (rc < 0) return rc;
+    MUST(fs_file_begin(&file, path, err));
     for (int i = 0; i < colmap->capture->n; i++)
         if (group < 0 || colmap->capture->photo[i].flash == group)
             fprintf(file.f, "%s\n", colmap->capture->photo[i].picture);
@@ -275,8 +269,7 @@ fail:
 
 int fs_colmap_adjust(Colmap *colmap, const char *from, const char *to, FsError *err)
 {
-    int rc = fs_file_mkdirs(to, err);
-    if (rc < 0) return rc;
+    MUST(fs_file_mkdirs(to, err));
     const Option options[] = {
         {"--input_path", from}, {"--output_path", to}, {"--BundleAdjustment.max_num_iterations", "40"}, {NULL, NULL}};
     return run(colmap, "bundle_adjuster", options, "refining poses", err);

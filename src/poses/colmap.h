@@ -1,6 +1,5 @@
 // COLMAP as a program: features of the pictures, verified matches, and poses.
-#ifndef FS_POSES_COLMAP_H
-#define FS_POSES_COLMAP_H
+#pragma once
 
 #include "model/colmap_model.h"
 #include "model/project.h"
@@ -28,5 +27,3 @@ int fs_colmap_verify(Colmap *colmap, const MatchList *list, FsError *err);
 int fs_colmap_map(Colmap *colmap, int group, ColmapModel *model, FsError *err);
 // Bundle adjustment of the model in folder `from` into folder `to`: poses, focal lengths and distortion.
 int fs_colmap_adjust(Colmap *colmap, const char *from, const char *to, FsError *err);
-
-#endif

@@ -143,8 +143,7 @@ typedef struct Blob {
 
 static int read_blob(Database *d, const char *sql, int image_id, int element, Blob *b, FsError *err)
 {
-    int rc = 0;
-    TRY(prepare(d, sql, &b->statement, err));
+    MUST(prepare(d, sql, &b->statement, err));
     sqlite3_bind_int(b->statement, 1, image_id);
     if (sqlite3_step(b->statement) != SQLITE_ROW) return 0;
     b->rows = sqlite3_column_int(b->statement, 0);
@@ -155,8 +154,7 @@ static int read_blob(Database *d, const char *sql, int image_id, int element, Bl
         return fs_error_set(err, FS_ERR_INPUT, "%s: features of photo %d are not what COLMAP writes", d->path,
                             image_id);
     b->data = b->rows ? sqlite3_column_blob(b->statement, 2) : NULL;
-fail:
-    return rc;
+    return 0;
 }
 
 // False where COLMAP's rows are not what it writes: x y, then scale and angle or an affine shape, all finite.

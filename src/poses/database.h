@@ -1,6 +1,5 @@
 // COLMAP's database: cameras and photos into it, features out of it, matches into it.
-#ifndef FS_POSES_DATABASE_H
-#define FS_POSES_DATABASE_H
+#pragma once
 
 #include "base/error.h"
 #include "model/lens.h"
@@ -24,5 +23,3 @@ int fs_database_add_matches(Database *database, int image_id1, int image_id2, co
 // All writes between begin and end are one transaction.
 int fs_database_begin(Database *database, FsError *err);
 int fs_database_end(Database *database, FsError *err);
-
-#endif

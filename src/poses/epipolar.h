@@ -1,6 +1,5 @@
 // Candidates for a feature in another photo whose pose is known: the most alike features along its epipolar line.
-#ifndef FS_POSES_EPIPOLAR_H
-#define FS_POSES_EPIPOLAR_H
+#pragma once
 
 #include "poses/triangulate.h"
 
@@ -27,5 +26,3 @@ typedef struct SearchPhoto {
 // a line is (the room in which a wrong candidate may lie).
 int fs_epipolar_search(const SearchPhoto *a, const SearchPhoto *b, double max_inverse_z,
                        const TriangulateOptions *options, Candidates *out, double *length_px, FsError *err);
-
-#endif

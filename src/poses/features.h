@@ -1,6 +1,5 @@
 // Features of one picture: places with 128-byte descriptors, as COLMAP finds them.
-#ifndef FS_POSES_FEATURES_H
-#define FS_POSES_FEATURES_H
+#pragma once
 
 #include <stdint.h>
 
@@ -22,5 +21,3 @@ typedef struct MatchList {
     Match *match;
     int n;
 } MatchList;
-
-#endif

@@ -1,6 +1,5 @@
 // Matches between the features of two pictures by their descriptors alone, for pictures whose poses are not known yet.
-#ifndef FS_POSES_MATCH_H
-#define FS_POSES_MATCH_H
+#pragma once
 
 #include "base/error.h"
 #include "base/log.h"
@@ -33,5 +32,3 @@ typedef struct MatchOptions {
 int fs_match_all(const Features *features, int n, MatchOptions options, Threads *threads, const Log *log,
                  MatchList *list, FsError *err);
 int fs_match_pair(int i, int j); // i < j
-
-#endif

@@ -1,6 +1,5 @@
 // One point from its observations: least squares of the reprojection error.
-#ifndef FS_POSES_REFINE_H
-#define FS_POSES_REFINE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -16,5 +15,3 @@ bool fs_refine_point(const Sight *sight, int n, double xyz[3]);
 double fs_refine_error(const Sight *sight, const double xyz[3]); // pixels; huge behind the camera
 // Largest angle between two rays to the point, degrees.
 double fs_refine_angle(const Sight *sight, int n, const double xyz[3]);
-
-#endif

@@ -1,6 +1,5 @@
 // What poses hands on: where each photo was taken from, and points with the photos that see them.
-#ifndef FS_POSES_SPARSE_H
-#define FS_POSES_SPARSE_H
+#pragma once
 
 #include "model/colmap_model.h"
 #include "model/dataset.h"
@@ -64,5 +63,3 @@ int fs_adjust_poses(Colmap *colmap, Sparse *sparse, FsError *err);
 int fs_sparse_write(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err);
 // Marks every Nth photo of each lighting; true when that changes anything.
 bool fs_sparse_hold_out(Dataset *views, int every);
-
-#endif

@@ -1,6 +1,5 @@
 // Points from features at known poses: matches along epipolar lines, then points that several photos agree on.
-#ifndef FS_POSES_TRIANGULATE_H
-#define FS_POSES_TRIANGULATE_H
+#pragma once
 
 #include "base/error.h"
 #include "base/log.h"
@@ -43,5 +42,3 @@ typedef struct PosedFeatures {
 int fs_triangulate(const PosedFeatures *photos, const TriangulateOptions *options, Threads *threads, const Log *log,
                    PointSet *points, FsError *err);
 void fs_triangulate_free(PointSet *points);
-
-#endif

@@ -1,6 +1,5 @@
 // A photo as an ideal pinhole camera of the same focal length would have taken it.
-#ifndef FS_POSES_UNDISTORT_H
-#define FS_POSES_UNDISTORT_H
+#pragma once
 
 #include "image/image.h"
 #include "model/lens.h"
@@ -8,5 +7,3 @@
 // Resamples photo (3 channels, linear) and mask (1 channel) in place from the lens to the camera, both of their size.
 // Bicubic where the neighbourhood is inside the photo; the mask is 0 where any pixel used was 0 or outside.
 int fs_undistort(const Lens *lens, const Camera *camera, Image *photo, Image *mask, FsError *err);
-
-#endif

@@ -143,12 +143,11 @@ static uint32_t camera_id(ColmapModel *model, const Lens *lens, FsError *err)
 // One photo and its sightings, in order of the points' numbers.
 static int add_photo(const Build *b, int i, FsError *err)
 {
-    int rc = 0;
     const Photo *photo = &b->capture->photo[i];
     const Pose *pose = &b->sparse->pose[i];
     double sx = (double)photo->width / photo->picture_width, sy = (double)photo->height / photo->picture_height;
     Camera camera;
-    TRY(fs_sparse_camera(b->sparse, i, &camera, err));
+    MUST(fs_sparse_camera(b->sparse, i, &camera, err));
     Camera working = fs_camera_resized(&camera, photo->width, photo->height);
     Lens lens = b->as_taken ? pose->lens : fs_lens_from_camera(&working);
     FilePath name = fs_file_at("%s.%s", photo->name, b->as_taken ? "png" : "tif");
@@ -165,12 +164,11 @@ static int add_photo(const Build *b, int i, FsError *err)
             double ray[2] = {(s->x - camera.cx) / camera.fx, (s->y - camera.cy) / camera.fy};
             double pixel[2] = {sx * s->x, sy * s->y};
             if (b->as_taken) fs_lens_project(&pose->lens, ray, pixel);
-            TRY(fs_colmap_model_add_observation(b->model, (ColmapObservation){pixel[0], pixel[1], k + 1}, err));
+            MUST(fs_colmap_model_add_observation(b->model, (ColmapObservation){pixel[0], pixel[1], k + 1}, err));
             b->index[at] = n++;
         }
     }
-fail:
-    return rc;
+    return 0;
 }
 
 int fs_sparse_to_colmap(const Sparse *sparse, const Capture *capture, int least, bool as_taken, ColmapModel *model,
@@ -214,10 +212,7 @@ fail:
 
 int fs_sparse_write(const Sparse *sparse, const FsProject *project, const Capture *capture, FsError *err)
 {
-    int rc = 0;
-    TRY(write_photos(sparse, project, capture, err));
-    TRY(write_sparse(sparse, project, capture, err));
-    TRY(write_views(sparse, project, capture, err));
-fail:
-    return rc;
+    MUST(write_photos(sparse, project, capture, err));
+    MUST(write_sparse(sparse, project, capture, err));
+    return write_views(sparse, project, capture, err);
 }

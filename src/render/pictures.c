@@ -61,18 +61,16 @@ int fs_pictures_sheet_add(PictureSheet *sheet, const Look *look, const Image *ph
                           const Renders *renders, FsError *err)
 {
     if (sheet->n + SHEET_COLUMNS > SHEET_TILES) return 0;
-    int rc;
     char label[80];
     const RenderLayer layers[] = {view->flash ? RENDER_I_F : RENDER_I_N, RENDER_T_N, RENDER_T_F, RENDER_R,
                                   RENDER_DEPTH_T};
     snprintf(label, sizeof label, "%.40s%s", view->name, view->flash ? " flash" : "");
-    TRY(add_tile(sheet, photo, false, look, label, err));
+    MUST(add_tile(sheet, photo, false, look, label, err));
     for (size_t i = 0; i < sizeof layers / sizeof *layers; i++) {
         const RenderLayerInfo *info = &fs_render_layers[layers[i]];
-        TRY(add_tile(sheet, &renders->layer[layers[i]], info->depth, look, info->name, err));
+        MUST(add_tile(sheet, &renders->layer[layers[i]], info->depth, look, info->name, err));
     }
-fail:
-    return rc;
+    return 0;
 }
 
 int fs_pictures_sheet_write(PictureSheet *sheet, const char *path, FsError *err)

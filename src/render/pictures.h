@@ -1,6 +1,5 @@
 // Pictures and films for people: OUT/sheet.png and the MP4s, all with one exposure and the pleasant tone curve.
-#ifndef FS_RENDER_PICTURES_H
-#define FS_RENDER_PICTURES_H
+#pragma once
 
 #include "base/log.h"
 #include "engine/engine.h"
@@ -27,5 +26,3 @@ int fs_pictures_films_begin(Films **films, const char *dir, int width, int heigh
 int fs_pictures_films_add(Films *films, const Look *look, const Renders *renders, FsError *err);
 int fs_pictures_films_finish(Films *films, FsError *err); // frees either way
 void fs_pictures_films_abort(Films *films);               // accepts NULL
-
-#endif

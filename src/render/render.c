@@ -159,17 +159,15 @@ static int compare_photo(Run *run, const Walk *walk, int i, FsError *err)
 static int walk_view(Run *run, const Walk *walk, Films *films, int i, FsError *err)
 {
     const View *view = &walk->views->view[i];
-    int rc;
     if (fs_log_cancelled(&run->project->log))
         return fs_error_set(err, FS_ERR_CANCELLED, "render: stopped after %d of %d %s; what was written stays", i,
                             walk->views->n, walk->what);
     fs_log_progress(&run->project->log, "render", i, walk->views->n, view->name);
-    TRY(fs_engine_render(run->engine, &view->camera, &run->renders, err));
-    if (walk->files) TRY(save_view(run, view->name, err));
-    if (walk->sheet || walk->verdict) TRY(compare_photo(run, walk, i, err));
-    if (films) TRY(fs_pictures_films_add(films, &run->look, &run->renders, err));
-fail:
-    return rc;
+    MUST(fs_engine_render(run->engine, &view->camera, &run->renders, err));
+    if (walk->files) MUST(save_view(run, view->name, err));
+    if (walk->sheet || walk->verdict) MUST(compare_photo(run, walk, i, err));
+    if (films) MUST(fs_pictures_films_add(films, &run->look, &run->renders, err));
+    return 0;
 }
 
 static int check_film_sizes(const Run *run, const Dataset *views, FsError *err)
@@ -186,15 +184,13 @@ static int check_film_sizes(const Run *run, const Dataset *views, FsError *err)
 // Nothing of the user's is where the layers go.
 static int check_files(const Run *run, const Dataset *views, FsError *err)
 {
-    int rc = 0;
     for (int i = 0; i < views->n * RENDER_LAYERS * 2; i++) {
         int l = i / 2 % RENDER_LAYERS;
         FilePath path = fs_file_at("%s/%s/%s.%s", run->dir.text, fs_render_layers[l].name,
                                    views->view[i / 2 / RENDER_LAYERS].name, i % 2 ? "tif" : "png");
-        if (run->wanted[l]) TRY(fs_owned_check(path.text, err));
+        if (run->wanted[l]) MUST(fs_owned_check(path.text, err));
     }
-fail:
-    return rc;
+    return 0;
 }
 
 static int walk_views(Run *run, const Walk *walk, FsError *err)

@@ -1,11 +1,8 @@
 // The render stage: a trained scene seen from the photos' poses, from any cameras, or along a path.
-#ifndef FS_RENDER_RENDER_H
-#define FS_RENDER_RENDER_H
+#pragma once
 
 #include "model/project.h"
 
 // Reads OUT/clouds and OUT/views.json; writes the layers to OUT/renders (OUT/path for a path, or the setting output),
 // the films to OUT/video, and OUT/sheet.png to look at.
 int fs_render_run(FsProject *project, FsError *err);
-
-#endif

@@ -74,11 +74,9 @@ int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Im
     bool as_png = !fs_render_layers[layer].depth || metres_per_unit > 0;
     FilePath png = fs_file_at("%s/%s/%s.png", dir, fs_render_layers[layer].name, view);
     FilePath tiff = fs_file_at("%s/%s/%s.tif", dir, fs_render_layers[layer].name, view);
-    int rc = 0;
-    if (as_png) TRY(save_png(png.text, layer, image, metres_per_unit, err));
-    if (as_float) TRY(fs_tiff_write_float(tiff.text, image, err));
+    if (as_png) MUST(save_png(png.text, layer, image, metres_per_unit, err));
+    if (as_float) MUST(fs_tiff_write_float(tiff.text, image, err));
     if (!as_png) fs_owned_remove(png.text); // of an earlier run, it would contradict
     if (!as_float) fs_owned_remove(tiff.text);
-fail:
-    return rc;
+    return 0;
 }

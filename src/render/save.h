@@ -3,8 +3,7 @@
 //   <dir>/<layer>/<view>.png   colour: 8-bit, linear^0.22 * 255; beta: 16-bit grey, beta * 65535;
 //                              depth: 16-bit grey, millimetres, 0 where nothing is (scale known)
 //   <dir>/<layer>/<view>.tif   32-bit float: depth in world units (scale unknown); any layer in linear light (on wish)
-#ifndef FS_RENDER_SAVE_H
-#define FS_RENDER_SAVE_H
+#pragma once
 
 #include "engine/engine.h"
 
@@ -17,5 +16,3 @@ int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Im
 int fs_save_drop_older(const char *dir, const char *than);
 // The folder of a layer, made when missing.
 int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err);
-
-#endif

@@ -5,8 +5,7 @@
 //   focus depth   1 / ((1 - 0.75) / near + 0.75 / far), near = 0.9 * nearest, far = 5 * farthest depth of the scene
 //   radii         90th percentile of the cameras' offsets from the centre, per axis of the average pose
 //   frame i       angle a = 2 turns * i / n; centre + (cos a rx, sin a ry, sin(a / 2) rz), turned to the focus point
-#ifndef FS_RENDER_SPIRAL_H
-#define FS_RENDER_SPIRAL_H
+#pragma once
 
 #include "base/error.h"
 #include "model/camera.h"
@@ -22,5 +21,3 @@ typedef struct Spiral {
 int fs_spiral_fit(Spiral *spiral, const Camera *cameras, int n, double nearest, double farthest, FsError *err);
 // Frame i of n; intrinsics and size as in like.
 Camera fs_spiral_camera(const Spiral *spiral, const Camera *like, int i, int n);
-
-#endif

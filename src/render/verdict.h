@@ -1,6 +1,5 @@
 // Tells the user when a trained scene shows that the separation failed: measured on the renders at the photos' poses.
-#ifndef FS_RENDER_VERDICT_H
-#define FS_RENDER_VERDICT_H
+#pragma once
 
 #include "base/log.h"
 #include "engine/engine.h"
@@ -16,5 +15,3 @@ typedef struct Verdict {
 // it is not compared.
 void fs_verdict_add(Verdict *verdict, const Renders *renders, const Image *photo, const Image *mask, bool flash);
 void fs_verdict_tell(const Verdict *verdict, const Log *log);
-
-#endif

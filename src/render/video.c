@@ -155,8 +155,7 @@ static int open_frame(Video *video)
     video->frame->height = video->height;
     video->frame->color_range = AVCOL_RANGE_MPEG;
     video->frame->colorspace = AVCOL_SPC_BT709;
-    int rc = av_frame_get_buffer(video->frame, 0);
-    if (rc < 0) return rc;
+    MUST(av_frame_get_buffer(video->frame, 0));
     video->scaler =
         sws_getContext(video->width, video->height, AV_PIX_FMT_RGB24, video->width, video->height, AV_PIX_FMT_YUV420P,
                        SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INP, NULL, NULL, NULL);

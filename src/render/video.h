@@ -1,6 +1,5 @@
 // An MP4 out of pictures: H.264 where FFmpeg's libraries have libx264, else MPEG-4 part 2; yuv420p, even size.
-#ifndef FS_RENDER_VIDEO_H
-#define FS_RENDER_VIDEO_H
+#pragma once
 
 #include "base/log.h"
 #include "image/image.h"
@@ -13,5 +12,3 @@ int fs_video_open(Video **video, const char *path, int width, int height, int fr
 int fs_video_add(Video *video, const Image *picture, FsError *err); // 3 channels, display values 0..1 (BT.709)
 int fs_video_finish(Video *video, FsError *err);                    // writes what is left; frees either way
 void fs_video_abort(Video *video);                                  // leaves no file; accepts NULL
-
-#endif

@@ -59,15 +59,13 @@ static int check_names(const char *file, const Dataset *views, FsError *err)
 
 int fs_view_list_of_photos(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
 {
-    int long_edge = fs_settings_was_set(&project->set, "long-edge") ? project->set.long_edge : 0, rc;
+    int long_edge = fs_settings_was_set(&project->set, "long-edge") ? project->set.long_edge : 0;
     for (int i = 0; i < photos->n; i++) {
         View view = photos->view[i];
         view.camera = fs_camera_limited(&view.camera, long_edge);
-        TRY(fs_dataset_append(views, &view, err));
+        MUST(fs_dataset_append(views, &view, err));
     }
-    TRY(check_names("views.json", views, err));
-fail:
-    return rc;
+    return check_names("views.json", views, err);
 }
 
 // The size most of the photos have: that of the first one with the longest side.

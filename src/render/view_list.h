@@ -1,6 +1,5 @@
 // Which views to render: the posed photos, the views of a camera model, or the frames of a spiral path.
-#ifndef FS_RENDER_VIEW_LIST_H
-#define FS_RENDER_VIEW_LIST_H
+#pragma once
 
 #include "model/dataset.h"
 #include "model/project.h"
@@ -14,5 +13,3 @@ int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Datas
 // The setting path-views: frames path_0001 ... around the photos' cameras.
 int fs_view_list_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest,
                            Dataset *views, FsError *err);
-
-#endif

@@ -1,6 +1,5 @@
 // The page: its sections in the order a person reads them, its pictures, its drawings, and text into HTML.
-#ifndef FS_REPORT_PAGE_H
-#define FS_REPORT_PAGE_H
+#pragma once
 
 #include <stdio.h>
 
@@ -71,5 +70,3 @@ typedef struct Page {
     Curve curve;
 } Page;
 void fs_page_write(FILE *f, const Page *page);
-
-#endif

@@ -118,17 +118,15 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     Show show = {.project = project, .dataset = dataset, .set = set, .exposure = 1};
     FsError why = {0};
     FilePath dir = fs_file_at("%s/report", project->out);
-    int rc;
     fs_owned_remove(dir.text);
-    TRY(fs_file_mkdirs(dir.text, err));
-    if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) == FS_ERR_MEMORY) TRY(fs_error_memory(err));
+    MUST(fs_file_mkdirs(dir.text, err));
+    if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) == FS_ERR_MEMORY) MUST(fs_error_memory(err));
     if (why.code) fs_log_warn(&project->log, "report: no exposure for the pictures: %s", why.message);
     find_range(&show);
     for (int i = 0; i < set->n; i++)
         for (int p = 0; p < PREVIEWS; p++) {
-            if (fs_log_cancelled(&project->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "report: stopped"));
-            TRY(write_picture(&show, i, (Preview)p, err));
+            if (fs_log_cancelled(&project->log)) MUST(fs_error_set(err, FS_ERR_CANCELLED, "report: stopped"));
+            MUST(write_picture(&show, i, (Preview)p, err));
         }
-fail:
-    return rc;
+    return 0;
 }

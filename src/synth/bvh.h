@@ -1,6 +1,5 @@
 // A bounding volume hierarchy over parallelograms and triangles, four children to a node.
-#ifndef FS_SYNTH_BVH_H
-#define FS_SYNTH_BVH_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -42,5 +41,3 @@ bool fs_bvh_hit(const Bvh *bvh, Vec o, Vec d, Hit *hit);
 bool fs_bvh_hit_shape(const PrimShape *shape, Vec o, Vec d, Hit *hit);
 // Anything in t in (t_min, t_max), but for shapes with a flag of ignore?
 bool fs_bvh_blocked(const Bvh *bvh, Vec o, Vec d, float t_min, float t_max, int ignore);
-
-#endif

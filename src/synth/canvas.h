@@ -1,7 +1,6 @@
 // A picture to paint textures on: display-coded (sRGB) colours, anti-aliased shapes, lettering, noise.
 // Coordinates are centimetres from the top left corner.
-#ifndef FS_SYNTH_CANVAS_H
-#define FS_SYNTH_CANVAS_H
+#pragma once
 
 #include "base/rng.h"
 #include "synth/vec.h"
@@ -36,5 +35,3 @@ float fs_canvas_noise_at(uint32_t seed, float x, float y, int octaves);
 
 Color fs_canvas_hsv(float hue, float saturation, float value);
 Color fs_canvas_mix(Color a, Color b, float t);
-
-#endif

@@ -75,8 +75,7 @@ static bool write_exif(TIFF *tif, const ShotInfo *info, uint64_t *offset)
 int fs_dng_write(const char *path, const Mosaic *mosaic, const ShotInfo *info, FsError *err)
 {
     TiffFile t;
-    int rc = fs_tiff_file_begin(&t, path, "l", err);
-    if (rc < 0) return rc;
+    MUST(fs_tiff_file_begin(&t, path, "l", err));
     TIFF *tif = t.tiff;
     uint64_t exif = 0;
     // The picture's directory is written with room for the place of the EXIF directory, which follows it.

@@ -1,7 +1,6 @@
 // The scenes: what is behind the pane, where one stands before it, and the room that is mirrored in it.
 // World coordinates: x right, y into the transmitted scene, z up, metres; the floor is z = 0.
-#ifndef FS_SYNTH_LAYOUT_H
-#define FS_SYNTH_LAYOUT_H
+#pragma once
 
 #include "synth/spec.h"
 #include "synth/things.h"
@@ -27,5 +26,3 @@ void fs_behind_frame(Layout *layout); // the pane's own frame, in view
 #define LAYOUTS 5
 #define LAYOUT_CASE 2
 #define ROOMS 4
-
-#endif

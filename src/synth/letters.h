@@ -1,6 +1,5 @@
 // Stroke lettering on a grid 0..4 by 0..6, and words to write with it.
-#ifndef FS_SYNTH_LETTERS_H
-#define FS_SYNTH_LETTERS_H
+#pragma once
 
 #include "base/rng.h"
 
@@ -9,5 +8,3 @@ const char *fs_letters_strokes(char c);
 const char *fs_letters_word(Rng *rng);
 // Fills buf with words parted by blanks, at most n - 1 characters, whole words.
 void fs_letters_words(Rng *rng, int words, char *buf, int n);
-
-#endif

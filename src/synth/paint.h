@@ -1,6 +1,5 @@
 // The painted textures: what posters, cartons, book spines, cloth, wood and walls look like.
-#ifndef FS_SYNTH_PAINT_H
-#define FS_SYNTH_PAINT_H
+#pragma once
 
 #include "synth/texture.h"
 
@@ -35,5 +34,3 @@ typedef enum Paint {
 
 // hue 0..1 steers the main colour, negative: any. Negative result: out of memory.
 int fs_paint_texture(Texture *texture, Paint paint, float hue, float w_cm, float h_cm, float px_per_cm, Rng *rng);
-
-#endif

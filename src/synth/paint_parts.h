@@ -1,6 +1,5 @@
 // Parts that several painted textures share.
-#ifndef FS_SYNTH_PAINT_PARTS_H
-#define FS_SYNTH_PAINT_PARTS_H
+#pragma once
 
 #include "synth/canvas.h"
 
@@ -23,5 +22,3 @@ void fs_paint_parts_column(Canvas *c, Rect at, float line, Color color, Rng *rng
 void fs_paint_parts_chart(Canvas *c, Rect at, const Palette *p, Rng *rng);
 void fs_paint_parts_picture(Canvas *c, Rect at, const Palette *p, Rng *rng); // one of several
 void fs_paint_parts_barcode(Canvas *c, Rect at, Rng *rng);
-
-#endif

@@ -1,6 +1,5 @@
 // The hand-held path: where each photo and each held-out view is taken from.
-#ifndef FS_SYNTH_PATH_H
-#define FS_SYNTH_PATH_H
+#pragma once
 
 #include "model/camera.h"
 #include "synth/layout.h"
@@ -15,5 +14,3 @@ typedef struct Shot {
 int fs_path_plan(const Layout *layout, const Spec *spec, Shot **shots, FsError *err);
 // The error that structure-from-motion usually leaves in a pose.
 Camera fs_path_disturbed(const Camera *camera, Rng *rng);
-
-#endif

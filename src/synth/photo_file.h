@@ -1,6 +1,5 @@
 // What a camera writes into its files beside the picture, and the files.
-#ifndef FS_SYNTH_PHOTO_FILE_H
-#define FS_SYNTH_PHOTO_FILE_H
+#pragma once
 
 #include "synth/sensor.h"
 
@@ -25,5 +24,3 @@ int fs_dng_write(const char *path, const Mosaic *mosaic, const ShotInfo *info, F
 // The EXIF block of a JPEG, "Exif\0\0" first; returns its size.
 #define FS_PHOTO_FILE_EXIF 1024
 size_t fs_photo_file_exif(const ShotInfo *info, unsigned char block[FS_PHOTO_FILE_EXIF]);
-
-#endif

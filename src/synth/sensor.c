@@ -85,8 +85,7 @@ static void demosaic(const Mosaic *m, int x, int y, float rgb[3])
 
 int fs_sensor_develop(const Mosaic *mosaic, Image *image, FsError *err)
 {
-    int rc = fs_image_new(image, mosaic->width, mosaic->height, 3, err);
-    if (rc < 0) return rc;
+    MUST(fs_image_new(image, mosaic->width, mosaic->height, 3, err));
     for (int y = 0; y < mosaic->height; y++)
         for (int x = 0; x < mosaic->width; x++) {
             float *p = image->px + ((size_t)y * (size_t)mosaic->width + (size_t)x) * 3;

@@ -1,6 +1,5 @@
 // The camera: from linear light to a noisy Bayer mosaic, and from that to the picture a camera would make of it.
-#ifndef FS_SYNTH_SENSOR_H
-#define FS_SYNTH_SENSOR_H
+#pragma once
 
 #include <stdint.h>
 
@@ -26,5 +25,3 @@ void fs_sensor_mosaic_free(Mosaic *mosaic);
 int fs_sensor_expose(const Image *linear, Rng rng, Mosaic *mosaic, FsError *err);
 // Demosaiced, white-balanced, sRGB-coded.
 int fs_sensor_develop(const Mosaic *mosaic, Image *image, FsError *err);
-
-#endif

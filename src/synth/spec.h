@@ -1,6 +1,5 @@
 // What a capture is asked to be: the settings, with the difficulties spelt out as numbers.
-#ifndef FS_SYNTH_SPEC_H
-#define FS_SYNTH_SPEC_H
+#pragma once
 
 #include "base/error.h"
 #include "model/settings.h"
@@ -24,5 +23,3 @@ typedef struct Spec {
 } Spec;
 
 int fs_spec_read(Spec *spec, const FsSettings *settings, FsError *err);
-
-#endif

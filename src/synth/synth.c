@@ -23,32 +23,26 @@ typedef struct Synth {
 
 static int prepare(Synth *s, FsError *err)
 {
-    int rc;
-    TRY(fs_layout_build(&s->layout, &s->spec, err));
+    MUST(fs_layout_build(&s->layout, &s->spec, err));
     fs_log_info(s->log, "synth: seed %u is a %s, mirroring a %s; %d and %d shapes", s->spec.seed, s->layout.name,
                 s->layout.room_name, s->layout.behind.n, s->layout.room.n);
-    TRY(fs_bake_ambient(&s->layout.behind, s->threads, err));
-    TRY(fs_bake_ambient(&s->layout.room, s->threads, err));
-    TRY(fs_path_plan(&s->layout, &s->spec, &s->shot, err));
+    MUST(fs_bake_ambient(&s->layout.behind, s->threads, err));
+    MUST(fs_bake_ambient(&s->layout.room, s->threads, err));
+    MUST(fs_path_plan(&s->layout, &s->spec, &s->shot, err));
     s->n = s->spec.photos + s->spec.held_out;
-    TRY(fs_trace_balance(&s->layout, &s->spec, s->shot, s->threads, &s->lighting, err));
-fail:
-    return rc;
+    return fs_trace_balance(&s->layout, &s->spec, s->shot, s->threads, &s->lighting, err);
 }
 
 // An earlier capture in the same folder is replaced, anything else there is left alone.
 static int make_folders(const Synth *s, FsError *err)
 {
     static const char *const folders[] = {"capture", "truth", "capture/raw", "capture/jpeg"};
-    int rc;
-    for (int i = 0; i < 2; i++) TRY(fs_owned_check_tree(fs_file_at("%s/%s", s->out, folders[i]).text, err));
-    for (int i = 0; i < 2; i++) TRY(fs_owned_open(fs_file_at("%s/%s", s->out, folders[i]).text, "capture", err));
+    for (int i = 0; i < 2; i++) MUST(fs_owned_check_tree(fs_file_at("%s/%s", s->out, folders[i]).text, err));
+    for (int i = 0; i < 2; i++) MUST(fs_owned_open(fs_file_at("%s/%s", s->out, folders[i]).text, "capture", err));
     for (int i = 0; i < 2; i++) fs_owned_remove(fs_file_at("%s/%s/.", s->out, folders[i]).text);
-    for (int i = 0; i < 4; i++) TRY(fs_file_mkdirs(fs_file_at("%s/%s", s->out, folders[i]).text, err));
-    TRY(fs_truth_files_cameras(s->truth.text, s->layout.name, s->shot, s->n, &s->spec, err));
-    TRY(fs_truth_files_folders(s->truth.text, err));
-fail:
-    return rc;
+    for (int i = 0; i < 4; i++) MUST(fs_file_mkdirs(fs_file_at("%s/%s", s->out, folders[i]).text, err));
+    MUST(fs_truth_files_cameras(s->truth.text, s->layout.name, s->shot, s->n, &s->spec, err));
+    return fs_truth_files_folders(s->truth.text, err);
 }
 
 // Exposes a view's light and writes it as a RAW and a JPEG file.

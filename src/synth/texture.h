@@ -1,6 +1,5 @@
 // Colour textures with a mip chain, sampled in linear light.
-#ifndef FS_SYNTH_TEXTURE_H
-#define FS_SYNTH_TEXTURE_H
+#pragma once
 
 #include <stdint.h>
 
@@ -20,5 +19,3 @@ void fs_texture_free(Texture *texture);
 // Linear colour at (u, v), repeating, v upwards; spread: width of the looked-up area in texels of level 0.
 Vec fs_texture_sample(const Texture *texture, float u, float v, float spread);
 const float *fs_texture_linear(void); // (256) of sRGB-coded bytes
-
-#endif

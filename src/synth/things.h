@@ -1,7 +1,6 @@
 // Things that stand, lie or hang in a scene. Each is built in a frame whose origin is where it stands (middle of its
 // bottom) or hangs (middle of its back), x to the right, y away from the viewer, z up; sizes in metres.
-#ifndef FS_SYNTH_THINGS_H
-#define FS_SYNTH_THINGS_H
+#pragma once
 
 #include "synth/world.h"
 
@@ -51,5 +50,3 @@ void fs_things_floor_lamp(World *w, Frame f, float height, Vec light);
 void fs_things_pendant(World *w, Frame f, float drop, Vec light); // hangs from the origin
 void fs_things_sofa(World *w, Frame f, float width, int cloth, const Stock *s);
 void fs_things_monitor(World *w, Frame f);
-
-#endif

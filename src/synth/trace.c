@@ -270,14 +270,12 @@ static void geometry_job(void *context, int y, int worker)
 int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
                       Image *depth, Image *beta, FsError *err)
 {
-    int rc;
-    TRY(fs_image_new(depth, camera->width, camera->height, 1, err));
-    TRY(fs_image_new(beta, camera->width, camera->height, 1, err));
+    MUST(fs_image_new(depth, camera->width, camera->height, 1, err));
+    MUST(fs_image_new(beta, camera->width, camera->height, 1, err));
     View view = view_of(layout, lighting, camera);
     Job job = {.view = &view, .depth = depth, .beta = beta, .width = camera->width};
     fs_threads_for(threads, camera->height, geometry_job, &job);
-fail:
-    return rc;
+    return 0;
 }
 
 // ---- balance ----

@@ -1,6 +1,5 @@
 // From a scene and a camera to the layers of a view: T without and with flash, R likewise.
-#ifndef FS_SYNTH_TRACE_H
-#define FS_SYNTH_TRACE_H
+#pragma once
 
 #include "base/threads.h"
 #include "image/image.h"
@@ -37,5 +36,3 @@ int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighti
 // z-depth of the transmitted scene and reflectance of the pane, at pixel centres.
 int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
                       Image *depth, Image *beta, FsError *err);
-
-#endif

@@ -61,11 +61,8 @@ fail:
 
 int fs_truth_files_cameras(const char *dir, const char *scene, const Shot *shot, int n, const Spec *spec, FsError *err)
 {
-    int rc;
-    TRY(write_json(dir, scene, shot, n, err));
-    TRY(write_sparse(dir, shot, n, spec, err));
-fail:
-    return rc;
+    MUST(write_json(dir, scene, shot, n, err));
+    return write_sparse(dir, shot, n, spec, err);
 }
 
 static const RenderLayer folders[] = {RENDER_T_N, RENDER_T_F,     RENDER_R,   RENDER_I_N,
@@ -73,11 +70,9 @@ static const RenderLayer folders[] = {RENDER_T_N, RENDER_T_F,     RENDER_R,   RE
 
 int fs_truth_files_folders(const char *dir, FsError *err)
 {
-    int rc;
     for (size_t i = 0; i < sizeof folders / sizeof *folders; i++)
-        TRY(fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[folders[i]].name).text, err));
-fail:
-    return rc;
+        MUST(fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[folders[i]].name).text, err));
+    return 0;
 }
 
 // Writes a + b (b may be NULL), coded; scale: for maps that are not colours, which stay linear.
@@ -100,24 +95,19 @@ fail:
 
 int fs_truth_files_layers(const char *dir, const Shot *shot, const Traced *traced, FsError *err)
 {
-    int rc;
     const Image *l = traced->layer;
-    TRY(write_png(dir, RENDER_T_N, shot->name, &l[TRACE_T_N], NULL, 1, err));
-    TRY(write_png(dir, RENDER_T_F, shot->name, &l[TRACE_T_F], NULL, 1, err));
-    TRY(write_png(dir, RENDER_R, shot->name, &l[TRACE_R_N], NULL, 1, err));
+    MUST(write_png(dir, RENDER_T_N, shot->name, &l[TRACE_T_N], NULL, 1, err));
+    MUST(write_png(dir, RENDER_T_F, shot->name, &l[TRACE_T_F], NULL, 1, err));
+    MUST(write_png(dir, RENDER_R, shot->name, &l[TRACE_R_N], NULL, 1, err));
     if (shot->held_out) {
-        TRY(write_png(dir, RENDER_I_N, shot->name, &l[TRACE_T_N], &l[TRACE_R_N], 1, err));
-        TRY(write_png(dir, RENDER_I_F, shot->name, &l[TRACE_T_F], &l[TRACE_R_F], 1, err));
+        MUST(write_png(dir, RENDER_I_N, shot->name, &l[TRACE_T_N], &l[TRACE_R_N], 1, err));
+        MUST(write_png(dir, RENDER_I_F, shot->name, &l[TRACE_T_F], &l[TRACE_R_F], 1, err));
     }
-fail:
-    return rc;
+    return 0;
 }
 
 int fs_truth_files_geometry(const char *dir, const Shot *shot, const Image *depth, const Image *beta, FsError *err)
 {
-    int rc;
-    TRY(write_png(dir, RENDER_DEPTH_T, shot->name, depth, NULL, 1000.0f / 65535.0f, err));
-    TRY(write_png(dir, RENDER_BETA, shot->name, beta, NULL, 1, err));
-fail:
-    return rc;
+    MUST(write_png(dir, RENDER_DEPTH_T, shot->name, depth, NULL, 1000.0f / 65535.0f, err));
+    return write_png(dir, RENDER_BETA, shot->name, beta, NULL, 1, err);
 }

@@ -1,6 +1,5 @@
 // The truth folder of a capture: cameras, and the layers of some views.
-#ifndef FS_SYNTH_TRUTH_FILES_H
-#define FS_SYNTH_TRUTH_FILES_H
+#pragma once
 
 #include "synth/trace.h"
 
@@ -10,5 +9,3 @@ int fs_truth_files_cameras(const char *dir, const char *scene, const Shot *shot,
 int fs_truth_files_layers(const char *dir, const Shot *shot, const Traced *traced, FsError *err);
 int fs_truth_files_geometry(const char *dir, const Shot *shot, const Image *depth, const Image *beta, FsError *err);
 int fs_truth_files_folders(const char *dir, FsError *err); // makes them
-
-#endif

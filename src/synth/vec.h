@@ -1,6 +1,5 @@
 // Three-vectors and right-handed frames for the ray tracer.
-#ifndef FS_SYNTH_VEC_H
-#define FS_SYNTH_VEC_H
+#pragma once
 
 #include <math.h>
 
@@ -107,5 +106,3 @@ static inline Frame frame_pitch(Frame f, float pitch)
     return (Frame){f.o, f.x, vec_add(vec_scale(f.y, c), vec_scale(f.z, -s)),
                    vec_add(vec_scale(f.y, s), vec_scale(f.z, c))};
 }
-
-#endif

@@ -1,7 +1,6 @@
 // One lit set: parallelograms and triangles with textures, area lights, baked ambient light, and a hierarchy to trace
 // rays through. A capture has two: what is behind the pane, and the room that is mirrored in it.
-#ifndef FS_SYNTH_WORLD_H
-#define FS_SYNTH_WORLD_H
+#pragma once
 
 #include "base/threads.h"
 #include "base/error.h"
@@ -101,5 +100,3 @@ static inline const Surface *fs_world_surface_of(const World *world, const Hit *
 {
     return &world->surface[world->look[hit->prim].surface];
 }
-
-#endif
