@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "base/memory.h"
+#include "base/order.h"
 #include "base/owned.h"
 
 int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, FsError *err)
@@ -302,11 +303,6 @@ bool fs_file_has_ext(const char *path, const char *ext)
     return dot && strcasecmp(dot + 1, ext) == 0;
 }
 
-static int compare_names(const void *a, const void *b)
-{
-    return strcmp(*(char *const *)a, *(char *const *)b);
-}
-
 int fs_file_list(const char *dir, FileList *list, FsError *err)
 {
     *list = (FileList){0};
@@ -320,7 +316,7 @@ int fs_file_list(const char *dir, FileList *list, FsError *err)
         list->n++;
     }
     closedir(d);
-    if (list->n) qsort(list->name, (size_t)list->n, sizeof *list->name, compare_names);
+    fs_order_named(list->name, (size_t)list->n, sizeof *list->name);
     return 0;
 memory:
     closedir(d);

@@ -1,4 +1,4 @@
-// Numbers in order.
+// Numbers, and what has a number or a name, in order.
 #pragma once
 
 #include <stddef.h>
@@ -7,3 +7,11 @@ void fs_order_floats(float *value, size_t n); // rising
 void fs_order_doubles(double *value, size_t n);
 // The middle one, of an even number the upper one in the middle; 0 of none. Puts them in order.
 double fs_order_median(double *value, size_t n);
+
+typedef struct Ranked { // what an index means, by a number
+    double by;
+    int index;
+} Ranked;
+void fs_order_ranked(Ranked *item, size_t n); // rising, equal ones by index
+// n structs of `size` bytes that begin with their name (char *), by that.
+void fs_order_named(void *item, size_t n, size_t size);

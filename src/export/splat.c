@@ -4,19 +4,8 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/order.h"
 #include "export/viewers.h"
-
-typedef struct Rank {
-    double weight; // volume times opacity
-    int index;
-} Rank;
-
-static int compare_ranks(const void *a, const void *b)
-{
-    const Rank *x = a, *y = b;
-    if (x->weight != y->weight) return x->weight > y->weight ? -1 : 1;
-    return (x->index > y->index) - (x->index < y->index);
-}
 
 static double opacity_of(const Cloud *cloud, size_t i)
 {
@@ -32,13 +21,13 @@ int fs_splat_write(const Cloud *cloud, const float *srgb, const char *path, FsEr
 {
     int rc;
     AtomicFile file = {0};
-    Rank *rank = malloc(sizeof *rank * ((size_t)cloud->n + 1));
+    Ranked *rank = malloc(sizeof *rank * ((size_t)cloud->n + 1)); // by volume times opacity, falling
     if (!rank) return fs_error_memory(err);
     for (int i = 0; i < cloud->n; i++) {
         const float *s = cloud->field[CLOUD_SCALES] + (size_t)i * 3;
-        rank[i] = (Rank){exp((double)s[0] + (double)s[1] + (double)s[2]) * opacity_of(cloud, (size_t)i), i};
+        rank[i] = (Ranked){-exp((double)s[0] + (double)s[1] + (double)s[2]) * opacity_of(cloud, (size_t)i), i};
     }
-    qsort(rank, (size_t)cloud->n, sizeof *rank, compare_ranks);
+    fs_order_ranked(rank, (size_t)cloud->n);
     TRY(fs_file_begin(&file, path, err));
     for (int k = 0; k < cloud->n; k++) {
         size_t i = (size_t)rank[k].index;

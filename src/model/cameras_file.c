@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "base/json_file.h"
+#include "base/order.h"
 
 #define MAX_FRAMES 1000000
 
@@ -19,22 +20,17 @@ void fs_cameras_file_free(CamerasFile *file)
 }
 
 typedef struct Posed { // a view before sorting
-    char *name;
+    char *name;        // first, see order.h
     Lens lens;
     double w2c[12];
     int image;
 } Posed;
 
-static int compare_posed(const void *a, const void *b)
-{
-    return strcmp(((const Posed *)a)->name, ((const Posed *)b)->name);
-}
-
 // Fills views and lens from posed views in any order.
 static int take_posed(CamerasFile *file, const char *path, Posed *posed, int n, FsError *err)
 {
     int rc = 0;
-    qsort(posed, (size_t)n, sizeof *posed, compare_posed);
+    fs_order_named(posed, (size_t)n, sizeof *posed);
     file->lens = malloc(((size_t)n + 1) * sizeof *file->lens);
     file->image = malloc(((size_t)n + 1) * sizeof *file->image);
     if (!file->lens || !file->image) return fs_error_memory(err);

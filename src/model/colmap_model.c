@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/order.h"
 
 #define MAX_FILE ((size_t)4 << 30)
 
@@ -99,26 +100,20 @@ char *fs_colmap_model_find(const char *dir)
     return NULL;
 }
 
-static int compare_ids(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
 static int check_unique(const char *dir, const ColmapModel *model, FsError *err)
 {
     size_t n = (size_t)(model->n_images > model->n_cameras ? model->n_images : model->n_cameras);
-    uint32_t *id = malloc((n + 1) * sizeof *id);
+    double *id = malloc((n + 1) * sizeof *id);
     if (!id) return fs_error_memory(err);
     int rc = 0;
     for (int pass = 0; pass < 2 && rc == 0; pass++) {
         int count = pass ? model->n_images : model->n_cameras;
         for (int i = 0; i < count; i++) id[i] = pass ? model->image[i].id : model->camera[i].id;
-        qsort(id, (size_t)count, sizeof *id, compare_ids);
+        fs_order_doubles(id, (size_t)count);
         for (int i = 1; i < count && rc == 0; i++)
             if (id[i] == id[i - 1])
-                rc = fs_error_set(err, FS_ERR_INPUT, "%s: two %s have the number %u", dir, pass ? "images" : "cameras",
-                                  id[i]);
+                rc = fs_error_set(err, FS_ERR_INPUT, "%s: two %s have the number %.0f", dir,
+                                  pass ? "images" : "cameras", id[i]);
     }
     free(id);
     return rc;

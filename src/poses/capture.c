@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/order.h"
 #include "image/image.h"
 
 #define MAX_PHOTOS 100000
@@ -47,11 +48,6 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
     return photo->name && photo->picture ? 0 : fs_error_memory(err);
 }
 
-static int compare_photos(const void *a, const void *b)
-{
-    return strcmp(((const Photo *)a)->name, ((const Photo *)b)->name);
-}
-
 static int read_photos(const char *path, Capture *capture, FsError *err)
 {
     char *text = NULL;
@@ -70,7 +66,7 @@ static int read_photos(const char *path, Capture *capture, FsError *err)
         capture->n = (int)i + 1;
         TRY(read_photo(json_array_get(photos, i), &capture->photo[i], path, err));
     }
-    qsort(capture->photo, n, sizeof *capture->photo, compare_photos);
+    fs_order_named(capture->photo, n, sizeof *capture->photo);
 fail:
     json_decref(root);
     free(text);

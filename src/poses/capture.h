@@ -4,7 +4,7 @@
 #include "base/error.h"
 
 typedef struct Photo {
-    char *name; // without folder and extension
+    char *name; // without folder and extension; first, see order.h
     bool flash;
     int width, height; // working image
     double focal_px;   // of the working image; 0 when not known

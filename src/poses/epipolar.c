@@ -8,12 +8,8 @@
 #include <string.h>
 
 #include "base/linalg.h"
+#include "base/order.h"
 #include "poses/match.h"
-
-typedef struct ByAngle {
-    float angle;
-    int feature;
-} ByAngle;
 
 typedef struct Pair { // how to get from the first camera's frame to the second's
     double r[9], t[3];
@@ -21,13 +17,6 @@ typedef struct Pair { // how to get from the first camera's frame to the second'
     double roll;       // turn of the picture about the optical axis
     float reach;       // largest difference of angles within the tolerance
 } Pair;
-
-static int compare_angles(const void *a, const void *b)
-{
-    const ByAngle *x = a, *y = b;
-    if (x->angle != y->angle) return x->angle < y->angle ? -1 : 1;
-    return (x->feature > y->feature) - (x->feature < y->feature);
-}
 
 // False when the centres coincide.
 static bool relate(const Camera *a, const Camera *b, Pair *pair)
@@ -53,8 +42,8 @@ static float plane_angle(const Pair *pair, const double ray[3])
     return (float)atan2(v3_dot(ray, pair->axis[1]), v3_dot(ray, pair->axis[0]));
 }
 
-// Features of b by plane, once more at both ends so that no range wraps round. Returns their number.
-static int sort_planes(const SearchPhoto *b, Pair *pair, double tolerance, ByAngle *sorted)
+// Features of b by their plane's angle, once more at both ends so that no range wraps round. Returns their number.
+static int sort_planes(const SearchPhoto *b, Pair *pair, double tolerance, Ranked *sorted)
 {
     const double least_sine = 0.05; // nearer to the epipole depth cannot be told
     double sine_min = 1, length = sqrt(v3_dot(pair->t, pair->t));
@@ -65,25 +54,25 @@ static int sort_planes(const SearchPhoto *b, Pair *pair, double tolerance, ByAng
         double sine = sqrt(v3_dot(normal, normal) / v3_dot(ray, ray)) / length;
         if (!(sine > least_sine)) continue;
         if (sine < sine_min) sine_min = sine;
-        sorted[n++] = (ByAngle){plane_angle(pair, ray), j};
+        sorted[n++] = (Ranked){plane_angle(pair, ray), j};
     }
-    qsort(sorted, (size_t)n, sizeof *sorted, compare_angles);
+    fs_order_ranked(sorted, (size_t)n);
     pair->reach = (float)fmin(1.2 * tolerance / sine_min, 1.5);
     memcpy(sorted + n, sorted, (size_t)n * sizeof *sorted);
     memcpy(sorted + 2 * n, sorted, (size_t)n * sizeof *sorted);
     for (int j = 0; j < n; j++) {
-        sorted[j].angle -= 6.28318531f;
-        sorted[2 * n + j].angle += 6.28318531f;
+        sorted[j].by = (float)sorted[j].by - 6.28318531f;
+        sorted[2 * n + j].by = (float)sorted[2 * n + j].by + 6.28318531f;
     }
     return 3 * n;
 }
 
-static int first_from(const ByAngle *sorted, int n, float angle)
+static int first_from(const Ranked *sorted, int n, float angle)
 {
     int lo = 0, hi = n;
     while (lo < hi) {
         int mid = lo + (hi - lo) / 2;
-        if (sorted[mid].angle < angle)
+        if (sorted[mid].by < angle)
             lo = mid + 1;
         else
             hi = mid;
@@ -128,7 +117,7 @@ static void keep(Found *found, int *n, const Features *fb, Found next)
 typedef struct Search { // for a's features among b's
     const SearchPhoto *a, *b;
     Pair pair;
-    const ByAngle *sorted;
+    const Ranked *sorted;
     int n_sorted;
     double max_inverse_z;
     const TriangulateOptions *options;
@@ -138,7 +127,7 @@ static void search_one(const Search *search, int i, Candidates *out)
 {
     const SearchPhoto *a = search->a, *b = search->b;
     const Pair *pair = &search->pair;
-    const ByAngle *sorted = search->sorted;
+    const Ranked *sorted = search->sorted;
     const TriangulateOptions *o = search->options;
     const double ray[3] = {a->ray[2 * i], a->ray[2 * i + 1], 1}, *t = pair->t, fx = b->camera->fx, fy = b->camera->fy;
     double far_ray[3], line[3];
@@ -151,8 +140,8 @@ static void search_one(const Search *search, int i, Candidates *out)
     int least = (int)((1 - 0.5 * o->max_distance * o->max_distance) * 512 * 512), n = 0;
     Found found[FS_EPIPOLAR_CANDIDATES + 2];
     for (int s = first_from(sorted, search->n_sorted, angle - pair->reach);
-         s < search->n_sorted && sorted[s].angle <= angle + pair->reach; s++) {
-        int j = sorted[s].feature;
+         s < search->n_sorted && sorted[s].by <= angle + pair->reach; s++) {
+        int j = sorted[s].index;
         double u = b->ray[2 * j], v = b->ray[2 * j + 1];
         if (fabs(line[0] * u + line[1] * v + line[2]) > o->tolerance_px * norm) continue;
         double au = far_ray[0] - u * far_ray[2], bu = u * t[2] - t[0]; // au = bu * inverse_z, likewise in y
@@ -196,7 +185,7 @@ int fs_epipolar_search(const SearchPhoto *a, const SearchPhoto *b, double max_in
     for (int i = 0; i < a->features->n; i++) out[i].n = 0;
     *length_px = 0;
     if (b->features->n == 0 || !relate(a->camera, b->camera, &search.pair)) return 0;
-    ByAngle *sorted = malloc((size_t)b->features->n * 3 * sizeof *sorted);
+    Ranked *sorted = malloc((size_t)b->features->n * 3 * sizeof *sorted);
     if (!sorted) return fs_error_memory(err);
     *length_px = searched_length(b, &search.pair, max_inverse_z);
     search.n_sorted = sort_planes(b, &search.pair, options->tolerance_px / b->camera->fx, sorted);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/arena.h"
+#include "base/order.h"
 
 // The compiler vectorises the products; on x86 it makes a second version for AVX2. Integers: the same on every machine.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) &&               \
@@ -108,27 +109,15 @@ static void match_job(void *context, int job, int worker)
             __atomic_store_n(&work->failed, true, __ATOMIC_RELAXED);
 }
 
-typedef struct ByScale {
-    float scale;
-    int index;
-} ByScale;
-
-static int compare_scale(const void *a, const void *b)
-{
-    const ByScale *x = a, *y = b;
-    if (x->scale != y->scale) return x->scale < y->scale ? 1 : -1;
-    return (x->index > y->index) - (x->index < y->index);
-}
-
 static int choose(const Features *f, int max_features, Subset *s, Arena *arena, FsError *err)
 {
-    ByScale *order = ARENA_NEW(arena, ByScale, (size_t)f->n + 1);
+    Ranked *order = ARENA_NEW(arena, Ranked, (size_t)f->n + 1); // the largest first
     s->n = f->n < max_features ? f->n : max_features;
     s->index = ARENA_NEW(arena, int, (size_t)s->n + 1);
     s->descriptor = ARENA_NEW(arena, int16_t, ((size_t)s->n + 1) * FS_DESCRIPTOR);
     if (arena->failed) return fs_error_memory(err);
-    for (int i = 0; i < f->n; i++) order[i] = (ByScale){f->scale[i], i};
-    qsort(order, (size_t)f->n, sizeof *order, compare_scale);
+    for (int i = 0; i < f->n; i++) order[i] = (Ranked){-f->scale[i], i};
+    fs_order_ranked(order, (size_t)f->n);
     for (int i = 0; i < s->n; i++) {
         s->index[i] = order[i].index;
         memcpy(s->descriptor + (size_t)i * FS_DESCRIPTOR, f->descriptor + (size_t)order[i].index * FS_DESCRIPTOR,

@@ -11,6 +11,7 @@
 #include "base/arena.h"
 #include "base/linalg.h"
 #include "base/memory.h"
+#include "base/order.h"
 #include "poses/epipolar.h"
 #include "poses/refine.h"
 
@@ -56,22 +57,10 @@ static Sight sight_of(const SearchPhoto *photo, Seen seen)
 
 // ---- which photos a photo is compared with ----
 
-typedef struct Other {
-    double distance;
-    int photo;
-} Other;
-
-static int compare_others(const void *a, const void *b)
-{
-    const Other *x = a, *y = b;
-    if (x->distance != y->distance) return x->distance < y->distance ? -1 : 1;
-    return (x->photo > y->photo) - (x->photo < y->photo);
-}
-
 // The nearest ones that look the same way (within 70 degrees).
 static int choose_others(const Work *w, int a, int *others)
 {
-    Other *list = malloc((size_t)w->n * sizeof *list);
+    Ranked *list = malloc((size_t)w->n * sizeof *list);
     if (!list) return FS_ERR_MEMORY;
     int n = 0;
     double ca[3], cb[3];
@@ -82,11 +71,11 @@ static int choose_others(const Work *w, int a, int *others)
         const double *zb = w->photo[b].camera->w2c + 8;
         if (v3_dot(za, zb) < cos(70 * M_PI / 180)) continue;
         fs_camera_centre(w->photo[b].camera, cb);
-        list[n++] = (Other){v3_distance2(ca, cb), b};
+        list[n++] = (Ranked){v3_distance2(ca, cb), b};
     }
-    qsort(list, (size_t)n, sizeof *list, compare_others);
+    fs_order_ranked(list, (size_t)n);
     if (n > MAX_OTHERS) n = MAX_OTHERS;
-    for (int i = 0; i < n; i++) others[i] = list[i].photo;
+    for (int i = 0; i < n; i++) others[i] = list[i].index;
     free(list);
     return n;
 }
