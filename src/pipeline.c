@@ -134,23 +134,20 @@ fail:
 
 int fs_synth(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
-    static const FsCallbacks none;
     unsigned failures = fs_memory_begin();
-    return fs_memory_end(failures, fs_synth_run(out, settings, callbacks ? callbacks : &none, err), err);
+    return fs_memory_end(failures, fs_synth_run(out, settings, callbacks, err), err);
 }
 
 int fs_pair(const char *flash, const char *noflash, const char *out, const FsSettings *settings,
             const FsCallbacks *callbacks, FsError *err)
 {
-    static const FsCallbacks none;
     unsigned failures = fs_memory_begin();
-    return fs_memory_end(failures, fs_pair_run(flash, noflash, out, settings, callbacks ? callbacks : &none, err), err);
+    return fs_memory_end(failures, fs_pair_run(flash, noflash, out, settings, callbacks, err), err);
 }
 
 int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
-    const Log none = {0};
-    return fs_bench_run(settings, callbacks ? callbacks : &none, err);
+    return fs_bench_run(settings, callbacks, err);
 }
 
 int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)

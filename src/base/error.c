@@ -28,6 +28,14 @@ int fs_error_memory(FsError *err)
     return fs_error_set(err, FS_ERR_MEMORY, "out of memory: use a smaller --long-edge or fewer splats");
 }
 
+int fs_error_first(const FsError *failure, size_t n, FsError *err)
+{
+    size_t i = 0;
+    while (i < n && failure[i].code == 0) i++;
+    if (i < n && err) *err = failure[i];
+    return i < n ? failure[i].code : 0;
+}
+
 unsigned fs_error_memory_failures(void)
 {
     return atomic_load(&memory_failures);

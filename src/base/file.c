@@ -187,15 +187,14 @@ int fs_file_link(const char *from, const char *path, FsError *err)
 {
     char *data;
     size_t size;
-    int rc = fs_owned_record(from, path, err);
-    if (rc < 0) return rc;
+    MUST(fs_owned_record(from, path, err));
     unlink(path);
     if (link(from, path) == 0) {
         name_changed(path);
         return 0;
     }
-    rc = fs_file_read(from, (size_t)4 << 30, &data, &size, err);
-    if (rc == 0) rc = fs_file_write(path, data, size, err);
+    MUST(fs_file_read(from, (size_t)4 << 30, &data, &size, err));
+    int rc = fs_file_write(path, data, size, err);
     free(data);
     return rc;
 }
@@ -249,6 +248,14 @@ bool fs_file_is_dir(const char *path)
 {
     struct stat st;
     return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
+}
+
+bool fs_file_is_older(const char *path, const char *than)
+{
+    struct stat a, b;
+    if (stat(path, &a) != 0 || stat(than, &b) != 0) return false;
+    return a.st_mtim.tv_sec != b.st_mtim.tv_sec ? a.st_mtim.tv_sec < b.st_mtim.tv_sec
+                                                : a.st_mtim.tv_nsec < b.st_mtim.tv_nsec;
 }
 
 static int remove_one(const char *path, const struct stat *st, int type, struct FTW *ftw)

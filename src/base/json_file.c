@@ -1,5 +1,6 @@
 #include "base/json_file.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -25,4 +26,14 @@ int fs_json_file_write(const char *path, json_t *root, size_t flags, FsError *er
     int rc = fs_file_write(path, text, strlen(text), err);
     free(text);
     return rc;
+}
+
+bool fs_json_file_matrix(const json_t *rows, double m[12])
+{
+    for (size_t i = 0; i < 12; i++) {
+        const json_t *v = json_array_get(json_array_get(rows, i / 4), i % 4);
+        m[i] = json_number_value(v);
+        if (!json_is_number(v) || !isfinite(m[i])) return false;
+    }
+    return true;
 }

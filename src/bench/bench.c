@@ -110,31 +110,29 @@ static int add_peaks(BenchResults *results, const Peak *peak, const Log *log, Fs
     copy.work.pairs = copy.work.bytes = 1e6 * peak->copy_gbs;
     fs_result_log(&fma, log);
     fs_result_log(&copy, log);
-    int rc = fs_result_add(results, &fma, err);
-    return rc < 0 ? rc : fs_result_add(results, &copy, err);
+    MUST(fs_result_add(results, &fma, err));
+    return fs_result_add(results, &copy, err);
 }
 
 static int run_all(const FsSettings *set, const BenchMachine *machine, BenchResults *results, const Log *log,
                    FsError *err)
 {
-    int rc, n = (int)(sizeof cases / sizeof *cases), ran = 0;
+    int n = (int)(sizeof cases / sizeof *cases), ran = 0;
     Peak peak;
-    TRY(fs_peak_measure(machine->kernels.level, &peak, err));
+    MUST(fs_peak_measure(machine->kernels.level, &peak, err));
     fs_result_log(NULL, log);
-    TRY(add_peaks(results, &peak, log, err));
+    MUST(add_peaks(results, &peak, log, err));
     for (int i = 0; i < n; i++) {
         if (set->cases && !strstr(cases[i].name, set->cases)) continue;
         if (fs_log_cancelled(log)) return fs_error_set(err, FS_ERR_CANCELLED, "bench: cancelled");
         fs_log_progress(log, "bench", i, n, cases[i].name);
         BenchResult row;
-        TRY(run_case(&cases[i], machine, &peak, &row, err));
+        MUST(run_case(&cases[i], machine, &peak, &row, err));
         fs_result_log(&row, log);
-        TRY(fs_result_add(results, &row, err));
+        MUST(fs_result_add(results, &row, err));
         ran++;
     }
-    if (!ran) rc = fs_error_set(err, FS_ERR_USAGE, "--cases %s: no case's name contains that", set->cases);
-fail:
-    return rc;
+    return ran ? 0 : fs_error_set(err, FS_ERR_USAGE, "--cases %s: no case's name contains that", set->cases);
 }
 
 int fs_bench_run(const FsSettings *settings, const Log *log, FsError *err)
@@ -154,6 +152,6 @@ int fs_bench_run(const FsSettings *settings, const Log *log, FsError *err)
     if (settings->json && *settings->json) TRY(fs_result_write(&results, settings->json, err));
 fail:
     fs_result_free(&results);
-    if (machine.threads) fs_threads_free(machine.threads);
+    fs_threads_free(machine.threads);
     return rc;
 }

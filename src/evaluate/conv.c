@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/arena.h"
 #include "base/cpu.h"
 
 #define ROWS 6
@@ -186,35 +187,31 @@ static void pad_maps(const Maps *in, int pad, float *padded)
 int fs_conv_relu(const ConvShape *shape, const float *weight, const float *bias, const Maps *in, Maps *out,
                  Threads *threads, FsError *err)
 {
-    size_t kernel = (size_t)shape->kernel, width = (size_t)(in->width + 2 * shape->pad);
-    size_t plane = width * (size_t)(in->height + 2 * shape->pad),
-           workers = threads ? (size_t)fs_threads_count(threads) : 1;
-    int rc = fs_conv_maps_new(out, shape->out, fs_conv_side(shape, in->height), fs_conv_side(shape, in->width), err);
-    if (rc < 0) return rc;
+    size_t taps = (size_t)(shape->kernel * shape->kernel), kernel = (size_t)shape->kernel;
+    size_t width = (size_t)(in->width + 2 * shape->pad), plane = width * (size_t)(in->height + 2 * shape->pad);
+    MUST(fs_conv_maps_new(out, shape->out, fs_conv_side(shape, in->height), fs_conv_side(shape, in->width), err));
+    int rc = 0;
     Product p = {.shape = shape, .bias = bias, .out = out, .width = width, .plane = plane, .tile = tile_choose()};
-    p.k = (size_t)shape->in * kernel * kernel;
+    p.k = (size_t)shape->in * taps;
     p.panels = ((size_t)shape->out + ROWS - 1) / ROWS;
     p.scratch_size = SLICE * BLOCK + p.panels * ROWS * BLOCK;
-    float *padded = calloc((size_t)shape->in * plane, sizeof(float));
-    float *packed = malloc(sizeof(float) * p.panels * ROWS * p.k);
-    size_t *tap = malloc(sizeof(size_t) * p.k);
-    p.scratch = malloc(sizeof(float) * p.scratch_size * workers);
-    if (padded && packed && tap && p.scratch) {
-        pad_maps(in, shape->pad, padded);
-        pack_weights(weight, (size_t)shape->out, p.k, p.panels, packed);
-        for (size_t k = 0; k < p.k; k++)
-            tap[k] = k / (kernel * kernel) * plane + k / kernel % kernel * width + k % kernel;
-        p.padded = padded, p.packed = packed, p.tap = tap;
-        size_t all = (size_t)out->height * (size_t)out->width;
-        fs_threads_for(threads, (int)((all + BLOCK - 1) / BLOCK), product_job, &p);
-    } else {
-        rc = fs_error_memory(err);
-        fs_conv_maps_free(out);
-    }
-    free(padded);
-    free(packed);
-    free(tap);
-    free(p.scratch);
+    Arena arena = {0};
+    size_t n_packed = p.panels * ROWS * p.k, n_scratch = p.scratch_size * (size_t)fs_threads_count(threads);
+    size_t n_padded = (size_t)shape->in * plane, *tap = ARENA_NEW(&arena, size_t, p.k);
+    float *packed = ARENA_NEW(&arena, float, n_packed);
+    p.scratch = ARENA_NEW(&arena, float, n_scratch);
+    float *padded = ARENA_NEW(&arena, float, n_padded);
+    if (arena.failed) TRY(fs_error_memory(err));
+    memset(padded, 0, sizeof(float) * n_padded);
+    pad_maps(in, shape->pad, padded);
+    pack_weights(weight, (size_t)shape->out, p.k, p.panels, packed);
+    for (size_t k = 0; k < p.k; k++) tap[k] = k / taps * plane + k / kernel % kernel * width + k % kernel;
+    p.padded = padded, p.packed = packed, p.tap = tap;
+    size_t all = (size_t)out->height * (size_t)out->width;
+    fs_threads_for(threads, (int)((all + BLOCK - 1) / BLOCK), product_job, &p);
+fail:
+    fs_arena_free(&arena);
+    if (rc < 0) fs_conv_maps_free(out);
     return rc;
 }
 

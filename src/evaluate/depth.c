@@ -24,8 +24,7 @@ static int read_depth(const char *path, Image *depth, FsError *err)
         fs_image_free(depth);
         return rc;
     }
-    size_t n = (size_t)depth->width * (size_t)depth->height;
-    for (size_t i = 0; i < n && !tiff; i++) depth->px[i] *= 65.535f; // 0..1 of 65535 mm
+    for (size_t i = 0; i < fs_image_pixels(depth) && !tiff; i++) depth->px[i] *= 65.535f; // 0..1 of 65535 mm
     return 0;
 }
 
@@ -47,7 +46,7 @@ static int reserve(Pairs *pairs, size_t more, FsError *err)
 static float nearest(const Image *image, int x, int y, int width, int height)
 {
     int sx = (int)((x + 0.5) * image->width / width), sy = (int)((y + 0.5) * image->height / height);
-    return image->px[(size_t)sy * (size_t)image->width + (size_t)sx];
+    return *fs_image_at(image, sx, sy);
 }
 
 static int collect(Pairs *pairs, const char *truth_path, const char *path, FsError *err)

@@ -3,7 +3,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/file.h"
 #include "base/owned.h"
@@ -144,17 +143,12 @@ static int open_lpips(Evaluation *e, FsError *err)
 // Renders in the project's own folder are of the clouds that are there now: no old figures under a new mark.
 static int check_renders(const FsProject *project, FsError *err)
 {
-    struct stat model, renders;
     FilePath dir = fs_file_at("%s/renders/%s", project->out, fs_render_layers[RENDER_T_N].name);
     bool marked = fs_file_exists(fs_file_at("%s/done/render.json", project->out).text);
-    if (*project->set.output || marked || stat(dir.text, &renders) != 0 ||
-        stat(fs_file_at("%s/clouds/model.json", project->out).text, &model) != 0)
-        return 0;
-    bool older = renders.st_mtim.tv_sec < model.st_mtim.tv_sec ||
-                 (renders.st_mtim.tv_sec == model.st_mtim.tv_sec && renders.st_mtim.tv_nsec < model.st_mtim.tv_nsec);
-    return older ? fs_error_set(err, FS_ERR_INPUT, "%s: of an earlier training: render first (flashsplat render %s)",
-                                dir.text, project->out)
-                 : 0;
+    FilePath model = fs_file_at("%s/clouds/model.json", project->out);
+    if (*project->set.output || marked || !fs_file_is_older(dir.text, model.text)) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s: of an earlier training: render first (flashsplat render %s)", dir.text,
+                        project->out);
 }
 
 int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)

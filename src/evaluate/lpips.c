@@ -167,7 +167,7 @@ static int input_maps(const Image *image, Maps *maps, FsError *err)
 {
     static const float shift[3] = {-0.030f, -0.088f, -0.188f}, scale[3] = {0.458f, 0.448f, 0.450f};
     MUST(fs_conv_maps_new(maps, 3, image->height, image->width, err));
-    size_t n = (size_t)image->width * (size_t)image->height;
+    size_t n = fs_image_pixels(image);
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < 3; c++) maps->px[c * n + i] = (2 * image->px[3 * i + c] - 1 - shift[c]) / scale[c];
     return 0;

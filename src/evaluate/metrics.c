@@ -33,7 +33,7 @@ const MetricInfo fs_metrics[METRICS] = {
 int fs_metrics_psnr(const Image *a, const Image *b, const MetricContext *context, double *value, FsError *err)
 {
     (void)context, (void)err;
-    size_t n = (size_t)a->width * (size_t)a->height * (size_t)a->channels;
+    size_t n = fs_image_values(a);
     double sum = 0;
     for (size_t i = 0; i < n; i++) sum += ((double)a->px[i] - (double)b->px[i]) * ((double)a->px[i] - (double)b->px[i]);
     *value = -10 * log10(fmax(sum / (double)n, 1e-12));
@@ -42,15 +42,15 @@ int fs_metrics_psnr(const Image *a, const Image *b, const MetricContext *context
 
 static void plane(const Image *image, int channel, double *to)
 {
-    size_t n = (size_t)image->width * (size_t)image->height, c = (size_t)image->channels;
-    for (size_t i = 0; i < n; i++) to[i] = (double)image->px[i * c + (size_t)channel];
+    for (size_t i = 0; i < fs_image_pixels(image); i++)
+        to[i] = (double)image->px[i * (size_t)image->channels + (size_t)channel];
 }
 
 // The sum of what compare makes of each channel's two planes.
 static int over_channels(double (*compare)(double *a, double *b, int width, int height, double *scratch),
                          const Image *a, const Image *b, double *sum, FsError *err)
 {
-    size_t n = (size_t)a->width * (size_t)a->height;
+    size_t n = fs_image_pixels(a);
     double *pa = malloc(sizeof(double) * (2 * n + fs_window_scratch(a->width, a->height)));
     if (!pa) return fs_error_memory(err);
     *sum = 0;
@@ -72,7 +72,7 @@ int fs_metrics_ssim(const Image *a, const Image *b, const MetricContext *context
 {
     (void)context;
     int rc = over_channels(ssim_plane, a, b, value, err);
-    *value /= (double)((size_t)a->width * (size_t)a->height) * a->channels;
+    *value /= (double)fs_image_pixels(a) * a->channels;
     return rc;
 }
 

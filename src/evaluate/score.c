@@ -26,8 +26,7 @@ typedef struct Task {
 
 static void fit_one(Task *task, const Image *a, const Image *b)
 {
-    size_t n = (size_t)a->width * (size_t)a->height * 3;
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < fs_image_values(a); i++) {
         double x = fs_tone_decode(a->px[i]), y = fs_tone_decode(b->px[i]);
         task->cross[i % 3] += x * y;
         task->square[i % 3] += y * y;
@@ -45,7 +44,7 @@ static int measure(const Task *task, const Image *a, const Image *b, Figures *fi
 
 static void stretch(Image *image)
 {
-    size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
+    size_t n = fs_image_values(image);
     float low = image->px[0], high = low;
     for (size_t i = 0; i < n; i++) low = fminf(low, image->px[i]), high = fmaxf(high, image->px[i]);
     for (size_t i = 0; i < n; i++) image->px[i] = high > low ? (image->px[i] - low) / (high - low) : 0.0f;
@@ -60,8 +59,7 @@ static int paired_difference(const Task *task, Image *difference, bool *there, F
              fs_truth_find(task->truth_dir, "I_N", task->truth->name, PICTURES, &path_n);
     if (!*there) return 0;
     MUST(fs_truth_read_pair(path_f.text, path_n.text, &flash, &ambient, err));
-    size_t n = (size_t)flash.width * (size_t)flash.height * 3;
-    for (size_t i = 0; i < n; i++) // negative differences become 0
+    for (size_t i = 0; i < fs_image_values(&flash); i++) // negative differences become 0
         flash.px[i] = fs_tone_encode(fs_tone_decode(flash.px[i]) - fs_tone_decode(ambient.px[i]));
     *difference = flash;
     fs_image_free(&ambient);
@@ -98,8 +96,7 @@ static void score_view(void *context, int job, int worker)
     }
     TRY(measure(task, &a, &b, &task->score->figures[SCORE_RAW], &task->err));
     TRY(fs_image_copy(&fitted, &b, &task->err));
-    size_t n = (size_t)b.width * (size_t)b.height * 3;
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < fs_image_values(&b); i++)
         fitted.px[i] = fs_tone_encode((float)fmin(fs_tone_decode(b.px[i]) * task->gain[i % 3], 1));
     TRY(measure(task, &a, &fitted, &task->score->figures[SCORE_FITTED], &task->err));
     if (task->paired) TRY(measure_paired(task, &b, &task->score->figures[SCORE_PAPER], &task->err));

@@ -70,7 +70,7 @@ static int read_rgb(const char *path, Image *image, FsError *err)
     if (rc < 0 || image->channels == 3) return rc;
     Image rgb;
     rc = fs_image_new(&rgb, image->width, image->height, 3, err);
-    size_t n = rc < 0 ? 0 : (size_t)image->width * (size_t)image->height;
+    size_t n = rc < 0 ? 0 : fs_image_pixels(image);
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < 3; c++) rgb.px[3 * i + c] = image->px[i * (size_t)image->channels];
     fs_image_free(image);

@@ -55,8 +55,7 @@ static int develop(const FsProject *project, const Scene *scene, Development *de
     const char *source = "the photos";
     if (!(development->exposure > 0)) {
         source = "the clouds";
-        int rc = cloud_exposure(scene, development, err);
-        if (rc < 0) return rc;
+        MUST(cloud_exposure(scene, development, err));
     }
     fs_log_info(&project->log, "export: colours are camera RGB times %.3g (exposure from %s)%s, a soft shoulder, sRGB",
                 (double)development->exposure, source,

@@ -35,7 +35,7 @@ void fs_colormap_color(float value, float rgb[3])
 
 bool fs_colormap_range(const Image *image, double low, double high, float *low_value, float *high_value)
 {
-    size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels, kept = 0;
+    size_t n = fs_image_values(image), kept = 0;
     float *values = malloc(sizeof *values * (n ? n : 1));
     if (!values) return false;
     for (size_t i = 0; i < n; i++)
@@ -53,7 +53,7 @@ int fs_colormap_depth(const Image *depth, float nearest, float farthest, Image *
 {
     MUST(fs_image_new(picture, depth->width, depth->height, 3, err));
     float far_inverse = farthest > 0 ? 1 / farthest : 0, span = nearest > 0 ? 1 / nearest - far_inverse : 0;
-    for (size_t i = 0; i < (size_t)depth->width * (size_t)depth->height; i++) {
+    for (size_t i = 0; i < fs_image_pixels(depth); i++) {
         float z = depth->px[i * (size_t)depth->channels], *rgb = picture->px + 3 * i;
         if (z > 0 && isfinite(z))
             fs_colormap_color(span > 0 ? (1 / z - far_inverse) / span : 0.5f, rgb);

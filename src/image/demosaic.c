@@ -152,7 +152,7 @@ int fs_demosaic(const float *mosaic, int width, int height, const unsigned char 
         find_green(&b);
         for (int y = PAD; y < PAD + rows; y++)
             for (int x = PAD; x < PAD + width; x++) {
-                float *out = rgb->px + ((size_t)(first + y - PAD) * (size_t)width + (size_t)(x - PAD)) * 3;
+                float *out = fs_image_at(rgb, x - PAD, first + y - PAD);
                 float green = b.green[(size_t)y * (size_t)b.stride + (size_t)x];
                 out[0] = green - difference_at(&b, b.red_d, 0, x, y);
                 out[1] = green;

@@ -139,6 +139,12 @@ int fs_exif_flash_fired(const ExifInfo *info)
     return info->flash < 0 ? -1 : info->flash & 1;
 }
 
+double fs_exif_exposure(const ExifInfo *info)
+{
+    double n = info->f_number > 0 ? info->f_number : 1;
+    return info->exposure_s * (info->iso > 0 ? info->iso : 100) / (n * n);
+}
+
 double fs_exif_focal_px(const ExifInfo *info, int width, int height)
 {
     double longer = width > height ? width : height, diagonal = hypot(width, height);

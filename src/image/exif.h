@@ -20,5 +20,8 @@ int fs_exif_read(const char *path, ExifInfo *info, FsError *err);
 // The flash went off: 1, it did not: 0, the photo does not tell: -1. Bit 0 alone says so: 16 and 24 mean "did not
 // fire".
 int fs_exif_flash_fired(const ExifInfo *info);
+// How much light of the scene one unit of a photo stands for, up to a constant; 0 unknown. Fields that are missing in
+// all photos do not matter: they cancel.
+double fs_exif_exposure(const ExifInfo *info);
 // Focal length in pixels of the photo at width x height (whole frame); 0 when unknown.
 double fs_exif_focal_px(const ExifInfo *info, int width, int height);

@@ -108,16 +108,6 @@ static const unsigned char *next_glyph(const char **text)
     return glyphs[c >= 32 && c < 127 ? c - 32 : '?' - 32];
 }
 
-int fs_font_width(const char *text, int scale)
-{
-    int n = 0;
-    while (*text) {
-        next_glyph(&text);
-        n++;
-    }
-    return n * FS_FONT_ADVANCE * scale;
-}
-
 static void fill(Image *image, int x0, int y0, int x1, int y1, const float color[3])
 {
     if (x0 < 0) x0 = 0;
@@ -126,7 +116,7 @@ static void fill(Image *image, int x0, int y0, int x1, int y1, const float color
     if (y1 > image->height) y1 = image->height;
     for (int y = y0; y < y1; y++)
         for (int x = x0; x < x1; x++) {
-            float *px = image->px + ((size_t)y * (size_t)image->width + (size_t)x) * (size_t)image->channels;
+            float *px = fs_image_at(image, x, y);
             for (int c = 0; c < image->channels; c++) px[c] = color[c < 3 ? c : 2];
         }
 }

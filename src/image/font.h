@@ -9,4 +9,3 @@
 // Draws text with its upper left corner at (x, y), each font pixel a square of scale x scale; what falls outside of
 // the image or beyond x_end is left out. Bytes outside of printable ASCII are drawn as one '?' per UTF-8 character.
 void fs_font_draw(Image *image, int x, int y, int x_end, int scale, const float color[3], const char *text);
-int fs_font_width(const char *text, int scale); // pixels the text takes

@@ -27,8 +27,7 @@ void fs_image_free(Image *image)
 int fs_image_copy(Image *to, const Image *from, FsError *err)
 {
     MUST(fs_image_new(to, from->width, from->height, from->channels, err));
-    size_t n = (size_t)from->width * (size_t)from->height * (size_t)from->channels;
-    memcpy(to->px, from->px, n * sizeof *to->px);
+    memcpy(to->px, from->px, fs_image_values(from) * sizeof *to->px);
     return 0;
 }
 
@@ -52,9 +51,7 @@ int fs_image_orient(Image *image, int exif_orientation, FsError *err)
             int sx = transpose ? y : x, sy = transpose ? x : y;
             if (turn[exif_orientation].flip_x) sx = w - 1 - sx;
             if (turn[exif_orientation].flip_y) sy = h - 1 - sy;
-            const float *from = image->px + ((size_t)sy * (size_t)w + (size_t)sx) * (size_t)c;
-            float *to = up.px + ((size_t)y * (size_t)up.width + (size_t)x) * (size_t)c;
-            for (int k = 0; k < c; k++) to[k] = from[k];
+            memcpy(fs_image_at(&up, x, y), fs_image_at(image, sx, sy), (size_t)c * sizeof *up.px);
         }
     }
     fs_image_free(image);

@@ -9,6 +9,21 @@ typedef struct Image {
     float *px; // (height, width, channels)
 } Image;
 
+static inline size_t fs_image_pixels(const Image *image)
+{
+    return (size_t)image->width * (size_t)image->height;
+}
+
+static inline size_t fs_image_values(const Image *image) // of all channels
+{
+    return fs_image_pixels(image) * (size_t)image->channels;
+}
+
+static inline float *fs_image_at(const Image *image, int x, int y) // the pixel's channels
+{
+    return image->px + ((size_t)y * (size_t)image->width + (size_t)x) * (size_t)image->channels;
+}
+
 #define FS_IMAGE_MAX_SIDE 65535
 #define FS_IMAGE_MAX_PIXELS 400000000
 

@@ -25,14 +25,19 @@ typedef struct Jpeg {
     JSAMPLE *row;
 } Jpeg;
 
+static _Noreturn void stop(Jpeg *s, int rc)
+{
+    s->rc = rc;
+    longjmp(s->jump, 1);
+}
+
 static void on_error(j_common_ptr common)
 {
     Jpeg *s = (Jpeg *)common->err;
     char text[JMSG_LENGTH_MAX];
     s->manager.format_message(common, text);
     bool memory = common->err->msg_code == JERR_OUT_OF_MEMORY;
-    s->rc = memory ? fs_error_memory(s->err) : fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: %s", s->path, text);
-    longjmp(s->jump, 1);
+    stop(s, memory ? fs_error_memory(s->err) : fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: %s", s->path, text));
 }
 
 // Lost data comes as a warning and a grey rest of the picture: that is an error here.
@@ -49,11 +54,9 @@ static void on_output(j_common_ptr common)
 
 static void on_progress(j_common_ptr common)
 {
-    if (common->is_decompressor && ((j_decompress_ptr)common)->input_scan_number > MAX_SCANS) {
-        Jpeg *s = (Jpeg *)common->err;
-        s->rc = fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: more than %d scans", s->path, MAX_SCANS);
-        longjmp(s->jump, 1);
-    }
+    Jpeg *s = (Jpeg *)common->err;
+    if (common->is_decompressor && ((j_decompress_ptr)common)->input_scan_number > MAX_SCANS)
+        stop(s, fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: more than %d scans", s->path, MAX_SCANS));
 }
 
 static void set_handlers(Jpeg *s)
@@ -71,26 +74,18 @@ static void decode(Jpeg *s, FILE *f, Image *image)
     s->in.progress = &s->progress;
     jpeg_stdio_src(&s->in, f);
     jpeg_read_header(&s->in, TRUE);
-    if (s->in.num_components != 1 && s->in.num_components != 3) {
-        s->rc = fs_error_set(s->err, FS_ERR_INPUT, "%s: a JPEG of %d components, expected grey or RGB", s->path,
-                             s->in.num_components);
-        longjmp(s->jump, 1);
-    }
+    if (s->in.num_components != 1 && s->in.num_components != 3)
+        stop(s, fs_error_set(s->err, FS_ERR_INPUT, "%s: a JPEG of %d components, expected grey or RGB", s->path,
+                             s->in.num_components));
     s->in.out_color_space = s->in.num_components == 1 ? JCS_GRAYSCALE : JCS_RGB;
     s->in.dct_method = JDCT_ISLOW;
     FsError why;
-    s->rc = fs_image_new(image, (int)s->in.image_width, (int)s->in.image_height, s->in.num_components, &why);
-    if (s->rc < 0) {
-        fs_error_set(s->err, s->rc, "%s: %s", s->path, why.message);
-        longjmp(s->jump, 1);
-    }
+    if (fs_image_new(image, (int)s->in.image_width, (int)s->in.image_height, s->in.num_components, &why) < 0)
+        stop(s, fs_error_set(s->err, why.code, "%s: %s", s->path, why.message));
     jpeg_start_decompress(&s->in);
     size_t n = (size_t)image->width * (size_t)image->channels;
     s->row = malloc(n);
-    if (!s->row) {
-        s->rc = fs_error_memory(s->err);
-        longjmp(s->jump, 1);
-    }
+    if (!s->row) stop(s, fs_error_memory(s->err));
     while (s->in.output_scanline < s->in.output_height) {
         float *out = image->px + (size_t)s->in.output_scanline * n;
         if (jpeg_read_scanlines(&s->in, &s->row, 1) != 1) ERREXIT(&s->in, JERR_INPUT_EOF);
@@ -120,10 +115,8 @@ static void write_exif(Jpeg *s, const void *exif, size_t size)
     static const char head[6] = "Exif\0"; // and a second 0
     bool has_head = size >= sizeof head && memcmp(exif, head, sizeof head) == 0;
     size_t total = size + (has_head ? 0 : sizeof head);
-    if (total > 65533) {
-        s->rc = fs_error_set(s->err, FS_ERR_USAGE, "%s: an EXIF block of %zu bytes, at most 65527 fit", s->path, size);
-        longjmp(s->jump, 1);
-    }
+    if (total > 65533)
+        stop(s, fs_error_set(s->err, FS_ERR_USAGE, "%s: an EXIF block of %zu bytes, at most 65527 fit", s->path, size));
     jpeg_write_m_header(&s->out, JPEG_APP0 + 1, (unsigned)total);
     for (size_t i = 0; !has_head && i < sizeof head; i++) jpeg_write_m_byte(&s->out, head[i]);
     for (size_t i = 0; i < size; i++) jpeg_write_m_byte(&s->out, ((const unsigned char *)exif)[i]);

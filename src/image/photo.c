@@ -42,11 +42,10 @@ static bool is_raw(const char *path)
 int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], FsError *err)
 {
     RawInfo raw;
-    int rc = fs_exif_read(path, exif, err);
     for (int c = 0; c < 3; c++) white_balance[c] = 0;
-    if (rc < 0 || !is_raw(path)) return rc;
-    rc = fs_raw_read_info(path, &raw, err);
-    if (rc < 0) return rc;
+    MUST(fs_exif_read(path, exif, err));
+    if (!is_raw(path)) return 0;
+    MUST(fs_raw_read_info(path, &raw, err));
     bool known = raw.white_balance[0] > 0;
     for (int c = 0; c < 3; c++) white_balance[c] = known ? raw.white_balance[c] : raw.daylight[c];
     exif->orientation = raw.orientation;
@@ -80,7 +79,7 @@ static int linearise(const Image *image, bool encoded, Image *rgb, Image *clippe
     MUST(fs_image_new(rgb, image->width, image->height, 3, err));
     MUST(fs_image_new(clipped, image->width, image->height, 1, err));
     float limit = encoded ? CLIP_ENCODED : CLIP_LINEAR;
-    for (size_t i = 0; i < (size_t)image->width * (size_t)image->height; i++)
+    for (size_t i = 0; i < fs_image_pixels(image); i++)
         for (size_t c = 0; c < 3; c++) {
             float v = image->channels == 3 ? image->px[3 * i + c] : image->px[i];
             if (!(v < limit) || !isfinite(v)) clipped->px[i] = 1;

@@ -19,14 +19,18 @@ typedef struct Png {
     png_byte **rows;
 } Png;
 
+static _Noreturn void stop(png_structp png, int rc)
+{
+    ((Png *)png_get_error_ptr(png))->rc = rc;
+    png_longjmp(png, 1);
+}
+
 static void on_error(png_structp png, const char *message)
 {
-    Png *state = png_get_error_ptr(png);
-    if (state->rc == 0 && errno == ENOMEM)
-        state->rc = fs_error_memory(state->err);
-    else if (state->rc == 0)
-        state->rc = fs_error_set(state->err, FS_ERR_INPUT, "%s: bad PNG: %s", state->path, message);
-    png_longjmp(png, 1);
+    Png *s = png_get_error_ptr(png);
+    if (s->rc < 0) stop(png, s->rc);
+    stop(png, errno == ENOMEM ? fs_error_memory(s->err)
+                              : fs_error_set(s->err, FS_ERR_INPUT, "%s: bad PNG: %s", s->path, message));
 }
 
 static void on_warning(png_structp png, const char *message)
@@ -56,11 +60,8 @@ static void read_header(Png *s, FILE *f, Image *image)
     if ((color != PNG_COLOR_TYPE_GRAY && color != PNG_COLOR_TYPE_RGB) || (channels != 1 && channels != 3))
         png_error(s->png, "unexpected colour type");
     FsError why;
-    s->rc = fs_image_new(image, width, height, channels, &why);
-    if (s->rc < 0) {
-        fs_error_set(s->err, s->rc, "%s: %s", s->path, why.message);
-        png_longjmp(s->png, 1);
-    }
+    if (fs_image_new(image, width, height, channels, &why) < 0)
+        stop(s->png, fs_error_set(s->err, why.code, "%s: %s", s->path, why.message));
 }
 
 static void read_pixels(Png *s, Image *image)
@@ -71,10 +72,7 @@ static void read_pixels(Png *s, Image *image)
     size_t rows = interlaced ? (size_t)image->height : 1;
     s->row = malloc(stride * rows);
     s->rows = calloc((size_t)image->height, sizeof *s->rows);
-    if (!s->row || !s->rows) {
-        s->rc = fs_error_memory(s->err);
-        png_longjmp(s->png, 1);
-    }
+    if (!s->row || !s->rows) stop(s->png, fs_error_memory(s->err));
     for (size_t y = 0; y < (size_t)image->height; y++) s->rows[y] = s->row + (interlaced ? y * stride : 0);
     if (interlaced) png_read_image(s->png, s->rows);
     for (size_t y = 0; y < (size_t)image->height; y++) {

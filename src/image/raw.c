@@ -166,7 +166,7 @@ static void mark_clipped(const Sensor *s, Image *clipped)
             for (int j = -2; j <= 2; j++)
                 for (int i = abs(j) - 2; i <= 2 - abs(j); i++)
                     if (x + i >= 0 && x + i < s->width && y + j >= 0 && y + j < s->height)
-                        clipped->px[(size_t)(y + j) * (size_t)s->width + (size_t)(x + i)] = 1;
+                        *fs_image_at(clipped, x + i, y + j) = 1;
         }
 }
 
@@ -188,7 +188,7 @@ static int read_bayer(const char *path, libraw_data_t *raw, const unsigned char 
         for (int x = 0; x < s.width; x++) {
             double black = s.black[y & 7][x & 7], gain = white_balance[cfa[(y & 1) * 2 + (x & 1)]] / (s.white - black);
             double v = (s.px[(size_t)y * s.pitch + (size_t)x] - black) * gain;
-            mosaic.px[(size_t)y * (size_t)s.width + (size_t)x] = (float)v;
+            *fs_image_at(&mosaic, x, y) = (float)v;
         }
     TRY(fs_demosaic(mosaic.px, s.width, s.height, cfa, rgb, err));
     TRY(fs_image_new(clipped, s.width, s.height, 1, err));

@@ -19,6 +19,17 @@ typedef struct Layout {
     int scale, label_height;
 } Layout;
 
+// Lengths become the places where they end, `between` apart; false where the sheet would be too long.
+static bool add_up(int *edge, int n, int between)
+{
+    edge[0] = MARGIN;
+    for (int i = 1; i <= n; i++) {
+        edge[i] += edge[i - 1] + between;
+        if (edge[i] > FS_IMAGE_MAX_SIDE) return false;
+    }
+    return true;
+}
+
 static int make_layout(Layout *layout, const SheetTile *tiles, int n, int columns, FsError *err)
 {
     *layout = (Layout){.columns = columns < n ? columns : n, .scale = 1};
@@ -36,19 +47,7 @@ static int make_layout(Layout *layout, const SheetTile *tiles, int n, int column
         if (tiles[i].image->width >= 240) layout->scale = 2;
     }
     layout->label_height = labelled ? (FS_FONT_HEIGHT + 3) * layout->scale : 0;
-    int64_t x = MARGIN, y = MARGIN;
-    layout->x[0] = layout->y[0] = MARGIN;
-    for (int i = 1; i <= layout->columns; i++) {
-        x += layout->x[i] + MARGIN;
-        if (x > FS_IMAGE_MAX_SIDE) break;
-        layout->x[i] = (int)x;
-    }
-    for (int i = 1; i <= layout->rows; i++) {
-        y += layout->y[i] + layout->label_height + MARGIN;
-        if (y > FS_IMAGE_MAX_SIDE) break;
-        layout->y[i] = (int)y;
-    }
-    if (x > FS_IMAGE_MAX_SIDE || y > FS_IMAGE_MAX_SIDE)
+    if (!add_up(layout->x, layout->columns, MARGIN) || !add_up(layout->y, layout->rows, layout->label_height + MARGIN))
         return fs_error_set(err, FS_ERR_INPUT, "contact sheet of %d tiles: wider or higher than %d pixels, use fewer",
                             n, FS_IMAGE_MAX_SIDE);
     return 0;
@@ -58,8 +57,8 @@ static void paste(Image *sheet, const Image *tile, int x0, int y0)
 {
     for (int y = 0; y < tile->height; y++)
         for (int x = 0; x < tile->width; x++) {
-            const float *from = tile->px + ((size_t)y * (size_t)tile->width + (size_t)x) * (size_t)tile->channels;
-            float *to = sheet->px + ((size_t)(y0 + y) * (size_t)sheet->width + (size_t)(x0 + x)) * 3;
+            const float *from = fs_image_at(tile, x, y);
+            float *to = fs_image_at(sheet, x0 + x, y0 + y);
             for (int c = 0; c < 3; c++) to[c] = from[tile->channels >= 3 ? c : 0];
         }
 }
@@ -74,7 +73,7 @@ int fs_sheet_draw(Image *sheet, const SheetTile *tiles, int n, int columns, FsEr
     int rc;
     TRY(make_layout(&layout, tiles, n, columns, err));
     TRY(fs_image_new(sheet, layout.x[layout.columns], layout.y[layout.rows], 3, err));
-    for (size_t i = 0; i < (size_t)sheet->width * (size_t)sheet->height; i++)
+    for (size_t i = 0; i < fs_image_pixels(sheet); i++)
         for (int c = 0; c < 3; c++) sheet->px[3 * i + (size_t)c] = background[c];
     for (int i = 0; i < n; i++) {
         int x = layout.x[i % layout.columns], y = layout.y[i / layout.columns];

@@ -15,14 +15,12 @@ float fs_tone_decode(float encoded)
 
 void fs_tone_encode_image(Image *image)
 {
-    size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
-    for (size_t i = 0; i < n; i++) image->px[i] = fs_tone_encode(image->px[i]);
+    for (size_t i = 0; i < fs_image_values(image); i++) image->px[i] = fs_tone_encode(image->px[i]);
 }
 
 void fs_tone_decode_image(Image *image)
 {
-    size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
-    for (size_t i = 0; i < n; i++) image->px[i] = fs_tone_decode(image->px[i]);
+    for (size_t i = 0; i < fs_image_values(image); i++) image->px[i] = fs_tone_decode(image->px[i]);
 }
 
 float fs_tone_srgb_encode(float linear)
@@ -56,8 +54,8 @@ float fs_tone_pleasant_exposure(const Image *linear_photos, int n)
     memset(bin, 0, sizeof bin);
     for (int i = 0; i < n; i++) {
         const Image *photo = &linear_photos[i];
-        size_t pixels = (size_t)photo->width * (size_t)photo->height, c = (size_t)photo->channels;
-        for (size_t p = 0; p < pixels; p++) {
+        size_t c = (size_t)photo->channels;
+        for (size_t p = 0; p < fs_image_pixels(photo); p++) {
             float v = 0;
             for (size_t k = 0; k < c; k++) v = fmaxf(v, photo->px[p * c + k]);
             if (!isfinite(v)) continue;

@@ -6,11 +6,6 @@
 #include "image/photo.h"
 #include "model/camera.h"
 
-static size_t pixels(const Image *image)
-{
-    return (size_t)image->width * (size_t)image->height;
-}
-
 // Upright working image and mask (1 = trusted).
 static int shrink(PhotoFile *photo, Image *rgb, Image *clipped, int long_edge, Image *working, Image *mask,
                   FsError *err)
@@ -26,16 +21,16 @@ static int shrink(PhotoFile *photo, Image *rgb, Image *clipped, int long_edge, I
     photo->width = working->width;
     photo->height = working->height;
     double sum = 0, lost = 0;
-    for (size_t i = 0; i < pixels(working) * 3; i++) {
+    for (size_t i = 0; i < fs_image_values(working); i++) {
         working->px[i] *= (float)photo->gain;
         sum += working->px[i];
     }
-    for (size_t i = 0; i < pixels(mask); i++) {
+    for (size_t i = 0; i < fs_image_pixels(mask); i++) {
         mask->px[i] = mask->px[i] < 1e-4f;
         lost += 1 - mask->px[i];
     }
-    photo->mean = sum / (3.0 * (double)pixels(working));
-    photo->clipped = lost / (double)pixels(mask);
+    photo->mean = sum / (double)fs_image_values(working);
+    photo->clipped = lost / (double)fs_image_pixels(mask);
     return 0;
 }
 
@@ -48,7 +43,7 @@ static int write_features(const PhotoFile *photo, const Image *rgb, const char *
     Camera full = {.width = rgb->width, .height = rgb->height}, small = fs_camera_limited(&full, FS_FEATURES_LONG_EDGE);
     TRY(fs_image_resize_area(rgb, small.width, small.height, &image, err));
     TRY(fs_image_orient(&image, photo->exif.orientation, err));
-    for (size_t i = 0; i < pixels(&image) * 3; i++) {
+    for (size_t i = 0; i < fs_image_values(&image); i++) {
         float v = image.px[i] * (float)photo->gain;
         image.px[i] = v > 0 ? powf(v, exponent) : 0;
     }

@@ -49,18 +49,9 @@ static void level_white_balance(Photos *photos, double *value, const Log *log)
         fs_log_info(log, "white balance %.3f 1 %.3f", wb[0], wb[2]);
 }
 
-// How much light of the scene one unit of a photo stands for, up to a constant; 0 unknown. Fields that are missing in
-// all photos do not matter: they cancel.
-static double exposure(const ExifInfo *e)
-{
-    if (e->exposure_s == 0) return 0;
-    double n = e->f_number > 0 ? e->f_number : 1;
-    return e->exposure_s * (e->iso > 0 ? e->iso : 100) / (n * n);
-}
-
 static void level_exposure(Photos *photos, double *value, const Log *log)
 {
-    for (int i = 0; i < photos->n; i++) value[i] = exposure(&photos->photo[i].exif);
+    for (int i = 0; i < photos->n; i++) value[i] = fs_exif_exposure(&photos->photo[i].exif);
     double m = median(value, photos->n);
     int unknown = 0, differ = 0;
     bool flash_differs = false;

@@ -61,6 +61,16 @@ double fs_camera_project(const Camera *camera, const double world[3], double pix
     return p[2];
 }
 
+bool fs_camera_is_rotation(const double m[12], double slack)
+{
+    double z[3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j <= i; j++)
+            if (!(fabs(v3_dot(m + 4 * i, m + 4 * j) - (i == j)) < slack)) return false;
+    v3_cross(m, m + 4, z);
+    return v3_dot(z, m + 8) > 0;
+}
+
 void fs_camera_quat_to_rotation(const double q[4], double r[9])
 {
     double n = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);

@@ -1,6 +1,7 @@
 // A pinhole camera in COLMAP's conventions: world-to-camera, x right, y down, z forward, pixel centres at +0.5.
 #pragma once
 
+#include <stdbool.h>
 #include <stddef.h>
 
 typedef struct Camera {
@@ -18,6 +19,8 @@ void fs_camera_centre(const Camera *camera, double centre[3]); // -R^T t
 double fs_camera_extent(const Camera *camera, size_t stride, int n, double centre[3]);
 // Projects a world point; returns depth z (pixel written when z > 0).
 double fs_camera_project(const Camera *camera, const double world[3], double pixel[2]);
+// A rotation within `slack`: rows (the first three of each four) of unit length, at right angles, right-handed.
+bool fs_camera_is_rotation(const double m[12], double slack);
 void fs_camera_quat_to_rotation(const double quat_wxyz[4], double rotation[9]); // normalises
 void fs_camera_rotation_to_quat(const double rotation[9], double quat_wxyz[4]);
 // A world-to-camera transform from and to a quaternion and a translation.

@@ -130,31 +130,17 @@ static const char *lens_from_json(const json_t *root, const json_t *frame, Lens 
 // "transform_matrix": camera-to-world, OpenGL axes (x right, y up, z backward) -> world-to-camera, COLMAP axes.
 static const char *pose_from_json(const json_t *frame, double w2c[12])
 {
-    const json_t *rows = json_object_get(frame, "transform_matrix");
-    double m[3][4];
-    for (size_t i = 0; i < 3; i++)
-        for (size_t j = 0; j < 4; j++) {
-            const json_t *v = json_array_get(json_array_get(rows, i), j);
-            if (!json_is_number(v)) return "\"transform_matrix\" of 4x4 numbers";
-            m[i][j] = json_number_value(v);
-            if (!isfinite(m[i][j])) return "finite numbers in \"transform_matrix\"";
-        }
-    double r[9], quat[4];
+    double m[12], r[9], quat[4];
+    if (!fs_json_file_matrix(json_object_get(frame, "transform_matrix"), m))
+        return "\"transform_matrix\" of 4x4 numbers";
+    if (!fs_camera_is_rotation(m, 1e-2)) return "a right-handed rotation in \"transform_matrix\"";
     for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) r[3 * j + i] = j == 0 ? m[i][j] : -m[i][j];
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j <= i; j++) {
-            double dot = r[3 * i] * r[3 * j] + r[3 * i + 1] * r[3 * j + 1] + r[3 * i + 2] * r[3 * j + 2];
-            if (!(fabs(dot - (i == j)) < 1e-2)) return "a rotation in \"transform_matrix\"";
-        }
-    if (r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]) <
-        0)
-        return "a right-handed rotation in \"transform_matrix\"";
+        for (int j = 0; j < 3; j++) r[3 * j + i] = j == 0 ? m[4 * i + j] : -m[4 * i + j];
     fs_camera_rotation_to_quat(r, quat); // back and forth: takes out the rounding
     fs_camera_quat_to_rotation(quat, r);
     for (int i = 0; i < 3; i++) {
         memcpy(w2c + 4 * i, r + 3 * i, 3 * sizeof *r);
-        w2c[4 * i + 3] = -(r[3 * i] * m[0][3] + r[3 * i + 1] * m[1][3] + r[3 * i + 2] * m[2][3]);
+        w2c[4 * i + 3] = -(r[3 * i] * m[3] + r[3 * i + 1] * m[7] + r[3 * i + 2] * m[11]);
     }
     return NULL;
 }

@@ -122,8 +122,7 @@ static int read_header(FILE *f, const char *path, Header *h, FsError *err)
             return fs_error_set(err, FS_ERR_INPUT, "%s: not a PLY file, or its header is cut off", path);
         line[strcspn(line, "\r\n")] = 0;
         if (strcmp(line, "end_header") == 0 && number >= 2) break;
-        int rc = parse_line(path, line, number, h, err);
-        if (rc < 0) return rc;
+        MUST(parse_line(path, line, number, h, err));
     }
     if (h->count < 0) return fs_error_set(err, FS_ERR_INPUT, "%s: no 'element vertex' in the header", path);
     return 0;

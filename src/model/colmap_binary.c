@@ -136,8 +136,8 @@ static int read(const char *path, char *data, size_t size, ColmapPart part, Colm
     static int (*const readers[COLMAP_PARTS])(Reader *, ColmapModel *, FsError *) = {read_cameras, read_images,
                                                                                      read_points};
     Reader r = {path, data, data + size, false};
-    int rc = readers[part](&r, model, err);
-    return rc == 0 && r.short_of ? cut_short(&r, err) : rc;
+    MUST(readers[part](&r, model, err));
+    return r.short_of ? cut_short(&r, err) : 0;
 }
 
 static void put_uint(FILE *f, uint64_t v, int size)

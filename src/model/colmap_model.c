@@ -148,15 +148,13 @@ static int check(const char *dir, const ColmapModel *model, FsError *err)
 // Points may lack.
 static int read_part(const char *dir, const ColmapFormat *format, ColmapPart part, ColmapModel *model, FsError *err)
 {
-    int rc = 0;
     FilePath path = fs_file_at("%s/%s.%s", dir, parts[part], format->ext);
     char *data;
     size_t size;
     if (part == COLMAP_POINTS && !fs_file_exists(path.text)) return 0;
-    TRY(fs_file_read(path.text, MAX_FILE, &data, &size, err));
-    rc = format->read(path.text, data, size, part, model, err);
+    MUST(fs_file_read(path.text, MAX_FILE, &data, &size, err));
+    int rc = format->read(path.text, data, size, part, model, err);
     free(data);
-fail:
     return rc;
 }
 
@@ -181,13 +179,12 @@ fail:
 int fs_colmap_model_write(const char *dir, const ColmapModel *model, bool binary, FsError *err)
 {
     const ColmapFormat *format = binary ? &fs_colmap_binary : &fs_colmap_text;
-    int rc = fs_file_mkdirs(dir, err);
-    for (int k = 0; k < COLMAP_PARTS && rc == 0; k++) {
+    MUST(fs_file_mkdirs(dir, err));
+    for (int k = 0; k < COLMAP_PARTS; k++) {
         AtomicFile file;
-        rc = fs_file_begin(&file, fs_file_at("%s/%s.%s", dir, parts[k], format->ext).text, err);
-        if (rc < 0) return rc;
+        MUST(fs_file_begin(&file, fs_file_at("%s/%s.%s", dir, parts[k], format->ext).text, err));
         format->write[k](file.f, model);
-        rc = fs_file_commit(&file, err);
+        MUST(fs_file_commit(&file, err));
     }
-    return rc;
+    return 0;
 }

@@ -101,8 +101,7 @@ static int read_observations(Lines *l, ColmapModel *model, FsError *err)
     while (!is_blank(l->at)) {
         if (!next_double(l, &x) || !next_double(l, &y) || !next_integer(l, -1, INT64_MAX, &point))
             return bad_line(l, "X Y POINT3D_ID", err);
-        int rc = fs_colmap_model_add_observation(model, (ColmapObservation){x, y, point}, err);
-        if (rc < 0) return rc;
+        MUST(fs_colmap_model_add_observation(model, (ColmapObservation){x, y, point}, err));
     }
     return 0;
 }
@@ -126,10 +125,7 @@ static int read_images(Lines *l, ColmapModel *model, FsError *err)
         image->camera_id = (uint32_t)camera_id;
         memcpy(image->quat, pose, sizeof image->quat);
         memcpy(image->t, pose + 4, sizeof image->t);
-        if (next_line(l)) { // always there, may be empty
-            int rc = read_observations(l, model, err);
-            if (rc < 0) return rc;
-        }
+        if (next_line(l)) MUST(read_observations(l, model, err)); // always there, may be empty
     }
     return 0;
 }
@@ -154,8 +150,7 @@ static int read_points(Lines *l, ColmapModel *model, FsError *err)
         while (!is_blank(l->at)) {
             if (!next_integer(l, 0, UINT32_MAX, &image_id) || !next_integer(l, 0, UINT32_MAX, &index))
                 return bad_line(l, "pairs of IMAGE_ID POINT2D_IDX", err);
-            int rc = fs_colmap_model_add_track(model, (ColmapTrack){(uint32_t)image_id, (uint32_t)index}, err);
-            if (rc < 0) return rc;
+            MUST(fs_colmap_model_add_track(model, (ColmapTrack){(uint32_t)image_id, (uint32_t)index}, err));
         }
     }
     return 0;
@@ -182,8 +177,8 @@ static int read(const char *path, char *data, size_t size, ColmapPart part, Colm
     const int *const count[COLMAP_PARTS] = {&model->n_cameras, &model->n_images, &model->n_points};
     if (memchr(data, 0, size)) return fs_error_set(err, FS_ERR_INPUT, "%s: not a text file", path);
     Lines l = {.path = path, .p = data, .end = data + size};
-    int rc = readers[part](&l, model, err);
-    return rc == 0 ? check_count(path, data, *count[part], err) : rc;
+    MUST(readers[part](&l, model, err));
+    return check_count(path, data, *count[part], err);
 }
 
 static void write_cameras(FILE *f, const ColmapModel *model)

@@ -100,19 +100,6 @@ static bool get_number(const json_t *object, const char *key, double *value)
     return isfinite(*value);
 }
 
-// A rotation within rounding: rows of unit length, at right angles, right-handed.
-static bool is_rotation(const double m[12])
-{
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j <= i; j++) {
-            double dot = m[4 * i] * m[4 * j] + m[4 * i + 1] * m[4 * j + 1] + m[4 * i + 2] * m[4 * j + 2];
-            if (!(fabs(dot - (i == j)) < 1e-3)) return false;
-        }
-    double det =
-        m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
-    return det > 0;
-}
-
 static const char *camera_from_json(const json_t *object, Camera *c)
 {
     double w = 0, h = 0;
@@ -124,15 +111,8 @@ static const char *camera_from_json(const json_t *object, Camera *c)
     if (!get_number(object, "fx", &c->fx) || !get_number(object, "fy", &c->fy) || !(c->fx > 0) || !(c->fy > 0))
         return "positive \"fx\" and \"fy\"";
     if (!get_number(object, "cx", &c->cx) || !get_number(object, "cy", &c->cy)) return "\"cx\" and \"cy\"";
-    const json_t *rows = json_object_get(object, "w2c");
-    if (json_array_size(rows) < 3) return "\"w2c\" of 4x4 numbers";
-    for (size_t i = 0; i < 3; i++)
-        for (size_t j = 0; j < 4; j++) {
-            const json_t *v = json_array_get(json_array_get(rows, i), j);
-            if (!json_is_number(v)) return "\"w2c\" of 4x4 numbers";
-            c->w2c[4 * i + j] = json_number_value(v);
-        }
-    return is_rotation(c->w2c) ? NULL : "a rotation in \"w2c\"";
+    if (!fs_json_file_matrix(json_object_get(object, "w2c"), c->w2c)) return "\"w2c\" of 4x4 numbers";
+    return fs_camera_is_rotation(c->w2c, 1e-3) ? NULL : "a rotation in \"w2c\"";
 }
 
 static int read_view(Dataset *dataset, const json_t *object, size_t index, const char *path, FsError *err)

@@ -17,8 +17,7 @@ int fs_preview_shrink(const Image *image, int long_edge, Image *smaller, FsError
 int fs_preview_picture(const Image *linear, int long_edge, float exposure, Image *picture, FsError *err)
 {
     MUST(fs_preview_shrink(linear, long_edge, picture, err));
-    size_t n = (size_t)picture->width * (size_t)picture->height * (size_t)picture->channels;
-    for (size_t i = 0; i < n; i++) picture->px[i] = fs_tone_pleasant(picture->px[i], exposure);
+    for (size_t i = 0; i < fs_image_values(picture); i++) picture->px[i] = fs_tone_pleasant(picture->px[i], exposure);
     return 0;
 }
 

@@ -127,8 +127,7 @@ static int read_number(const json_t *root, const Number *number, Scene *scene, c
         json_t *item = number->n == 1 ? value : json_array_get(value, (size_t)k);
         ok = json_is_number(item);
         to[k] = json_number_value(item);
-        int rc = ok ? number_check(number, to[k], path, err) : 0;
-        if (rc < 0) return rc;
+        if (ok) MUST(number_check(number, to[k], path, err));
     }
     if (ok) return 0;
     return fs_error_set(err, FS_ERR_INPUT, "%s: %s: expected %d number(s)", path, number->name, number->n);
@@ -136,21 +135,18 @@ static int read_number(const json_t *root, const Number *number, Scene *scene, c
 
 static int read_model(Scene *scene, json_t **root, const char *path, FsError *err)
 {
-    int rc = fs_json_file_read(path, 1 << 20, root, err);
-    if (rc < 0) return rc;
+    MUST(fs_json_file_read(path, 1 << 20, root, err));
     json_t *version = json_object_get(*root, "version");
     if (!json_is_integer(version) || json_integer_value(version) != VERSION)
         return fs_error_set(
             err, FS_ERR_INPUT,
             "%s: expected \"version\": %d; made by another version of the program: run that stage again", path,
             VERSION);
-    TRY(read_flag(*root, "shared_geometry", &scene->shared_geometry, path, err));
-    TRY(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
-    TRY(read_separation(*root, scene, path, err));
-    for (size_t i = 0; i < N_NUMBERS; i++) TRY(read_number(*root, &numbers[i], scene, path, err));
-    TRY(switched_check(scene, path, err));
-fail:
-    return rc;
+    MUST(read_flag(*root, "shared_geometry", &scene->shared_geometry, path, err));
+    MUST(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
+    MUST(read_separation(*root, scene, path, err));
+    for (size_t i = 0; i < N_NUMBERS; i++) MUST(read_number(*root, &numbers[i], scene, path, err));
+    return switched_check(scene, path, err);
 }
 
 // ---- clouds ----

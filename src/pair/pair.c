@@ -79,17 +79,11 @@ static void common_white_balance(const PairPhoto *flash, const PairPhoto *noflas
         fs_log_warn(log, "one photo is RAW and one is not: their colours and brightness cannot be matched well");
 }
 
-static double exposure_of(const ExifInfo *exif)
-{
-    double n = exif->f_number > 0 ? exif->f_number : 1;
-    return exif->exposure_s * (exif->iso > 0 ? exif->iso : 100) / (n * n);
-}
-
 // What the no-flash photo is multiplied with to have the flash photo's exposure.
 static double exposure_ratio(const PairPhoto *flash, const PairPhoto *noflash, const Log *log)
 {
     const ExifInfo *f = &flash->exif, *n = &noflash->exif;
-    double a = exposure_of(f), b = exposure_of(n);
+    double a = fs_exif_exposure(f), b = fs_exif_exposure(n);
     if (!(a > 0) || !(b > 0) || (f->f_number > 0) != (n->f_number > 0) || (f->iso > 0) != (n->iso > 0)) {
         fs_log_warn(log, "the photos do not both tell their exposure: taken to be the same");
         return 1;
@@ -105,7 +99,7 @@ static double exposure_ratio(const PairPhoto *flash, const PairPhoto *noflash, c
 // flash->rgb becomes the difference.
 static void subtract(PairPhoto *flash, const PairPhoto *noflash, double ratio, const Log *log)
 {
-    size_t pixels = (size_t)flash->rgb.width * (size_t)flash->rgb.height;
+    size_t pixels = fs_image_pixels(&flash->rgb);
     double ambient = 0, added = 0, lost = 0;
     for (size_t i = 0; i < pixels; i++) {
         lost += flash->clipped.px[i] > 1e-4f || noflash->clipped.px[i] > 1e-4f;
@@ -165,7 +159,6 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
     subtract(&flash, &noflash, exposure_ratio(&flash, &noflash, log), log);
     TRY(write_difference(&flash.rgb, out, settings->linear ? tiff.text : NULL, log, err));
 fail:
-
     free_photo(&flash);
     free_photo(&noflash);
     return rc;

@@ -1,12 +1,12 @@
 #include "poses/capture.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <png.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "base/order.h"
 #include "image/image.h"
 
@@ -50,12 +50,9 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
 
 static int read_photos(const char *path, Capture *capture, FsError *err)
 {
-    char *text = NULL;
-    size_t size;
-    json_t *root = NULL;
+    json_t *root;
     int rc = 0;
-    TRY(fs_file_read(path, (size_t)256 << 20, &text, &size, err));
-    root = json_loadb(text, size, 0, NULL);
+    TRY(fs_json_file_read(path, (size_t)256 << 20, &root, err));
     const json_t *photos = json_object_get(root, "photos");
     size_t n = json_array_size(photos);
     if (n < 1 || n > MAX_PHOTOS)
@@ -69,7 +66,6 @@ static int read_photos(const char *path, Capture *capture, FsError *err)
     fs_order_named(capture->photo, n, sizeof *capture->photo);
 fail:
     json_decref(root);
-    free(text);
     return rc;
 }
 

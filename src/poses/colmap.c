@@ -207,8 +207,7 @@ static int take_largest(const char *dir, ColmapModel *model, FsError *err)
         ColmapModel next;
         FilePath path = fs_file_at("%s/%d", dir, k);
         if (!fs_file_is_dir(path.text)) break;
-        int rc = fs_colmap_model_read(path.text, &next, err);
-        if (rc < 0) return rc;
+        MUST(fs_colmap_model_read(path.text, &next, err));
         if (next.n_images > model->n_images) {
             ColmapModel old = *model;
             *model = next;
@@ -221,12 +220,11 @@ static int take_largest(const char *dir, ColmapModel *model, FsError *err)
 
 static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model, FsError *err)
 {
-    int rc = 0;
     static const char *const names[] = {"all", "noflash", "flash"};
     FilePath dir = fs_file_at("%s/%s%s", colmap->dir, names[group + 1], lenient ? "-lenient" : "");
     FilePath list = fs_file_at("%s.txt", dir.text);
-    TRY(fs_file_mkdirs(dir.text, err));
-    TRY(write_list(colmap, group, list.text, err));
+    MUST(fs_file_mkdirs(dir.text, err));
+    MUST(write_list(colmap, group, list.text, err));
     const Option options[] = {{"--database_path", colmap->database},
                               {"--image_path", colmap->capture->pictures},
                               {"--output_path", dir.text},
@@ -244,11 +242,9 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
                               {NULL, NULL}};
     static const char *const what[] = {"finding poses", "finding poses of the no-flash photos",
                                        "finding poses of the flash photos"};
-    rc = run(colmap, "mapper", options, what[group + 1], err);
-    if (rc < 0 && rc != FS_ERR_INPUT) goto fail;
-    rc = take_largest(dir.text, model, err); // a mapper that found nothing also ends with an error
-fail:
-    return rc;
+    int rc = run(colmap, "mapper", options, what[group + 1], err);
+    if (rc < 0 && rc != FS_ERR_INPUT) return rc;
+    return take_largest(dir.text, model, err); // a mapper that found nothing also ends with an error
 }
 
 int fs_colmap_map(Colmap *colmap, int group, ColmapModel *model, FsError *err)

@@ -85,9 +85,9 @@ bool fs_database_has_frames(Database *d)
 int fs_database_add_camera(Database *d, int id, const Lens *lens, bool focal_known, FsError *err)
 {
     sqlite3_stmt *s;
-    int n_params, rc = 0;
+    int n_params;
     fs_lens_model_name(lens->model, &n_params);
-    TRY(prepare(
+    MUST(prepare(
         d, "INSERT INTO cameras(camera_id, model, width, height, params, prior_focal_length) VALUES(?, ?, ?, ?, ?, ?)",
         &s, err));
     sqlite3_bind_int(s, 1, id);
@@ -96,22 +96,17 @@ int fs_database_add_camera(Database *d, int id, const Lens *lens, bool focal_kno
     sqlite3_bind_int(s, 4, lens->height);
     sqlite3_bind_blob(s, 5, lens->param, n_params * (int)sizeof *lens->param, SQLITE_TRANSIENT);
     sqlite3_bind_int(s, 6, focal_known);
-    rc = finish(d, s, err);
-fail:
-    return rc;
+    return finish(d, s, err);
 }
 
 int fs_database_add_image(Database *d, int id, const char *name, int camera_id, FsError *err)
 {
     sqlite3_stmt *s;
-    int rc = 0;
-    TRY(prepare(d, "INSERT INTO images(image_id, name, camera_id) VALUES(?, ?, ?)", &s, err));
+    MUST(prepare(d, "INSERT INTO images(image_id, name, camera_id) VALUES(?, ?, ?)", &s, err));
     sqlite3_bind_int(s, 1, id);
     sqlite3_bind_text(s, 2, name, -1, SQLITE_TRANSIENT);
     sqlite3_bind_int(s, 3, camera_id);
-    rc = finish(d, s, err);
-fail:
-    return rc;
+    return finish(d, s, err);
 }
 
 int fs_database_image(Database *d, const char *name)

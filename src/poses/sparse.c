@@ -159,8 +159,7 @@ static int colour_points(Sparse *sparse, const Capture *capture, FsError *err)
                 const Sighting *s = &sparse->sighting[sparse->point[k].first + l];
                 if (s->photo != i || !(s->x >= 0 && s->y >= 0 && s->x < picture.width && s->y < picture.height))
                     continue;
-                const float *px =
-                    picture.px + ((size_t)s->y * (size_t)picture.width + (size_t)s->x) * (size_t)picture.channels;
+                const float *px = fs_image_at(&picture, (int)s->x, (int)s->y);
                 for (int c = 0; c < 3; c++) sum[k][c] += px[picture.channels >= 3 ? c : 0];
                 sum[k][3]++;
             }

@@ -60,7 +60,7 @@ static int write_photos(const Sparse *sparse, const FsProject *project, const Ca
     int rc = 0, n = 0;
     Threads *threads = fs_threads_new(project->set.threads);
     FsError *failure = calloc((size_t)capture->n + 1, sizeof *failure);
-    int *photo = calloc((size_t)capture->n + 1, sizeof *photo), step = 4 * (threads ? fs_threads_count(threads) : 1);
+    int *photo = calloc((size_t)capture->n + 1, sizeof *photo), step = 4 * fs_threads_count(threads);
     Work work = {sparse, capture, project->out, photo, 0, failure};
     if (!threads || !failure || !photo) TRY(fs_error_memory(err));
     TRY(fs_file_mkdirs(fs_file_at("%s/images", project->out).text, err));
@@ -72,12 +72,7 @@ static int write_photos(const Sparse *sparse, const FsProject *project, const Ca
             TRY(fs_error_set(err, FS_ERR_CANCELLED, "poses: cancelled while writing photos"));
         fs_threads_for(threads, step < n - work.first ? step : n - work.first, write_photo, &work);
     }
-    for (int i = 0; i < capture->n; i++)
-        if (failure[i].code < 0) {
-            if (err) *err = failure[i];
-            rc = failure[i].code;
-            break;
-        }
+    TRY(fs_error_first(failure, (size_t)capture->n, err));
 fail:
     fs_threads_free(threads);
     free(failure);

@@ -68,7 +68,6 @@ typedef struct SaveJobs {
     const Run *run;
     const char *view;
     int layer[RENDER_LAYERS];
-    int rc[RENDER_LAYERS];
     FsError error[RENDER_LAYERS];
 } SaveJobs;
 
@@ -78,8 +77,8 @@ static void save_job(void *context, int job, int worker)
     SaveJobs *jobs = context;
     const Run *run = jobs->run;
     int l = jobs->layer[job];
-    jobs->rc[job] = fs_save_layer(run->dir.text, (RenderLayer)l, jobs->view, &run->renders.layer[l],
-                                  run->scene.metres_per_unit, run->project->set.linear, &jobs->error[job]);
+    fs_save_layer(run->dir.text, (RenderLayer)l, jobs->view, &run->renders.layer[l], run->scene.metres_per_unit,
+                  run->project->set.linear, &jobs->error[job]);
 }
 
 static int save_view(const Run *run, const char *view, FsError *err)
@@ -89,12 +88,7 @@ static int save_view(const Run *run, const char *view, FsError *err)
     for (int l = 0; l < RENDER_LAYERS; l++)
         if (run->wanted[l]) jobs.layer[n++] = l;
     fs_threads_for(run->threads, n, save_job, &jobs);
-    for (int i = 0; i < n; i++)
-        if (jobs.rc[i] < 0) {
-            if (err) *err = jobs.error[i];
-            return jobs.rc[i];
-        }
-    return 0;
+    return fs_error_first(jobs.error, (size_t)n, err);
 }
 
 // ---- what a person should see it with ----
@@ -110,8 +104,7 @@ static int probe_depth(Run *run, FsError *err)
         Camera camera = fs_camera_limited(&run->photos.view[chosen[i]].camera, PROBE_EDGE);
         TRY(fs_engine_render(run->engine, &camera, &small, err));
         const Image *depth = &small.layer[RENDER_DEPTH_T];
-        size_t pixels = (size_t)depth->width * (size_t)depth->height;
-        memcpy(all.px + (size_t)i * PROBE_EDGE * PROBE_EDGE, depth->px, pixels * sizeof(float));
+        memcpy(fs_image_at(&all, 0, i * PROBE_EDGE), depth->px, fs_image_pixels(depth) * sizeof(float));
     }
     if (!fs_colormap_range(&all, 0.01, 0.99, &run->look.nearest, &run->look.farthest)) {
         fs_log_warn(&run->project->log, "render: the transmitted scene is empty at every photo looked at");
@@ -274,21 +267,19 @@ static int open_run(Run *run, FsError *err)
     run->dir =
         *set->output ? fs_file_at("%s", set->output) : fs_file_at("%s/%s", project->out, spiral ? "path" : "renders");
     run->film_dir = fs_file_at("%s/video", *set->output ? set->output : project->out);
-    int rc;
-    TRY(parse_layers(set->layers, run->wanted, err));
+    MUST(parse_layers(set->layers, run->wanted, err));
     if (!fs_file_exists(model.text))
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not there; train the scene first (flashsplat train %s)", model.text,
-                         project->out));
-    TRY(fs_scene_read(&run->scene, fs_file_at("%s/clouds", project->out).text, err));
+        return fs_error_set(err, FS_ERR_INPUT, "%s: not there; train the scene first (flashsplat train %s)", model.text,
+                            project->out);
+    MUST(fs_scene_read(&run->scene, fs_file_at("%s/clouds", project->out).text, err));
     if (set->metres_per_unit > 0) run->scene.metres_per_unit = set->metres_per_unit;
-    TRY(fs_dataset_read(&run->photos, views.text, err));
+    MUST(fs_dataset_read(&run->photos, views.text, err));
     if (run->photos.n == 0)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views.text));
-    TRY(fs_engine_new(&run->engine, set->device, set->cpu, set->threads, err));
-    TRY(fs_engine_scene_up(run->engine, &run->scene, err));
-    if (!(run->threads = fs_threads_new(set->threads))) rc = fs_error_memory(err);
-fail:
-    return rc;
+        return fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views.text);
+    MUST(fs_engine_new(&run->engine, set->device, set->cpu, set->threads, err));
+    MUST(fs_engine_scene_up(run->engine, &run->scene, err));
+    run->threads = fs_threads_new(set->threads);
+    return run->threads ? 0 : fs_error_memory(err);
 }
 
 static void close_run(Run *run)

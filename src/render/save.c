@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <sys/stat.h>
 
 #include "base/file.h"
 #include "base/owned.h"
@@ -15,16 +14,9 @@ int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err)
     return fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[layer].name).text, err);
 }
 
-static bool is_older(const struct timespec *a, const struct timespec *b)
-{
-    return a->tv_sec != b->tv_sec ? a->tv_sec < b->tv_sec : a->tv_nsec < b->tv_nsec;
-}
-
 int fs_save_drop_older(const char *dir, const char *than)
 {
-    struct stat limit, st;
     int dropped = 0;
-    if (stat(than, &limit) != 0) return 0;
     for (int l = 0; l < RENDER_LAYERS; l++) {
         FilePath folder = fs_file_at("%s/%s", dir, fs_render_layers[l].name);
         FileList list;
@@ -32,7 +24,7 @@ int fs_save_drop_older(const char *dir, const char *than)
         for (int i = 0; i < list.n; i++) {
             FilePath path = fs_file_at("%s/%s", folder.text, list.name[i]);
             bool ours = fs_file_has_ext(path.text, "png") || fs_file_has_ext(path.text, "tif");
-            if (ours && stat(path.text, &st) == 0 && is_older(&st.st_mtim, &limit.st_mtim)) {
+            if (ours && fs_file_is_older(path.text, than)) {
                 fs_owned_remove(path.text);
                 dropped += !fs_file_exists(path.text);
             }
@@ -45,8 +37,7 @@ int fs_save_drop_older(const char *dir, const char *than)
 // World units to 0..1 of a 16-bit PNG in millimetres. Depth beyond its range is left out (0) rather than made up.
 static void depth_to_png(Image *image, double metres_per_unit)
 {
-    size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < fs_image_values(image); i++) {
         double mm = (double)image->px[i] * metres_per_unit * 1000;
         image->px[i] = mm > 0 && mm <= DEPTH_MAX_MM ? (float)(floor(mm + 0.5) / DEPTH_MAX_MM) : 0;
     }

@@ -21,7 +21,7 @@ static float grey(const Image *image, size_t pixel)
 static void add_layers(Verdict *v, const Renders *renders)
 {
     const Image *layer = renders->layer;
-    size_t n = (size_t)layer[RENDER_T_N].width * (size_t)layer[RENDER_T_N].height;
+    size_t n = fs_image_pixels(&layer[RENDER_T_N]);
     double flash = 0;
     for (size_t i = 0; i < n; i++) {
         flash += (double)grey(&layer[RENDER_I_F], i) / (double)n;
@@ -39,8 +39,7 @@ static void add_layers(Verdict *v, const Renders *renders)
 
 static void add_photo(Verdict *v, const Image *composite, const Image *photo, const Image *mask)
 {
-    size_t n = (size_t)photo->width * (size_t)photo->height;
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < fs_image_pixels(photo); i++) {
         if (mask && mask->px && mask->px[i] < 0.5f) continue;
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             double d = (double)(fs_tone_encode(composite->px[c]) - fs_tone_encode(photo->px[c]));

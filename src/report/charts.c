@@ -84,8 +84,8 @@ int fs_charts_read_log(const char *path, Curve *curve, FsError *err)
     char *text;
     size_t size;
     if (!fs_file_exists(path)) return 0;
-    int rc = fs_file_read(path, MAX_LOG, &text, &size, err);
-    if (rc < 0) return rc;
+    MUST(fs_file_read(path, MAX_LOG, &text, &size, err));
+    int rc = 0;
     for (char *p = text; *p && rc == 0;) {
         size_t n = strcspn(p, "\n");
         json_t *line = json_loadb(p, n, 0, NULL);

@@ -2,8 +2,7 @@
 // point, so that what is left of the sampling error is smooth, not noise.
 #include "synth/world.h"
 
-#include <stdlib.h>
-#include <string.h>
+#include "base/arena.h"
 
 #define PER_JOB 64
 #define LIGHT_SIDE 4 // samples of a light: LIGHT_SIDE^2
@@ -75,25 +74,21 @@ static void bake_job(void *context, int job, int worker)
 
 int fs_bake_ambient(World *world, Threads *threads, FsError *err)
 {
-    size_t n = (size_t)world->n_points + 1;
-    Vec *mean = malloc(((size_t)world->n_surfaces + 1) * sizeof *mean);
-    Bake bake = {world, mean, malloc(n * sizeof(Vec)), malloc(n * sizeof(Vec)), false};
-    int rc = 0;
-    if (!mean || !bake.direct || !bake.result) {
-        rc = fs_error_memory(err);
-    } else {
-        for (int i = 0; i < world->n_surfaces; i++) {
-            const Surface *s = &world->surface[i];
-            mean[i] = s->texture < 0 ? s->tint : vec_mul(s->tint, world->texture[s->texture].mean);
-        }
-        for (int pass = 0; pass <= BOUNCES; pass++) {
-            bake.bounce = pass > 0;
-            fs_threads_for(threads, (world->n_points + PER_JOB - 1) / PER_JOB, bake_job, &bake);
-            for (int i = 0; i < world->n_points; i++) world->point[i].light = bake.result[i];
-        }
+    int rc = 0, n = world->n_points;
+    Arena arena = {0};
+    Vec *mean = ARENA_NEW(&arena, Vec, world->n_surfaces);
+    Bake bake = {world, mean, ARENA_NEW(&arena, Vec, n), ARENA_NEW(&arena, Vec, n), false};
+    if (arena.failed) TRY(fs_error_memory(err));
+    for (int i = 0; i < world->n_surfaces; i++) {
+        const Surface *s = &world->surface[i];
+        mean[i] = s->texture < 0 ? s->tint : vec_mul(s->tint, world->texture[s->texture].mean);
     }
-    free(mean);
-    free(bake.direct);
-    free(bake.result);
+    for (int pass = 0; pass <= BOUNCES; pass++) {
+        bake.bounce = pass > 0;
+        fs_threads_for(threads, (n + PER_JOB - 1) / PER_JOB, bake_job, &bake);
+        for (int i = 0; i < n; i++) world->point[i].light = bake.result[i];
+    }
+fail:
+    fs_arena_free(&arena);
     return rc;
 }

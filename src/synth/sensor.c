@@ -88,7 +88,7 @@ int fs_sensor_develop(const Mosaic *mosaic, Image *image, FsError *err)
     MUST(fs_image_new(image, mosaic->width, mosaic->height, 3, err));
     for (int y = 0; y < mosaic->height; y++)
         for (int x = 0; x < mosaic->width; x++) {
-            float *p = image->px + ((size_t)y * (size_t)mosaic->width + (size_t)x) * 3;
+            float *p = fs_image_at(image, x, y);
             demosaic(mosaic, x, y, p);
             for (int c = 0; c < 3; c++) {
                 float linear = p[c] / (SENSOR_WHITE - SENSOR_BLACK) / neutral[c];

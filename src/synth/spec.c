@@ -105,8 +105,7 @@ int fs_spec_read(Spec *spec, const FsSettings *settings, FsError *err)
                             settings->synth_width, settings->synth_height);
     for (const char *p = settings->synth_hard; p && *p;) {
         size_t length = strcspn(p, ",");
-        int rc = length ? apply_word(spec, p, length, err) : 0;
-        if (rc < 0) return rc;
+        if (length) MUST(apply_word(spec, p, length, err));
         p += length + (p[length] == ',');
     }
     return 0;

@@ -83,8 +83,7 @@ static int make_view(const Synth *s, int number, FsError *err)
         TRY(fs_truth_files_geometry(s->truth.text, shot, &depth, &beta, err));
     } else {
         Image *light = &traced.layer[t];
-        size_t n = (size_t)light->width * (size_t)light->height * 3;
-        for (size_t i = 0; i < n; i++) light->px[i] += traced.layer[r].px[i];
+        for (size_t i = 0; i < fs_image_values(light); i++) light->px[i] += traced.layer[r].px[i];
         TRY(write_photo(s, number, light, err));
     }
 fail:

@@ -226,9 +226,7 @@ static void row_job(void *context, int y, int worker)
         Rng rng = fs_rng_new(job->seed + (uint64_t)y * 65536u + (uint64_t)x);
         Sample s = take_pixel(job->view, x, y, job->want, &rng);
         for (int l = 0; l < TRACE_LAYERS; l++)
-            if (job->want & 1u << l)
-                memcpy(job->traced->layer[l].px + ((size_t)y * (size_t)job->width + (size_t)x) * 3, &s.layer[l],
-                       3 * sizeof(float));
+            if (job->want & 1u << l) memcpy(fs_image_at(&job->traced->layer[l], x, y), &s.layer[l], sizeof s.layer[l]);
     }
 }
 
@@ -261,9 +259,9 @@ static void geometry_job(void *context, int y, int worker)
         Hit hit = {.t = 1e9f};
         bool found = fs_bvh_hit(&v->layout->behind.bvh, v->eye, d, &hit);
         bool bare = found && fs_world_surface_of(&v->layout->behind, &hit)->in_front;
-        size_t i = (size_t)y * (size_t)job->width + (size_t)x;
-        job->depth->px[i] = found ? hit.t * vec_dot(d, v->ahead) : 0.0f;
-        job->beta->px[i] = bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
+        *fs_image_at(job->depth, x, y) = found ? hit.t * vec_dot(d, v->ahead) : 0.0f;
+        *fs_image_at(job->beta, x, y) =
+            bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
     }
 }
 
@@ -290,7 +288,7 @@ static float index_for(float f0) // of a thin pane whose reflectance at normal i
 
 static double mean_of(const Image *image)
 {
-    size_t n = (size_t)image->width * (size_t)image->height * 3;
+    size_t n = fs_image_values(image);
     double sum = 0;
     for (size_t i = 0; i < n; i++) sum += (double)image->px[i];
     return sum / (double)n;
@@ -307,9 +305,8 @@ int fs_trace_balance(const Layout *layout, const Spec *spec, const Shot *shot, T
     for (int i = 0; i < views; i++) { // means of all layers over a few of the photos, at a small size
         Camera small = fs_camera_limited(&shot[i * n / views].camera, PROBE_WIDTH);
         Traced traced;
-        int rc = fs_trace_view(layout, spec, &unit, (TraceRequest){&small, (1 << TRACE_LAYERS) - 1, 100000 + i},
-                               threads, &traced, err);
-        if (rc < 0) return rc;
+        MUST(fs_trace_view(layout, spec, &unit, (TraceRequest){&small, (1 << TRACE_LAYERS) - 1, 100000 + i}, threads,
+                           &traced, err));
         for (int l = 0; l < TRACE_LAYERS; l++) mean[l] += mean_of(&traced.layer[l]) / views;
         fs_trace_free(&traced);
     }

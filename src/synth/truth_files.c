@@ -82,8 +82,7 @@ static int write_png(const char *dir, RenderLayer layer, const char *name, const
     Image image = {0};
     int rc;
     TRY(fs_image_copy(&image, a, err));
-    size_t n = (size_t)image.width * (size_t)image.height * (size_t)image.channels;
-    for (size_t i = 0; i < n; i++) image.px[i] = (image.px[i] + (b ? b->px[i] : 0.0f)) * scale;
+    for (size_t i = 0; i < fs_image_values(&image); i++) image.px[i] = (image.px[i] + (b ? b->px[i] : 0.0f)) * scale;
     bool color = image.channels == 3;
     if (color) fs_tone_encode_image(&image);
     TRY(fs_png_write(fs_file_at("%s/%s/%s.png", dir, fs_render_layers[layer].name, name).text, &image, color ? 8 : 16,
