@@ -22,6 +22,7 @@ typedef struct Band {
     unsigned char cfa[4];
     float *mosaic, *row_d, *row_l, *column_d, *column_l; // d and l along rows and columns
     float *green, *red_d, *blue_d;                       // green; green minus red where red is, likewise blue
+    float *rgb;                                          // a row of the picture
 } Band;
 
 static int color_at(const Band *b, int x, int y) // PAD is even, so the band's pattern is the image's
@@ -36,16 +37,15 @@ static int mirrored(int i, int n)
     return i < 0 ? 0 : i;
 }
 
-static void fill(Band *b, const float *mosaic, int width, int height, int first_row)
+static void fill(Band *b, const DemosaicRows *rows, int width, int height, int first_row)
 {
     for (int y = 0; y < b->rows; y++) {
-        const float *in = mosaic + (size_t)mirrored(first_row - PAD + y, height) * (size_t)width;
-        float *out = b->mosaic + (size_t)y * (size_t)b->stride;
+        float *out = b->mosaic + (size_t)y * (size_t)b->stride, *in = out + PAD;
+        rows->get(rows->user, mirrored(first_row - PAD + y, height), in);
         for (int x = 0; x < PAD; x++) {
             out[x] = in[mirrored(x - PAD, width)];
-            out[PAD + width + x] = in[mirrored(width + x, width)];
+            in[width + x] = in[mirrored(width + x, width)];
         }
-        memcpy(out + PAD, in, (size_t)width * sizeof *in);
     }
 }
 
@@ -124,9 +124,10 @@ static int new_band(Band *b, int width, const unsigned char cfa[4], FsError *err
     memcpy(b->cfa, cfa, 4);
     size_t plane = (size_t)b->rows * (size_t)b->stride;
     float **planes[] = {&b->mosaic, &b->row_d, &b->row_l, &b->column_d, &b->column_l, &b->green, &b->red_d, &b->blue_d};
-    b->mosaic = calloc(plane * (sizeof planes / sizeof *planes), sizeof(float));
+    b->mosaic = calloc(plane * (sizeof planes / sizeof *planes) + 3 * (size_t)width, sizeof(float));
     if (!b->mosaic) return fs_error_memory(err);
     for (size_t i = 1; i < sizeof planes / sizeof *planes; i++) *planes[i] = b->mosaic + i * plane;
+    b->rgb = b->mosaic + sizeof planes / sizeof *planes * plane;
     return 0;
 }
 
@@ -136,7 +137,7 @@ bool fs_demosaic_is_bayer(const unsigned char cfa[4])
            (cfa[1] == 1 && cfa[2] == 1 && cfa[0] + cfa[3] == 2 && cfa[0] != 1);
 }
 
-int fs_demosaic(const float *mosaic, int width, int height, const unsigned char cfa[4], Image *rgb, FsError *err)
+int fs_demosaic(const DemosaicRows *rows, int width, int height, const unsigned char cfa[4], FsError *err)
 {
     if (!fs_demosaic_is_bayer(cfa) || width < FS_DEMOSAIC_MIN_SIDE || height < FS_DEMOSAIC_MIN_SIDE)
         return fs_error_set(err, FS_ERR_INPUT, "a Bayer mosaic of %d x %d: expected sides of at least %d", width,
@@ -144,21 +145,21 @@ int fs_demosaic(const float *mosaic, int width, int height, const unsigned char 
     Band b;
     int rc = new_band(&b, width, cfa, err);
     if (rc < 0) return rc;
-    rc = fs_image_new(rgb, width, height, 3, err);
-    for (int first = 0; rc == 0 && first < height; first += BAND) {
-        int rows = height - first < BAND ? height - first : BAND;
-        b.rows = rows + 2 * PAD;
-        fill(&b, mosaic, width, height, first);
+    for (int first = 0; first < height; first += BAND) {
+        int n = height - first < BAND ? height - first : BAND;
+        b.rows = n + 2 * PAD;
+        fill(&b, rows, width, height, first);
         find_green(&b);
-        for (int y = PAD; y < PAD + rows; y++)
-            for (int x = PAD; x < PAD + width; x++) {
-                float *out = fs_image_at(rgb, x - PAD, first + y - PAD);
-                float green = b.green[(size_t)y * (size_t)b.stride + (size_t)x];
-                out[0] = green - difference_at(&b, b.red_d, 0, x, y);
-                out[1] = green;
-                out[2] = green - difference_at(&b, b.blue_d, 2, x, y);
+        for (int y = PAD; y < PAD + n; y++) {
+            for (int x = 0; x < width; x++) {
+                float green = b.green[(size_t)y * (size_t)b.stride + (size_t)(x + PAD)];
+                b.rgb[3 * x] = green - difference_at(&b, b.red_d, 0, x + PAD, y);
+                b.rgb[3 * x + 1] = green;
+                b.rgb[3 * x + 2] = green - difference_at(&b, b.blue_d, 2, x + PAD, y);
             }
+            rows->put(rows->user, first + y - PAD, b.rgb);
+        }
     }
     free(b.mosaic);
-    return rc;
+    return 0;
 }

@@ -33,6 +33,18 @@ int fs_image_copy(Image *to, const Image *from, FsError *err);
 
 // Area average (exact box filter with fractional coverage) to a smaller size; in whatever space the values are.
 int fs_image_resize_area(const Image *from, int width, int height, Image *to, FsError *err);
+// The same while the rows come, from the top; `to` has its size and channels and is black. A row may be NULL: black.
+typedef struct Resize {
+    Image *to;
+    int from_width, from_height, y, done; // rows taken and written
+    double *sum;                          // (from_width, channels) of the rows under the next one
+    bool touched;                         // it is not all 0
+} Resize;
+int fs_resize_begin(Resize *resize, int from_width, int from_height, Image *to, FsError *err);
+void fs_resize_row(Resize *resize, const float *row);
+void fs_resize_end(Resize *resize);
+// Brings the longer side down to long_edge (0: stays), the shape kept.
+void fs_image_limit(int long_edge, int *width, int *height);
 // Quarter turns and flips as EXIF Orientation 1..8 asks, in place.
 int fs_image_orient(Image *image, int exif_orientation, FsError *err);
 

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
@@ -11,6 +12,8 @@
 
 #define CLIP_LINEAR 0.98f  // of white
 #define CLIP_ENCODED 0.99f // of 255: a camera's curve is flat long before
+#define FLOATS_BYTES 14    // a pixel, of what is not RAW, as it is read
+#define UNKNOWN_PIXELS 24e6
 
 int fs_photo_kind(const char *path)
 {
@@ -39,15 +42,17 @@ static bool is_raw(const char *path)
     return kind < 0 || kind == PHOTO_RAW;
 }
 
-int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], FsError *err)
+int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], double *memory, FsError *err)
 {
     RawInfo raw;
     for (int c = 0; c < 3; c++) white_balance[c] = 0;
     MUST(fs_exif_read(path, exif, err));
+    if (memory) *memory = FLOATS_BYTES * fmax(UNKNOWN_PIXELS, (double)exif->exif_width * exif->exif_height);
     if (!is_raw(path)) return 0;
     MUST(fs_raw_read_info(path, &raw, err));
     bool known = raw.white_balance[0] > 0;
     for (int c = 0; c < 3; c++) white_balance[c] = known ? raw.white_balance[c] : raw.daylight[c];
+    if (memory) *memory = raw.memory;
     exif->orientation = raw.orientation;
     if (exif->exposure_s == 0) exif->exposure_s = raw.exposure_s;
     if (exif->iso == 0) exif->iso = raw.iso;
@@ -73,34 +78,37 @@ static int read_display(const char *path, Image *image, bool *encoded, FsError *
     return 0;
 }
 
-// Three channels in linear light, and where a channel was clipped. NaN and infinity count as clipped.
-static int linearise(const Image *image, bool encoded, Image *rgb, Image *clipped, FsError *err)
+// In linear light, and where a channel was clipped. NaN and infinity count as clipped.
+static int linearise(const Image *image, bool encoded, PhotoSizes *sizes, FsError *err)
 {
-    MUST(fs_image_new(rgb, image->width, image->height, 3, err));
-    MUST(fs_image_new(clipped, image->width, image->height, 1, err));
-    float limit = encoded ? CLIP_ENCODED : CLIP_LINEAR;
-    for (size_t i = 0; i < fs_image_pixels(image); i++)
-        for (size_t c = 0; c < 3; c++) {
-            float v = image->channels == 3 ? image->px[3 * i + c] : image->px[i];
-            if (!(v < limit) || !isfinite(v)) clipped->px[i] = 1;
+    size_t width = (size_t)image->width, channels = (size_t)image->channels;
+    float limit = encoded ? CLIP_ENCODED : CLIP_LINEAR, *clipped = malloc(width * 4 * sizeof *clipped);
+    float *rgb = clipped + width;
+    int rc = clipped ? fs_sizes_begin(sizes, image->width, image->height, err) : fs_error_memory(err);
+    for (size_t y = 0; rc == 0 && y < (size_t)image->height; y++) {
+        const float *in = image->px + y * width * channels;
+        memset(clipped, 0, width * sizeof *clipped);
+        for (size_t i = 0; i < 3 * width; i++) {
+            float v = channels == 3 ? in[i] : in[i / 3];
+            if (!(v < limit) || !isfinite(v)) clipped[i / 3] = 1;
             if (!isfinite(v)) v = 1;
-            rgb->px[3 * i + c] = encoded ? fs_tone_srgb_decode(v) : v;
+            rgb[i] = encoded ? fs_tone_srgb_decode(v) : v;
         }
-    return 0;
+        fs_sizes_row(sizes, rgb, clipped);
+    }
+    free(clipped);
+    fs_sizes_end(sizes);
+    return rc;
 }
 
-int fs_photo_read(const char *path, const double white_balance[3], Image *rgb, Image *clipped, bool *encoded,
-                  FsError *err)
+int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, bool *encoded, FsError *err)
 {
     *encoded = false;
-    if (is_raw(path)) return fs_raw_read(path, white_balance, false, rgb, clipped, err);
+    if (is_raw(path)) return fs_raw_read(path, white_balance, false, sizes, err);
     Image image = {0};
     int rc = read_display(path, &image, encoded, err);
-    if (rc == 0) rc = linearise(&image, *encoded, rgb, clipped, err);
+    if (rc == 0) rc = linearise(&image, *encoded, sizes, err);
     fs_image_free(&image);
-    if (rc < 0) {
-        fs_image_free(rgb);
-        fs_image_free(clipped);
-    }
+    if (rc < 0) fs_sizes_free(sizes);
     return rc;
 }

@@ -2,17 +2,18 @@
 #pragma once
 
 #include "image/exif.h"
-#include "image/image.h"
+#include "image/sizes.h"
 
 typedef enum PhotoKind { PHOTO_RAW, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind;
 int fs_photo_kind(const char *path); // by the one table of extensions; -1: none of a photo (then read as RAW)
 
 // exif: with the gaps filled from what LibRaw knows. white_balance: as shot (or daylight), green 1; 0 where unknown.
-int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], FsError *err);
-// rgb (3 channels): linear, 1.0 = white. clipped (1 channel): 1 where a channel was at its limit or is no number.
-// As stored: orientation not applied. white_balance: of RAW files. *encoded: came as display values (reduced quality).
-int fs_photo_read(const char *path, const double white_balance[3], Image *rgb, Image *clipped, bool *encoded,
-                  FsError *err);
+// memory: bytes that fs_photo_read takes beside what it makes; may be NULL.
+int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], double *memory, FsError *err);
+// The picture in the sizes wanted (the caller frees them), linear, 1.0 = white; clipped where a channel was at its
+// limit or is no number. As stored: orientation not applied. white_balance: of RAW files. *encoded: came as display
+// values (reduced quality).
+int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, bool *encoded, FsError *err);
 
 // JPEG, PNG or TIFF with the values it has, by its extension.
 int fs_photo_read_stored(const char *path, Image *image, FsError *err);

@@ -11,6 +11,8 @@
 #include "image/demosaic.h"
 
 #define CLIP_LEVEL 0.98 // of saturation; above it a sensor is not linear
+#define BAYER_BYTES 3.0 // a pixel, while a photo is read: the sensor's values, and some
+#define PLAIN_BYTES 24.0
 
 static void on_data_error(void *user, const char *file, const int offset)
 {
@@ -82,6 +84,8 @@ int fs_raw_read_info(const char *path, RawInfo *info, FsError *err)
     MUST(open_raw(path, &damaged, &raw, err));
     static const int exif_of_flip[8] = {1, 2, 4, 3, 5, 8, 6, 7};
     const libraw_imgother_t *shot = &raw->other;
+    bool bayer = raw->idata.filters >= 1000 && raw->idata.colors == 3 && !raw->rawdata.ioparams.fuji_width;
+    info->memory = (bayer ? BAYER_BYTES : PLAIN_BYTES) * raw->sizes.raw_width * raw->sizes.raw_height;
     info->width = raw->sizes.width;
     info->height = raw->sizes.height;
     info->orientation = exif_of_flip[raw->sizes.flip & 7];
@@ -119,6 +123,10 @@ typedef struct Sensor {
     int width, height;
     double black[8][8], white; // black: repeated
     double clip;               // value from which on a pixel counts as saturated
+    double gain[2][2];         // white balance of the cell's pixels
+    ushort *highest;           // (height) of each row
+    float *clipped;            // (width) of a row
+    PhotoSizes *sizes;         // where the picture goes
 } Sensor;
 
 static int find_levels(const char *path, libraw_data_t *raw, Sensor *s, FsError *err)
@@ -144,57 +152,76 @@ static int find_levels(const char *path, libraw_data_t *raw, Sensor *s, FsError 
 // Saturation may lie below the white level that the file states: then many pixels share the highest value.
 static void find_clip(Sensor *s)
 {
-    unsigned top = 0;
+    ushort top = 0;
     size_t count = 0, all = (size_t)s->width * (size_t)s->height;
-    for (int y = 0; y < s->height; y++)
-        for (int x = 0; x < s->width; x++) {
-            unsigned v = s->px[(size_t)y * s->pitch + (size_t)x];
-            if (v > top) top = v, count = 0;
-            count += v == top;
-        }
+    for (int y = 0; y < s->height; y++) {
+        const ushort *row = s->px + (size_t)y * s->pitch;
+        ushort highest = 0;
+        for (int x = 0; x < s->width; x++) highest = row[x] > highest ? row[x] : highest;
+        s->highest[y] = highest;
+        if (highest > top) top = highest, count = 0;
+        for (int x = 0; highest == top && x < s->width; x++) count += row[x] == top;
+    }
     double black = s->black[0][0], saturation = s->white;
     if (top < s->white && top > black + 0.5 * (s->white - black) && count > 20 && count > all / 20000) saturation = top;
     s->clip = black + CLIP_LEVEL * (saturation - black);
 }
 
-// Marks the pixels whose demosaiced colour a saturated pixel had a part in.
-static void mark_clipped(const Sensor *s, Image *clipped)
+// The pixels of a row whose demosaiced colour a saturated pixel had a part in; NULL: none.
+static const float *clipped_row(const Sensor *s, int y)
 {
-    for (int y = 0; y < s->height; y++)
-        for (int x = 0; x < s->width; x++) {
-            if (s->px[(size_t)y * s->pitch + (size_t)x] < s->clip) continue;
-            for (int j = -2; j <= 2; j++)
-                for (int i = abs(j) - 2; i <= 2 - abs(j); i++)
-                    if (x + i >= 0 && x + i < s->width && y + j >= 0 && y + j < s->height)
-                        *fs_image_at(clipped, x + i, y + j) = 1;
-        }
+    bool any = false;
+    for (int j = -2; j <= 2; j++) {
+        if (y + j < 0 || y + j >= s->height || s->highest[y + j] < s->clip) continue;
+        if (!any) memset(s->clipped, 0, (size_t)s->width * sizeof *s->clipped);
+        any = true;
+        const ushort *row = s->px + (size_t)(y + j) * s->pitch;
+        for (int x = 0; x < s->width; x++)
+            for (int i = abs(j) - 2; row[x] >= s->clip && i <= 2 - abs(j); i++)
+                if (x + i >= 0 && x + i < s->width) s->clipped[x + i] = 1;
+    }
+    return any ? s->clipped : NULL;
+}
+
+static void get_mosaic(const void *user, int y, float *out)
+{
+    const Sensor *s = user;
+    const ushort *row = s->px + (size_t)y * s->pitch;
+    double black[8], gain[8];
+    for (int x = 0; x < 8; x++) {
+        black[x] = s->black[y & 7][x];
+        gain[x] = s->gain[y & 1][x & 1] / (s->white - black[x]);
+    }
+    for (int x = 0; x < s->width; x++) out[x] = (float)((row[x] - black[x & 7]) * gain[x & 7]);
+}
+
+static void put_picture(void *user, int y, const float *rgb)
+{
+    const Sensor *s = user;
+    fs_sizes_row(s->sizes, rgb, clipped_row(s, y));
 }
 
 static int read_bayer(const char *path, libraw_data_t *raw, const unsigned char cfa[4], const double white_balance[3],
-                      Image *rgb, Image *clipped, FsError *err)
+                      PhotoSizes *sizes, FsError *err)
 {
     const libraw_image_sizes_t *size = &raw->sizes;
-    Image mosaic = {0};
-    Sensor s = {.pitch = size->raw_pitch / 2, .width = size->width, .height = size->height};
+    Sensor s = {.pitch = size->raw_pitch / 2, .width = size->width, .height = size->height, .sizes = sizes};
     int rc = 0;
     if (s.pitch < size->raw_width || size->left_margin + s.width > size->raw_width ||
         size->top_margin + s.height > size->raw_height)
         return fs_error_set(err, FS_ERR_INPUT, "%s: the picture lies outside the sensor: damaged?", path);
     s.px = raw->rawdata.raw_image + size->top_margin * s.pitch + size->left_margin;
+    for (int i = 0; i < 4; i++) s.gain[i / 2][i % 2] = white_balance[cfa[i]];
     TRY(find_levels(path, raw, &s, err));
+    s.highest = malloc((size_t)s.height * sizeof *s.highest);
+    s.clipped = malloc((size_t)s.width * sizeof *s.clipped);
+    if (!s.highest || !s.clipped) TRY(fs_error_memory(err));
     find_clip(&s);
-    TRY(fs_image_new(&mosaic, s.width, s.height, 1, err));
-    for (int y = 0; y < s.height; y++)
-        for (int x = 0; x < s.width; x++) {
-            double black = s.black[y & 7][x & 7], gain = white_balance[cfa[(y & 1) * 2 + (x & 1)]] / (s.white - black);
-            double v = (s.px[(size_t)y * s.pitch + (size_t)x] - black) * gain;
-            *fs_image_at(&mosaic, x, y) = (float)v;
-        }
-    TRY(fs_demosaic(mosaic.px, s.width, s.height, cfa, rgb, err));
-    TRY(fs_image_new(clipped, s.width, s.height, 1, err));
-    mark_clipped(&s, clipped);
+    TRY(fs_sizes_begin(sizes, s.width, s.height, err));
+    TRY(fs_demosaic(&(DemosaicRows){get_mosaic, put_picture, &s}, s.width, s.height, cfa, err));
 fail:
-    fs_image_free(&mosaic);
+    free(s.highest);
+    free(s.clipped);
     return rc;
 }
 
@@ -210,10 +237,11 @@ static double mean_black(const libraw_colordata_t *color, int channel)
 
 // LibRaw's multipliers are scaled so that the largest becomes 1 (highlight 1): nothing but sensor white clips. It
 // forgets to take the black level off the white one where a file tells it for each channel.
-static int read_plain(const char *path, libraw_data_t *raw, const double white_balance[3], Image *rgb, Image *clipped,
+static int read_plain(const char *path, libraw_data_t *raw, const double white_balance[3], PhotoSizes *sizes,
                       FsError *err)
 {
     int code, rc = 0;
+    float *rgb = NULL, *clipped;
     double largest = fmax(white_balance[0], fmax(white_balance[1], white_balance[2]));
     libraw_output_params_t *p = &raw->params;
     double range[3]; // from black to white
@@ -240,24 +268,30 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
     if (made->type != LIBRAW_IMAGE_BITMAP || made->bits != 16 || (made->colors != 3 && made->colors != 1))
         TRY(fs_error_set(err, FS_ERR_INPUT, "%s: a sensor of %d colours, expected red, green and blue", path,
                          made->colors));
-    TRY(fs_image_new(rgb, made->width, made->height, 3, err));
-    TRY(fs_image_new(clipped, made->width, made->height, 1, err));
-    for (size_t i = 0; i < (size_t)made->width * made->height; i++)
-        for (size_t c = 0; c < 3; c++) {
+    rgb = malloc((size_t)made->width * 4 * sizeof *rgb);
+    if (!rgb) TRY(fs_error_memory(err));
+    clipped = rgb + 3 * (size_t)made->width;
+    TRY(fs_sizes_begin(sizes, made->width, made->height, err));
+    for (size_t y = 0; y < made->height; y++) {
+        memset(clipped, 0, made->width * sizeof *clipped);
+        for (size_t i = 0; i < (size_t)made->width * 3; i++) {
             ushort v;
-            memcpy(&v, made->data + 2 * (made->colors == 3 ? 3 * i + c : i), sizeof v);
+            size_t x = i / 3, c = i % 3, at = y * made->width + x;
+            memcpy(&v, made->data + 2 * (made->colors == 3 ? 3 * at + c : at), sizeof v);
             double linear = v / 65535.0 * largest * raw->color.maximum / range[c];
-            rgb->px[3 * i + c] = (float)linear;
-            if (linear >= CLIP_LEVEL * white_balance[c]) clipped->px[i] = 1;
+            rgb[i] = (float)linear;
+            if (linear >= CLIP_LEVEL * white_balance[c]) clipped[x] = 1;
         }
+        fs_sizes_row(sizes, rgb, clipped);
+    }
 fail:
+    free(rgb);
     libraw_dcraw_clear_mem(made);
     return rc;
 }
 
-int fs_raw_read(const char *path, const double white_balance[3], bool plain, Image *rgb, Image *clipped, FsError *err)
+int fs_raw_read(const char *path, const double white_balance[3], bool plain, PhotoSizes *sizes, FsError *err)
 {
-    *rgb = *clipped = (Image){0};
     bool damaged;
     libraw_data_t *raw;
     int rc = open_raw(path, &damaged, &raw, err);
@@ -270,13 +304,11 @@ int fs_raw_read(const char *path, const double white_balance[3], bool plain, Ima
     else if (damaged)
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: RAW data damaged or cut short: copy the file again", path);
     else if (!plain && bayer_pattern(raw, cfa))
-        rc = read_bayer(path, raw, cfa, white_balance, rgb, clipped, err);
+        rc = read_bayer(path, raw, cfa, white_balance, sizes, err);
     else
-        rc = read_plain(path, raw, white_balance, rgb, clipped, err);
+        rc = read_plain(path, raw, white_balance, sizes, err);
     libraw_close(raw);
-    if (rc < 0) {
-        fs_image_free(rgb);
-        fs_image_free(clipped);
-    }
+    fs_sizes_end(sizes);
+    if (rc < 0) fs_sizes_free(sizes);
     return rc;
 }

@@ -1,7 +1,7 @@
 // Camera RAW through LibRaw: linear camera RGB, white-balanced, 1.0 = sensor white in the green channel.
 #pragma once
 
-#include "image/image.h"
+#include "image/sizes.h"
 
 typedef struct RawInfo {
     int width, height;                          // as stored, of the visible area
@@ -10,11 +10,12 @@ typedef struct RawInfo {
     double daylight[3];                         // LibRaw's guess where the file has none
     double exposure_s, iso, f_number, focal_mm; // 0: unknown
     double srgb_from_camera[9];                 // (3, 3) linear sRGB of white-balanced camera RGB; all 0: unknown
+    double memory;                              // bytes that reading the picture takes
 } RawInfo;
 
 // What the headers say; the picture is not unpacked.
 int fs_raw_read_info(const char *path, RawInfo *info, FsError *err);
-// rgb (3 channels): black subtracted, divided by sensor white, times white_balance; not clipped, negative noise kept
-// where the sensor is a Bayer one. clipped (1 channel): 1 where a sensor pixel near enough to matter was saturated.
-// As stored: orientation not applied. plain: LibRaw's own processing even for a Bayer sensor.
-int fs_raw_read(const char *path, const double white_balance[3], bool plain, Image *rgb, Image *clipped, FsError *err);
+// The picture in the sizes wanted: black subtracted, divided by sensor white, times white_balance; not clipped,
+// negative noise kept where the sensor is a Bayer one. Clipped is where a sensor pixel near enough to matter was
+// saturated. As stored: orientation not applied. plain: LibRaw's own processing even for a Bayer sensor.
+int fs_raw_read(const char *path, const double white_balance[3], bool plain, PhotoSizes *sizes, FsError *err);

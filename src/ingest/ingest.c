@@ -1,6 +1,8 @@
 // The stage: scan, sort by flash, level, develop, write down.
 #include "ingest/ingest.h"
 
+#include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 
 #include "base/file.h"
@@ -10,43 +12,44 @@
 #include "ingest/photos.h"
 
 typedef struct Work {
+    const FsProject *project;
     Photos *photos;
     const char *dir;
-    int long_edge, first;
+    atomic_int done;
+    atomic_bool cancelled;
 } Work;
 
 static void develop_one(void *context, int i, int worker)
 {
-    (void)worker;
     Work *work = context;
-    fs_develop_photo(work->photos, &work->photos->photo[work->first + i], work->dir, work->long_edge);
+    const Log *log = &work->project->log;
+    if (worker == 0) { // the caller's own thread
+        fs_log_progress(log, "ingest", work->done, work->photos->n, work->photos->photo[i].file);
+        if (fs_log_cancelled(log)) work->cancelled = true;
+    }
+    if (work->cancelled) return;
+    fs_develop_photo(work->photos, &work->photos->photo[i], work->dir, work->project->set.long_edge);
+    work->done++;
 }
 
-// Photos at once: no more than fit in some memory, by the largest photo whose size is known.
-static int at_once(const Photos *photos, const Threads *threads)
+// Photos at once: no more than fit in some memory.
+static int at_once(const Photos *photos, int threads)
 {
-    const double budget = 4e9, bytes_a_pixel = 24;
-    double largest = 24e6;
-    for (int i = 0; i < photos->n; i++) {
-        const ExifInfo *exif = &photos->photo[i].exif;
-        double size = (double)exif->exif_width * exif->exif_height;
-        if (size > largest) largest = size;
-    }
-    int n = (int)(budget / (largest * bytes_a_pixel));
-    return n < 1 ? 1 : n > fs_threads_count(threads) ? fs_threads_count(threads) : n;
+    const double budget = 2e9, results = 80e6;
+    double largest = 0;
+    for (int i = 0; i < photos->n; i++) largest = fmax(largest, photos->photo[i].memory + results);
+    return (int)fmax(1, fmin(threads, budget / largest));
 }
 
-static int develop_all(const FsProject *project, Photos *photos, const char *dir, Threads *threads, FsError *err)
+static int develop_all(const FsProject *project, Photos *photos, const char *dir, const Threads *all, FsError *err)
 {
-    int step = at_once(photos, threads);
-    Work work = {.photos = photos, .dir = dir, .long_edge = project->set.long_edge};
-    for (; work.first < photos->n; work.first += step) {
-        fs_log_progress(&project->log, "ingest", work.first, photos->n, photos->photo[work.first].file);
-        if (fs_log_cancelled(&project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "ingest: cancelled after %d of %d photos", work.first,
-                                photos->n);
-        fs_threads_for(threads, step < photos->n - work.first ? step : photos->n - work.first, develop_one, &work);
-    }
+    Work work = {.project = project, .photos = photos, .dir = dir};
+    Threads *threads = fs_threads_new(at_once(photos, fs_threads_count(all)));
+    if (!threads) return fs_error_memory(err);
+    fs_threads_for(threads, photos->n, develop_one, &work);
+    fs_threads_free(threads);
+    if (work.cancelled || fs_log_cancelled(&project->log))
+        return fs_error_set(err, FS_ERR_CANCELLED, "ingest: cancelled after %d of %d photos", work.done, photos->n);
     fs_log_progress(&project->log, "ingest", photos->n, photos->n, "");
     return 0;
 }

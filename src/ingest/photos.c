@@ -140,7 +140,7 @@ static void read_header(void *context, int i, int worker)
     Photos *photos = context;
     PhotoFile *photo = &photos->photo[i];
     FilePath path = fs_file_at("%s/%s", photos->folder, photo->file);
-    fs_photo_read_info(path.text, &photo->exif, photo->white_balance, &photo->failure);
+    fs_photo_read_info(path.text, &photo->exif, photo->white_balance, &photo->memory, &photo->failure);
 }
 
 void fs_photos_read_headers(Photos *photos, Threads *threads)

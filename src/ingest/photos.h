@@ -12,6 +12,7 @@ typedef struct PhotoFile {
     ExifInfo exif;
     int flash;               // 1 fired, 0 not, -1 unknown
     double white_balance[3]; // as shot, green 1; 0 unknown (RAW only)
+    double memory;           // bytes that reading it takes
     double gain;             // brings the photo to the capture's exposure
 
     // known after development

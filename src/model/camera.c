@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/linalg.h"
+#include "image/image.h"
 
 Camera fs_camera_resized(const Camera *camera, int width, int height)
 {
@@ -20,11 +21,9 @@ Camera fs_camera_resized(const Camera *camera, int width, int height)
 
 Camera fs_camera_limited(const Camera *camera, int long_edge)
 {
-    int side = camera->width > camera->height ? camera->width : camera->height;
-    if (long_edge <= 0 || side <= long_edge) return *camera;
-    double s = (double)long_edge / side;
-    int w = (int)lround(camera->width * s), h = (int)lround(camera->height * s);
-    return fs_camera_resized(camera, w < 1 ? 1 : w, h < 1 ? 1 : h);
+    int width = camera->width, height = camera->height;
+    fs_image_limit(long_edge, &width, &height);
+    return width == camera->width && height == camera->height ? *camera : fs_camera_resized(camera, width, height);
 }
 
 void fs_camera_centre(const Camera *camera, double centre[3])

@@ -26,30 +26,17 @@ static void free_photo(PairPhoto *photo)
     fs_image_free(&photo->clipped);
 }
 
-// Replaces image by its working size, upright.
-static int bring_to_size(Image *image, int orientation, int long_edge, FsError *err)
-{
-    Camera full = {.width = image->width, .height = image->height}, small = fs_camera_limited(&full, long_edge);
-    Image resized = {0};
-    int rc;
-    TRY(fs_image_resize_area(image, small.width, small.height, &resized, err));
-    TRY(fs_image_orient(&resized, orientation, err));
-    fs_image_free(image);
-    *image = resized;
-    return 0;
-fail:
-    fs_image_free(&resized);
-    return rc;
-}
-
 static int read_photo(PairPhoto *photo, const double white_balance[3], int long_edge, FsError *err)
 {
-    MUST(fs_photo_read(photo->path, white_balance, &photo->rgb, &photo->clipped, &photo->encoded, err));
+    PhotoSizes sizes = {.n = 1, .size = {{.long_edge = long_edge}}};
+    MUST(fs_photo_read(photo->path, white_balance, &sizes, &photo->encoded, err));
     bool turned = photo->exif.orientation > 4;
-    photo->width = turned ? photo->rgb.height : photo->rgb.width;
-    photo->height = turned ? photo->rgb.width : photo->rgb.height;
-    MUST(bring_to_size(&photo->rgb, photo->exif.orientation, long_edge, err));
-    return bring_to_size(&photo->clipped, photo->exif.orientation, long_edge, err);
+    photo->rgb = sizes.size[0].rgb;
+    photo->clipped = sizes.size[0].clipped;
+    photo->width = turned ? sizes.height : sizes.width;
+    photo->height = turned ? sizes.width : sizes.height;
+    MUST(fs_image_orient(&photo->rgb, photo->exif.orientation, err));
+    return fs_image_orient(&photo->clipped, photo->exif.orientation, err);
 }
 
 static void warn_flash(const PairPhoto *flash, const PairPhoto *noflash, const Log *log)
@@ -145,8 +132,8 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
     FilePath tiff = fs_file_at("%.*s.tif", (int)(strlen(out) - 4), out);
     TRY(fs_owned_check(out, err));
     if (settings->linear) TRY(fs_owned_check(tiff.text, err));
-    TRY(fs_photo_read_info(flash.path, &flash.exif, flash.white_balance, err));
-    TRY(fs_photo_read_info(noflash.path, &noflash.exif, noflash.white_balance, err));
+    TRY(fs_photo_read_info(flash.path, &flash.exif, flash.white_balance, NULL, err));
+    TRY(fs_photo_read_info(noflash.path, &noflash.exif, noflash.white_balance, NULL, err));
     common_white_balance(&flash, &noflash, white_balance, log);
     TRY(read_photo(&flash, white_balance, settings->long_edge, err));
     TRY(read_photo(&noflash, white_balance, settings->long_edge, err));

@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "base/file.h"
+#include "image/raw.h"
 
 static char scratch[64];
 
@@ -42,6 +43,16 @@ static inline int drop_scratch(void **state)
     (void)state;
     fs_file_remove_tree(scratch);
     return 0;
+}
+
+static inline int read_whole(const char *path, const double white_balance[3], bool plain, Image picture[2],
+                             FsError *err)
+{
+    PhotoSizes sizes = {.n = 1};
+    int rc = fs_raw_read(path, white_balance, plain, &sizes, err);
+    picture[0] = sizes.size[0].rgb;
+    picture[1] = sizes.size[0].clipped;
+    return rc;
 }
 
 static inline void copy_photo(const char *from, const char *to) // from PHOTOS to the scratch folder

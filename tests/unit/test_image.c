@@ -11,6 +11,7 @@
 
 #include "base/file.h"
 #include "base/rng.h"
+#include "image/sizes.h"
 #include "image/tone.h"
 
 static char folder[64];
@@ -78,6 +79,29 @@ static void test_resize(void **state)
         fs_image_free(&out);
     }
     fs_image_free(&in);
+}
+
+// Row by row to two sizes at once, some rows empty: what the whole picture gives.
+static void test_sizes(void **state)
+{
+    (void)state;
+    Image in = noise(17, 11, 3, -0.2f, 1), mask = noise(17, 11, 1, 0, 1), want;
+    PhotoSizes sizes = {.n = 2, .size = {{.long_edge = 7}, {.long_edge = 0}}};
+    memset(mask.px + 3 * 17, 0, 6 * 17 * sizeof *mask.px);
+    assert_int_equal(fs_sizes_begin(&sizes, 17, 11, NULL), 0);
+    for (int y = 0; y < 11; y++) fs_sizes_row(&sizes, in.px + y * 17 * 3, y >= 3 && y < 9 ? NULL : mask.px + y * 17);
+    fs_sizes_end(&sizes);
+    for (int k = 0; k < 4; k++) {
+        const Image *got = k % 2 ? &sizes.size[k / 2].clipped : &sizes.size[k / 2].rgb;
+        int width = k < 2 ? 7 : 17, height = k < 2 ? 5 : 11;
+        assert_true(got->width == width && got->height == height);
+        assert_int_equal(fs_image_resize_area(k % 2 ? &mask : &in, width, height, &want, NULL), 0);
+        assert_memory_equal(got->px, want.px, (size_t)(width * height * want.channels) * sizeof(float));
+        fs_image_free(&want);
+    }
+    fs_sizes_free(&sizes);
+    fs_image_free(&in);
+    fs_image_free(&mask);
 }
 
 // The eight ways of storing the letter F, from the EXIF standard's table.
@@ -240,9 +264,9 @@ static int drop_folder(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_limits), cmocka_unit_test(test_resize), cmocka_unit_test(test_orient),
-        cmocka_unit_test(test_tone),   cmocka_unit_test(test_png),    cmocka_unit_test(test_tiff),
-        cmocka_unit_test(test_jpeg),   cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_limits), cmocka_unit_test(test_resize), cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_orient), cmocka_unit_test(test_tone),   cmocka_unit_test(test_png),
+        cmocka_unit_test(test_tiff),   cmocka_unit_test(test_jpeg),   cmocka_unit_test(test_errors),
     };
     return cmocka_run_group_tests(tests, make_folder, drop_folder);
 }

@@ -3,9 +3,11 @@
 
 #include <jansson.h>
 #include <math.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "image/image.h"
+#include "synth/photo_file.h"
 
 static char said[20000];
 static int polls_left = 1000000;
@@ -316,6 +318,36 @@ static void test_cancel(void **state)
     assert_false(fs_file_exists(temp("out/done/ingest.json")));
 }
 
+// RAW photos of 24 megapixels: none is ever whole in memory, whatever the number of photos.
+static void test_large(void **state)
+{
+    (void)state;
+#ifdef __SANITIZE_ADDRESS__
+    skip(); // takes memory of its own
+#endif
+    Mosaic mosaic = {.width = 6000, .height = 4000, .px = malloc(24000000 * sizeof(uint16_t))};
+    assert_non_null(mosaic.px);
+    for (int i = 0; i < 24000000; i++) mosaic.px[i] = (uint16_t)(SENSOR_BLACK + i % 6000 / 2 + i / 6000);
+    FILL({"flash.dng", "P1.DNG"}, {"ambient.dng", "P2.DNG"});
+    for (int i = 0; i < 4; i++) {
+        ShotInfo info = {.flash = i & 1, .width = 6000, .height = 4000, .focal_mm = 24, .focal_35mm = 24};
+        FilePath path = fs_file_at("%s/photos/P%d.DNG", scratch, i + 1);
+        assert_int_equal(fs_dng_write(path.text, &mosaic, &info, NULL), 0);
+    }
+    free(mosaic.px);
+    expect_good("photos", SET("threads=2"), "2 with flash, 2 without");
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    if (usage.ru_maxrss > 300 * 1024) fail_msg("%ld MiB", usage.ru_maxrss / 1024); // a whole one: 480 MB as floats
+    Image image;
+    assert_int_equal(fs_tiff_read(temp("out/linear/P1.tif"), &image, NULL), 0);
+    assert_true(image.width == 1200 && image.height == 800);
+    const float *px = image.px + (400 * 1200 + 600) * 3; // the 5 x 5 pixels around (3002, 2002), as shot
+    float want = (3002 / 2.0f - 0.25f + 2002) / (SENSOR_WHITE - SENSOR_BLACK);
+    assert_true(fabsf(px[1] - want) < 1e-4f);
+    fs_image_free(&image);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -330,6 +362,7 @@ int main(void)
         cmocka_unit_test(test_orientation),
         cmocka_unit_test(test_exposure),
         cmocka_unit_test(test_cancel),
+        cmocka_unit_test(test_large),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }

@@ -6,7 +6,6 @@
 
 #include "base/rng.h"
 #include "image/exif.h"
-#include "image/raw.h"
 
 typedef int Reader(const char *, Image *, FsError *);
 
@@ -117,18 +116,20 @@ static void test_tiff_layouts(void **state)
 static int read_raw(const char *path, Image *image, FsError *err)
 {
     const double wb[3] = {2, 1, 1.6};
-    Image clipped;
-    int rc = fs_raw_read(path, wb, false, image, &clipped, err);
-    fs_image_free(&clipped);
+    Image picture[2];
+    int rc = read_whole(path, wb, false, picture, err);
+    *image = picture[0];
+    fs_image_free(&picture[1]);
     return rc;
 }
 
 static int read_plain_raw(const char *path, Image *image, FsError *err)
 {
     const double wb[3] = {2, 1, 1.6};
-    Image clipped;
-    int rc = fs_raw_read(path, wb, true, image, &clipped, err);
-    fs_image_free(&clipped);
+    Image picture[2];
+    int rc = read_whole(path, wb, true, picture, err);
+    *image = picture[0];
+    fs_image_free(&picture[1]);
     return rc;
 }
 

@@ -5,7 +5,6 @@
 
 #include "base/rng.h"
 #include "image/demosaic.h"
-#include "image/raw.h"
 
 static const double white_balance[3] = {2, 1, 1.6};
 
@@ -28,31 +27,30 @@ static void test_dng(void **state)
         double gain;
     } cases[] = {{"ambient.dng", 1}, {"turned.dng", 1}, {"gbrg.dng", 1}, {"linear.dng", 1}, {"flash.dng", 1.3}};
     for (int i = 0; i < 5; i++) {
-        Image rgb, clipped;
+        Image picture[2];
         FsError err = {0};
         RawInfo info;
         if (fs_raw_read_info(given(cases[i].file), &info, &err) != 0) fail_msg("%s", err.message);
         assert_true(fabs(info.white_balance[0] - 2) < 1e-5 && fabs(info.white_balance[2] - 1.6) < 1e-5);
         assert_int_equal(info.orientation, i == 1 ? 6 : 1);
         assert_true(info.exposure_s == 0.25 && info.iso == 200 && info.focal_mm == 24);
-        if (fs_raw_read(given(cases[i].file), white_balance, false, &rgb, &clipped, &err) != 0)
-            fail_msg("%s", err.message);
-        assert_int_equal(rgb.width, 64);
-        assert_int_equal(rgb.height, 48);
+        if (read_whole(given(cases[i].file), white_balance, false, picture, &err) != 0) fail_msg("%s", err.message);
+        assert_int_equal(picture[0].width, 64);
+        assert_int_equal(picture[0].height, 48);
         for (int y = 2; y < 46; y++) // mirroring bends a ramp at the border
             for (int x = 2; x < 62; x++)
                 for (int c = 0; c < 3 && (i == 3 || !near_square(x, y)); c++) {
-                    double want = fmin(cases[i].gain * light(x, y, c), 0.95), got = rgb.px[(y * 64 + x) * 3 + c];
+                    double want = fmin(cases[i].gain * light(x, y, c), 0.95), got = picture[0].px[(y * 64 + x) * 3 + c];
                     if (fabs(got - want) > 0.004)
                         fail_msg("%s: (%d, %d, %d) is %g, not %g", cases[i].file, x, y, c, got, want);
                 }
         for (int y = 0; y < 48; y++)
             for (int x = 0; x < 64; x++) {
                 int dx = x < 40 ? 40 - x : x > 43 ? x - 43 : 0, dy = y < 20 ? 20 - y : y > 23 ? y - 23 : 0;
-                assert_int_equal(clipped.px[y * 64 + x] == 1, i != 3 && dx + dy <= 2);
+                assert_int_equal(picture[1].px[y * 64 + x] == 1, i != 3 && dx + dy <= 2);
             }
-        fs_image_free(&rgb);
-        fs_image_free(&clipped);
+        fs_image_free(&picture[0]);
+        fs_image_free(&picture[1]);
     }
 }
 
@@ -60,63 +58,75 @@ static void test_dng(void **state)
 static void test_plain(void **state)
 {
     (void)state;
-    Image rgb, clipped;
-    assert_int_equal(fs_raw_read(given("ambient.dng"), white_balance, true, &rgb, &clipped, NULL), 0);
+    Image picture[2];
+    assert_int_equal(read_whole(given("ambient.dng"), white_balance, true, picture, NULL), 0);
     for (int y = 4; y < 44; y++)
         for (int x = 4; x < 60; x++)
             for (int c = 0; c < 3 && !near_square(x, y); c++)
-                assert_true(fabs(rgb.px[(y * 64 + x) * 3 + c] - light(x, y, c)) < 0.01);
-    assert_true(clipped.px[22 * 64 + 42] == 1 && clipped.px[0] == 0);
-    fs_image_free(&rgb);
-    fs_image_free(&clipped);
+                assert_true(fabs(picture[0].px[(y * 64 + x) * 3 + c] - light(x, y, c)) < 0.01);
+    assert_true(picture[1].px[22 * 64 + 42] == 1 && picture[1].px[0] == 0);
+    fs_image_free(&picture[0]);
+    fs_image_free(&picture[1]);
+}
+
+enum { W = 97, H = 71 };
+typedef struct Grey {
+    float mosaic[W * H], rgb[3 * W * H];
+} Grey;
+
+static void get_mosaic(const void *user, int y, float *row)
+{
+    memcpy(row, ((const Grey *)user)->mosaic + y * W, W * sizeof *row);
+}
+
+static void put_rgb(void *user, int y, const float *rgb)
+{
+    memcpy(((Grey *)user)->rgb + 3 * y * W, rgb, 3 * W * sizeof *rgb);
 }
 
 // A textured grey scene under noise: nearer to the truth than averaging neighbours, without bias, negatives kept.
 static void test_demosaic(void **state)
 {
     (void)state;
-    enum { W = 97, H = 71 };
     static const unsigned char patterns[4][4] = {{0, 1, 1, 2}, {2, 1, 1, 0}, {1, 0, 2, 1}, {1, 2, 0, 1}};
-    static float mosaic[W * H];
+    static Grey grey;
+    static const DemosaicRows rows = {get_mosaic, put_rgb, &grey};
     for (int p = 0; p < 4; p++) {
         Rng rng = fs_rng_new(3);
-        Image rgb;
         double sum = 0, error = 0, plain_error = 0;
         int negative = 0;
         for (int y = 0; y < H; y++)
             for (int x = 0; x < W; x++)
-                mosaic[y * W + x] = 0.05f * (1 + sinf(1.3f * x + 0.2f * y)) + 0.003f * fs_rng_normal(&rng);
-        assert_int_equal(fs_demosaic(mosaic, W, H, patterns[p], &rgb, NULL), 0);
+                grey.mosaic[y * W + x] = 0.05f * (1 + sinf(1.3f * x + 0.2f * y)) + 0.003f * fs_rng_normal(&rng);
+        assert_int_equal(fs_demosaic(&rows, W, H, patterns[p], NULL), 0);
         for (int y = 1; y < H - 1; y++)
             for (int x = 1; x < W - 1; x++) {
-                const float *m = mosaic + y * W + x;
-                float truth = 0.05f * (1 + sinf(1.3f * x + 0.2f * y)), green = rgb.px[(y * W + x) * 3 + 1];
+                const float *m = grey.mosaic + y * W + x;
+                float truth = 0.05f * (1 + sinf(1.3f * x + 0.2f * y)), green = grey.rgb[(y * W + x) * 3 + 1];
                 bool is_green = patterns[p][(y & 1) * 2 + (x & 1)] == 1;
                 float plain = is_green ? *m : 0.25f * (m[-1] + m[1] + m[-W] + m[W]);
                 if (is_green) assert_true(green == *m);
                 error += (green - truth) * (green - truth);
                 plain_error += (plain - truth) * (plain - truth);
                 for (int c = 0; c < 3; c++)
-                    sum += rgb.px[(y * W + x) * 3 + c] - truth, negative += rgb.px[(y * W + x) * 3 + c] < 0;
+                    sum += grey.rgb[(y * W + x) * 3 + c] - truth, negative += grey.rgb[(y * W + x) * 3 + c] < 0;
             }
         if (error > 0.3 * plain_error) fail_msg("%g %g", error, plain_error);
         assert_true(fabs(sum / (3 * W * H)) < 5e-4);
         assert_true(negative > 100);
-        fs_image_free(&rgb);
     }
-    Image rgb;
     static const unsigned char nonsense[4] = {0, 1, 2, 1};
-    assert_int_equal(fs_demosaic(mosaic, W, H, nonsense, &rgb, NULL), FS_ERR_INPUT);
-    assert_int_equal(fs_demosaic(mosaic, 4, 4, patterns[0], &rgb, NULL), FS_ERR_INPUT);
+    assert_int_equal(fs_demosaic(&rows, W, H, nonsense, NULL), FS_ERR_INPUT);
+    assert_int_equal(fs_demosaic(&rows, 4, 4, patterns[0], NULL), FS_ERR_INPUT);
 }
 
 static void test_errors(void **state)
 {
     (void)state;
-    Image rgb, clipped;
+    Image picture[2];
     RawInfo info;
     FsError err = {0};
-    assert_int_equal(fs_raw_read(given("missing.dng"), white_balance, false, &rgb, &clipped, &err), FS_ERR_INPUT);
+    assert_int_equal(read_whole(given("missing.dng"), white_balance, false, picture, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "missing.dng"));
     assert_int_equal(fs_raw_read_info(given("make.py"), &info, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "make.py"));

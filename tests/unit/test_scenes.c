@@ -56,27 +56,27 @@ static int check_photo(const char *scene, const char *name)
     FsError err;
     ExifInfo exif;
     RawInfo info;
-    Image photo = {0}, clipped = {0}, t = {0}, r = {0};
+    PhotoSizes sizes = {.n = 1};
+    Image *photo = &sizes.size[0].rgb, *clipped = &sizes.size[0].clipped, t = {0}, r = {0};
     char *raw = fs_file_path("%s/capture/raw/%s.DNG", scene, name), *truth = fs_file_path("%s/truth", scene);
     if (!read_layer(truth, "R", name, &r)) goto done;
     seen = 1;
     if (fs_exif_read(raw, &exif, &err) < 0 || fs_raw_read_info(raw, &info, &err) < 0 ||
-        fs_raw_read(raw, info.white_balance, false, &photo, &clipped, &err) < 0) {
+        fs_raw_read(raw, info.white_balance, false, &sizes, &err) < 0) {
         printf("FAIL %s\n", err.message);
         failures++;
         goto done;
     }
     bool flash = fs_exif_flash_fired(&exif) == 1, same = false;
-    if (read_layer(truth, flash ? "T_F" : "T_N", name, &t)) same = t.width == photo.width && t.height == photo.height;
+    if (read_layer(truth, flash ? "T_F" : "T_N", name, &t)) same = t.width == photo->width && t.height == photo->height;
     if (same && r.width == t.width && r.height == t.height && fs_exif_flash_fired(&exif) >= 0) {
-        compare(raw + strlen(SCENES) + 1, flash, &photo, &clipped, &t, &r);
+        compare(raw + strlen(SCENES) + 1, flash, photo, clipped, &t, &r);
     } else {
         printf("FAIL %s: the truth has another size\n", raw);
         failures++;
     }
 done:
-    fs_image_free(&photo);
-    fs_image_free(&clipped);
+    fs_sizes_free(&sizes);
     fs_image_free(&t);
     fs_image_free(&r);
     free(raw);

@@ -1,0 +1,42 @@
+#include "image/sizes.h"
+
+int fs_sizes_begin(PhotoSizes *sizes, int width, int height, FsError *err)
+{
+    sizes->width = width;
+    sizes->height = height;
+    for (int i = 0; i < sizes->n; i++) {
+        PhotoSize *s = &sizes->size[i];
+        int w = width, h = height;
+        fs_image_limit(s->long_edge, &w, &h);
+        MUST(fs_image_new(&s->rgb, w, h, 3, err));
+        MUST(fs_image_new(&s->clipped, w, h, 1, err));
+        MUST(fs_resize_begin(&s->of_rgb, width, height, &s->rgb, err));
+        MUST(fs_resize_begin(&s->of_clipped, width, height, &s->clipped, err));
+    }
+    return 0;
+}
+
+void fs_sizes_row(PhotoSizes *sizes, const float *rgb, const float *clipped)
+{
+    for (int i = 0; i < sizes->n; i++) {
+        fs_resize_row(&sizes->size[i].of_rgb, rgb);
+        fs_resize_row(&sizes->size[i].of_clipped, clipped);
+    }
+}
+
+void fs_sizes_end(PhotoSizes *sizes)
+{
+    for (int i = 0; i < sizes->n; i++) {
+        fs_resize_end(&sizes->size[i].of_rgb);
+        fs_resize_end(&sizes->size[i].of_clipped);
+    }
+}
+
+void fs_sizes_free(PhotoSizes *sizes)
+{
+    fs_sizes_end(sizes);
+    for (int i = 0; i < sizes->n; i++) {
+        fs_image_free(&sizes->size[i].rgb);
+        fs_image_free(&sizes->size[i].clipped);
+    }
+}

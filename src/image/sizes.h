@@ -1,0 +1,23 @@
+// A photo brought to sizes as its rows come, by area averages, so that a large one is never whole in memory.
+#pragma once
+
+#include "image/image.h"
+
+typedef struct PhotoSize {
+    int long_edge;      // wanted: the longer side at most; 0: as shot
+    Image rgb, clipped; // clipped (1 channel): share of the pixel that is not to be trusted
+    Resize of_rgb, of_clipped;
+} PhotoSize;
+
+enum { PHOTO_SIZES = 2 };
+typedef struct PhotoSizes {
+    int n;
+    PhotoSize size[PHOTO_SIZES]; // long_edge is the caller's, the rest is made
+    int width, height;           // as stored
+} PhotoSizes;
+
+int fs_sizes_begin(PhotoSizes *sizes, int width, int height, FsError *err);
+// The next row from the top: rgb (width, 3), clipped (width) or NULL where none is.
+void fs_sizes_row(PhotoSizes *sizes, const float *rgb, const float *clipped);
+void fs_sizes_end(PhotoSizes *sizes); // after the last row, or where the photo fails
+void fs_sizes_free(PhotoSizes *sizes);
