@@ -198,8 +198,8 @@ static int read_database(const char *dir, FsError *err)
     if (rc == 0) found = fs_database_image(database, "a.png");
     if (rc == 0) rc = fs_database_features(database, found ? found : 1, &features, err);
     for (int i = 0; i < features.n; i++)
-        check(isfinite(features.xy[2 * i] + features.xy[2 * i + 1] + features.scale[i] + features.angle[i]) &&
-                  features.descriptor[(i + 1) * FS_DESCRIPTOR - 1] >= 0,
+        check(isfinite(features.xy[2 * i]) && isfinite(features.xy[2 * i + 1]) && isfinite(features.scale[i]) &&
+                  isfinite(features.angle[i]) && features.descriptor[(i + 1) * FS_DESCRIPTOR - 1] >= 0,
               "a feature", path);
     fs_database_features_free(&features);
     fs_database_close(database);
