@@ -158,39 +158,33 @@ static void search_leaf(const KnnTree *tree, int lo, int hi, const float q[3], i
     }
 }
 
+typedef struct Pending { // a node to search in, and its range
+    int node, lo, hi;
+    float near2; // no point of the range is nearer than this along one axis
+} Pending;
+
 void fs_knn_query(const KnnTree *tree, const float q[3], int skip, int k, int *index, float *dist2)
 {
-    struct {
-        int node, lo, hi;
-        float near2; // no point of the range is nearer than this along one axis
-    } stack[DEPTH_MAX + 2];
+    Pending stack[DEPTH_MAX + 2];
     for (int i = 0; i < k; i++) {
         index[i] = -1;
         dist2[i] = INFINITY;
     }
     if (k <= 0) return;
     int top = 0;
-    stack[top].node = 0;
-    stack[top].lo = 0;
-    stack[top].hi = tree->n;
-    stack[top++].near2 = 0;
+    stack[top++] = (Pending){0, 0, tree->n, 0};
     while (top > 0) {
-        top--;
-        int node = stack[top].node, lo = stack[top].lo, hi = stack[top].hi;
-        if (stack[top].near2 > dist2[k - 1]) continue;
+        Pending now = stack[--top];
+        int node = now.node, lo = now.lo, hi = now.hi;
+        if (now.near2 > dist2[k - 1]) continue;
         while (tree->node[node].axis >= 0) {
             const KnnNode *at = &tree->node[node];
             int mid = lo + (hi - lo) / 2;
             float d = q[at->axis] - at->split;
-            bool lower = d < 0;
-            stack[top].node = lower ? at->right : node + 1;
-            stack[top].lo = lower ? mid : lo;
-            stack[top].hi = lower ? hi : mid;
-            stack[top++].near2 = d * d;
-            if (lower)
-                hi = mid, node = node + 1;
-            else
-                lo = mid, node = at->right;
+            Pending lower = {node + 1, lo, mid, d * d}, upper = {at->right, mid, hi, d * d};
+            stack[top++] = d < 0 ? upper : lower;
+            Pending near = d < 0 ? lower : upper;
+            node = near.node, lo = near.lo, hi = near.hi;
         }
         search_leaf(tree, lo, hi, q, skip, &(Nearest){k, index, dist2});
     }

@@ -1,7 +1,6 @@
 #include "bench/bench.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -21,20 +20,10 @@
         IMAGE("compose_backward", compose_backward, value, size, width, height),                                       \
         IMAGE("photometric", photometric, value, size, width, height),                                                 \
         IMAGE("pearson", pearson, value, size, width, height), IMAGE("smooth", smooth, pixel, size, width, height)
-#define ADAM(name_, n_, share)                                                                                         \
-    {                                                                                                                  \
-        .name = name_, .unit = "parameter", .open = fs_case_adam_open, .call = fs_case_adam_call,                      \
-        .close = fs_case_adam_close, .n = n_, .wanted = share                                                          \
-    }
 #define SPLATS(name_, call_, n_, width_, height_, pairs_)                                                              \
     {                                                                                                                  \
         .name = name_, .unit = "pair", .open = fs_case_splats_open, .call = fs_case_splats_##call_,                    \
         .close = fs_case_splats_close, .n = n_, .width = width_, .height = height_, .wanted = pairs_                   \
-    }
-#define TRAIN(name_, n_, width_, height_)                                                                              \
-    {                                                                                                                  \
-        .name = name_, .unit = "splat", .open = fs_case_train_open, .call = fs_case_train_call,                        \
-        .close = fs_case_train_close, .n = n_, .width = width_, .height = height_                                      \
     }
 #define RASTER(count, n, size, width, height)                                                                          \
     SPLATS("forward/" count "/" size, forward, n, width, height, 50.0 * width * height),                               \
@@ -47,8 +36,9 @@
 static const BenchCase cases[] = {
     IMAGES("300x200", 300, 200),
     IMAGES("1200x800", 1200, 800),
-    ADAM("adam/all/100k", 100000, 1.0),
-    ADAM("adam/quarter/100k", 100000, 0.25),
+    {"adam/all/100k", "parameter", fs_case_adam_open, fs_case_adam_call, fs_case_adam_close, 100000, .wanted = 1},
+    {"adam/quarter/100k", "parameter", fs_case_adam_open, fs_case_adam_call, fs_case_adam_close, 100000,
+     .wanted = 0.25},
     RASTERS("300x200", 300, 200),
     RASTERS("600x400", 600, 400),
     RASTERS("1200x800", 1200, 800),
@@ -58,9 +48,9 @@ static const BenchCase cases[] = {
     SPLATS("step/50k", step, 50000, 571, 421, 19e6),
     SPLATS("step/100k", step, 100000, 571, 421, 25e6),
     // What training does, twice: 2 x 20k and 2 x 40k Gaussians are the preset `preview` early and late.
-    TRAIN("train/20k/300x200", 20000, 300, 200),
-    TRAIN("train/40k/300x200", 40000, 300, 200),
-    TRAIN("train/40k/600x400", 40000, 600, 400),
+    {"train/20k/300x200", "splat", fs_case_train_open, fs_case_train_call, fs_case_train_close, 20000, 300, 200},
+    {"train/40k/300x200", "splat", fs_case_train_open, fs_case_train_call, fs_case_train_close, 40000, 300, 200},
+    {"train/40k/600x400", "splat", fs_case_train_open, fs_case_train_call, fs_case_train_close, 40000, 600, 400},
 };
 
 static double seconds(clockid_t clock)

@@ -21,7 +21,6 @@ typedef struct Task {
     double cross[3], square[3]; // sums of truth * estimate and estimate^2, linear
     ViewScore *score;
     FsError err;
-    int rc;
 } Task;
 
 static void fit_one(Task *task, const Image *a, const Image *b)
@@ -101,7 +100,6 @@ static void score_view(void *context, int job, int worker)
     TRY(measure(task, &a, &fitted, &task->score->figures[SCORE_FITTED], &task->err));
     if (task->paired) TRY(measure_paired(task, &b, &task->score->figures[SCORE_PAPER], &task->err));
 fail:
-    task->rc = rc;
     fs_image_free(&a);
     fs_image_free(&b);
     fs_image_free(&fitted);
@@ -110,7 +108,7 @@ fail:
 static int first_error(const Task *tasks, int n, FsError *err)
 {
     for (int i = 0; i < n; i++)
-        if (tasks[i].rc < 0) return fs_error_set(err, tasks[i].rc, "%s", tasks[i].err.message);
+        if (tasks[i].err.code) return fs_error_set(err, tasks[i].err.code, "%s", tasks[i].err.message);
     return 0;
 }
 

@@ -1,7 +1,6 @@
 // Truth folders: which views a layer has, and reading pictures as pairs of one size.
 #include "evaluate/truth.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -6,7 +6,6 @@
 #include <sys/stat.h>
 
 #include "base/file.h"
-#include "model/dataset.h"
 #include "model/layers.h"
 #include "model/project.h"
 

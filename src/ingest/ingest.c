@@ -8,7 +8,6 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "image/raw.h"
-#include "ingest/develop.h"
 #include "ingest/photos.h"
 
 typedef struct Work {

@@ -19,6 +19,14 @@ Camera fs_camera_resized(const Camera *camera, int width, int height)
     return c;
 }
 
+Camera fs_camera_long_edge(const Camera *camera, int long_edge)
+{
+    if (long_edge <= 0) return *camera;
+    double s = (double)long_edge / (camera->width > camera->height ? camera->width : camera->height);
+    int w = (int)lround(camera->width * s), h = (int)lround(camera->height * s);
+    return fs_camera_resized(camera, w < 1 ? 1 : w, h < 1 ? 1 : h);
+}
+
 Camera fs_camera_limited(const Camera *camera, int long_edge)
 {
     int width = camera->width, height = camera->height;

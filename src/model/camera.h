@@ -12,6 +12,8 @@ typedef struct Camera {
 
 // The same view at another image size (fractions of the frame stay where they are).
 Camera fs_camera_resized(const Camera *camera, int width, int height);
+// The same view with exactly long_edge on the longer side, larger or smaller; 0: as it is.
+Camera fs_camera_long_edge(const Camera *camera, int long_edge);
 // The same view with the longer side at most long_edge pixels (0: unchanged); never enlarges.
 Camera fs_camera_limited(const Camera *camera, int long_edge);
 void fs_camera_centre(const Camera *camera, double centre[3]); // -R^T t

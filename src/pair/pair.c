@@ -2,7 +2,6 @@
 #include "pair/pair.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"

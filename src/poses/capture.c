@@ -77,13 +77,12 @@ static int picture_size(const char *folder, Photo *photo, FsError *err)
     unsigned char head[24] = {0};
     size_t got = f ? fread(head, 1, sizeof head, f) : 0;
     if (f) fclose(f);
-    int rc = 0;
     photo->picture_width = (int)((unsigned)head[16] << 24 | head[17] << 16 | head[18] << 8 | head[19]);
     photo->picture_height = (int)((unsigned)head[20] << 24 | head[21] << 16 | head[22] << 8 | head[23]);
     if (got < sizeof head || png_sig_cmp(head, 0, 8) != 0 || photo->picture_width < 1 || photo->picture_height < 1 ||
         photo->picture_width > FS_IMAGE_MAX_SIDE || photo->picture_height > FS_IMAGE_MAX_SIDE)
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a PNG; rerun the stage ingest with --force", path.text);
-    return rc;
+        return fs_error_set(err, FS_ERR_INPUT, "%s: not a PNG; rerun the stage ingest with --force", path.text);
+    return 0;
 }
 
 int fs_capture_read(const char *out, Capture *capture, FsError *err)

@@ -20,22 +20,15 @@ static int fail(Database *d, FsError *err)
 
 int fs_database_open(Database **database, const char *path, FsError *err)
 {
+    int rc = 0;
     Database *d = calloc(1, sizeof *d);
-    if (d) d->path = strdup(path);
-    *database = d;
-    if (!d || !d->path) {
-        fs_database_close(d);
-        *database = NULL;
-        return fs_error_memory(err);
-    }
-    if (sqlite3_open_v2(path, &d->db, SQLITE_OPEN_READWRITE, NULL) != SQLITE_OK) {
-        int rc = fail(d, err);
-        fs_database_close(d);
-        *database = NULL;
-        return rc;
-    }
+    if (!d || !(d->path = strdup(path))) TRY(fs_error_memory(err));
+    if (sqlite3_open_v2(path, &d->db, SQLITE_OPEN_READWRITE, NULL) != SQLITE_OK) TRY(fail(d, err));
     sqlite3_busy_timeout(d->db, 10000);
-    return 0;
+fail:
+    if (rc < 0) fs_database_close(d);
+    *database = rc < 0 ? NULL : d;
+    return rc;
 }
 
 void fs_database_close(Database *d)

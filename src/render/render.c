@@ -1,7 +1,5 @@
 #include "render/render.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"

@@ -1,7 +1,6 @@
 #include "render/save.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/file.h"
 #include "base/owned.h"

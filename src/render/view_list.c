@@ -13,21 +13,12 @@ static int longer_side(const Camera *camera)
     return camera->width > camera->height ? camera->width : camera->height;
 }
 
-// Exactly long_edge on the longer side, larger or smaller; 0: as it is.
-static Camera with_long_edge(const Camera *camera, int long_edge)
-{
-    if (long_edge <= 0) return *camera;
-    double s = (double)long_edge / longer_side(camera);
-    int width = (int)lround(camera->width * s), height = (int)lround(camera->height * s);
-    return fs_camera_resized(camera, width < 1 ? 1 : width, height < 1 ? 1 : height);
-}
-
 // At the size that a capture with working images of width x height wants.
 static Camera fit(const Camera *camera, int width, int height)
 {
     double wanted = (double)camera->height * width / camera->width;
     if (fabs(wanted - height) <= 1.0) return fs_camera_resized(camera, width, height); // the same proportions
-    return with_long_edge(camera, width > height ? width : height);
+    return fs_camera_long_edge(camera, width > height ? width : height);
 }
 
 static bool is_plain(const char *name)
@@ -92,7 +83,7 @@ int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Datas
     working_size(photos, &width, &height);
     for (int i = 0; i < file.views.n; i++) {
         Camera *camera = &file.views.view[i].camera;
-        *camera = long_edge ? with_long_edge(camera, project->set.long_edge) : fit(camera, width, height);
+        *camera = long_edge ? fs_camera_long_edge(camera, project->set.long_edge) : fit(camera, width, height);
         TRY(check_size(path, &file.views.view[i], err));
         distorted += !fs_lens_is_pinhole(&file.lens[i]);
     }
@@ -116,7 +107,7 @@ int fs_view_list_of_spiral(const FsProject *project, const Dataset *photos, doub
     if (!cameras) return fs_error_memory(err);
     for (int i = 0; i < photos->n; i++) cameras[i] = photos->view[i].camera;
     TRY(fs_spiral_fit(&spiral, cameras, photos->n, nearest, farthest, err));
-    Camera like = with_long_edge(&cameras[0], long_edge);
+    Camera like = fs_camera_long_edge(&cameras[0], long_edge);
     for (int i = 0; i < n; i++) {
         char name[32];
         snprintf(name, sizeof name, "path_%04d", i + 1);

@@ -17,13 +17,15 @@ static void write_head(FILE *f, const Page *page)
     char *whole = realpath(page->project->out, NULL);
     if (!whole && errno == ENOMEM) fs_error_memory(NULL);
     const char *name = fs_file_name(whole ? whole : page->project->out);
-    fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-          "content=\"width=device-width\">\n<title>",
-          f);
-    fs_html_text(f, name);
-    fprintf(f, " - flashsplat</title>\n<style>\n%s</style></head>\n<body><main>\n<h1>", fs_html_style);
-    fs_html_text(f, name);
-    fputs("</h1>\n<p>What is behind the glass, apart from what is mirrored in it.</p>\n", f);
+    fs_html_put(f,
+                "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+                "content=\"width=device-width\">\n<title>@ - flashsplat</title>\n<style>\n",
+                name);
+    fputs(fs_html_style, f);
+    fs_html_put(f,
+                "</style></head>\n<body><main>\n<h1>@</h1>\n<p>What is behind the glass, apart from what is mirrored "
+                "in it.</p>\n",
+                name);
     free(whole);
 }
 
@@ -67,9 +69,7 @@ static void write_warnings(FILE *f, const Page *page)
     for (char *line = text, *next; line && *line; line = next) {
         next = strchr(line, '\n');
         if (next) *next++ = 0;
-        fputs("<li>", f);
-        fs_html_text(f, line);
-        fputs("</li>", f);
+        fs_html_put(f, "<li>@</li>", line);
     }
     fputs("</ul></section>\n", f);
     free(text);
@@ -99,8 +99,7 @@ static void write_view_buttons(FILE *f, const Page *page)
                 "<button class=\"view\" data-flash=\"%d\" data-base=\"report/%d_\"><img src=\"report/%d_photo.jpg\" "
                 "alt=\"\"><span>",
                 view->flash, i + 1, i + 1);
-        fs_html_text(f, view->name);
-        fputs(view->flash ? " &#9889;</span></button>" : "</span></button>", f);
+        fs_html_put(f, view->flash ? "@ &#9889;</span></button>" : "@</span></button>", view->name);
     }
     fputs("</div>\n", f);
 }
@@ -199,11 +198,7 @@ static void write_figures(FILE *f, const Page *page)
               f);
         json_object_foreach(methods, name, method) json_object_foreach(json_object_get(method, "layers"), key, layer)
         {
-            fputs("<tr><td>", f);
-            fs_html_text(f, name);
-            fputs("</td><td>", f);
-            fs_html_text(f, key);
-            fputs("</td>", f);
+            fs_html_put(f, "<tr><td>@</td><td>@</td>", name, key);
             write_figure_cells(f, layer);
             fputs("</tr>\n", f);
         }
@@ -235,9 +230,7 @@ static void write_link(FILE *f, const char *path, const char *what)
 {
     fputs("<tr><td><a href=\"", f);
     fs_html_url(f, path);
-    fputs("\"><code>", f);
-    fs_html_text(f, path);
-    fprintf(f, "</code></a></td><td>%s</td></tr>\n", what);
+    fs_html_put(f, "\"><code>@</code></a></td><td>@</td></tr>\n", path, what);
 }
 
 static void write_folder_links(FILE *f, const Page *page, const char *folder, const char *ext, const char *what)
@@ -312,13 +305,9 @@ static void write_settings(FILE *f, const Page *page)
         char value[400];
         if (!(options[i].stages & FS_STAGE_ALL)) continue;
         option_text(page, ran_with, &options[i], value, sizeof value);
-        fprintf(f, "<tr%s><td><code>--", is_default(&options[i], value) ? "" : " class=\"set\"");
-        fs_html_text(f, options[i].name);
-        fputs("</code></td><td>", f);
-        fs_html_text(f, *value ? value : "-");
-        fputs("</td><td>", f);
-        fs_html_text(f, options[i].help);
-        fputs("</td></tr>\n", f);
+        fputs(is_default(&options[i], value) ? "<tr>" : "<tr class=\"set\">", f);
+        fs_html_put(f, "<td><code>--@</code></td><td>@</td><td>@</td></tr>\n", options[i].name, *value ? value : "-",
+                    options[i].help);
     }
     fputs("</table></details>\n", f);
     json_decref(ran_with);

@@ -56,8 +56,9 @@ void fs_charts_curve(FILE *f, const Curve *curve);
 
 // ---- html.c: text, escaped, and the page's style sheet and script ----
 
-void fs_html_text(FILE *f, const char *text); // also good inside "..." attributes
-void fs_html_url(FILE *f, const char *path);  // a relative path as a link's address; '/' stays
+// Markup; each @ in it is the next argument, a text (const char *), escaped (also good inside "..." attributes).
+void fs_html_put(FILE *f, const char *markup, ...);
+void fs_html_url(FILE *f, const char *path); // a relative path as a link's address; '/' stays
 extern const char fs_html_style[];
 extern const char fs_html_script[];
 

@@ -3,7 +3,6 @@
 
 #include <stdbool.h>
 
-#include "synth/letters.h"
 #include "synth/paint_parts.h"
 
 #define WHITE vec(1, 1, 1)

@@ -2,7 +2,6 @@
 // looked up, the flash is a point a hand's breadth above the lens.
 #include "synth/trace.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #define SIDE 4 // strata of a pixel across and down
