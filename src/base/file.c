@@ -32,14 +32,10 @@ int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, F
     *data = malloc((size_t)st.st_size + 1);
     if (!*data) TRY(fs_error_memory(err));
     *size = fread(*data, 1, (size_t)st.st_size, f);
-    if (ferror(f)) {
-        free(*data);
-        *data = NULL;
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: read failed: %s", path, strerror(errno));
-        goto fail;
-    }
+    if (ferror(f)) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: read failed: %s", path, strerror(errno)));
     (*data)[*size] = 0;
 fail:
+    if (rc < 0) free(*data), *data = NULL;
     fclose(f);
     return rc;
 }
@@ -202,18 +198,12 @@ int fs_file_link(const char *from, const char *path, FsError *err)
 int fs_file_append(const char *path, const char *text, FsError *err)
 {
     char *data = NULL;
-    size_t size = 0;
-    int rc = fs_file_exists(path) ? fs_file_read(path, (size_t)1 << 30, &data, &size, err) : 0;
-    size_t more = strlen(text);
-    char *all = rc == 0 ? malloc(size + more + 1) : NULL;
-    if (rc == 0 && !all) rc = fs_error_memory(err);
-    if (rc == 0) {
-        if (size) memcpy(all, data, size);
-        memcpy(all + size, text, more);
-        rc = fs_file_write(path, all, size + more, err);
-    }
-    free(data);
-    free(all);
+    size_t size = 0, more = strlen(text);
+    if (fs_file_exists(path)) MUST(fs_file_read(path, (size_t)1 << 30, &data, &size, err));
+    char *all = realloc(data, size + more + 1);
+    if (all) memcpy(all + size, text, more);
+    int rc = all ? fs_file_write(path, all, size + more, err) : fs_error_memory(err);
+    free(all ? all : data);
     return rc;
 }
 
@@ -307,7 +297,11 @@ char *fs_file_stem(const char *path)
 bool fs_file_has_ext(const char *path, const char *ext)
 {
     const char *dot = strrchr(fs_file_name(path), '.');
-    return dot && strcasecmp(dot + 1, ext) == 0;
+    for (size_t n; dot && *ext; ext += n + (ext[n] == ' ')) {
+        n = strcspn(ext, " ");
+        if (strlen(dot + 1) == n && strncasecmp(dot + 1, ext, n) == 0) return true;
+    }
+    return false;
 }
 
 int fs_file_list(const char *dir, FileList *list, FsError *err)

@@ -36,7 +36,7 @@ int fs_conv_side(const ConvShape *shape, int side)
 
 typedef void TileFunction(const float *a, const float *b, size_t n, float *sum);
 
-static inline __attribute__((always_inline)) void tile_body(const float *a, const float *b, size_t n, float *sum)
+static void tile_plain(const float *a, const float *b, size_t n, float *sum)
 {
     float s[ROWS][COLS];
     memcpy(s, sum, sizeof s);
@@ -46,11 +46,6 @@ static inline __attribute__((always_inline)) void tile_body(const float *a, cons
 #pragma GCC unroll 16
             for (int c = 0; c < COLS; c++) s[r][c] += a[r] * b[c];
     memcpy(sum, s, sizeof s);
-}
-
-static void tile_plain(const float *a, const float *b, size_t n, float *sum)
-{
-    tile_body(a, b, n, sum);
 }
 
 #if defined(__x86_64__)

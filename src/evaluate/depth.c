@@ -16,7 +16,7 @@ typedef struct Pairs {
 
 static int read_depth(const char *path, Image *depth, FsError *err)
 {
-    bool tiff = fs_file_has_ext(path, "tif") || fs_file_has_ext(path, "tiff");
+    bool tiff = fs_file_has_ext(path, "tif tiff");
     int rc = tiff ? fs_tiff_read(path, depth, err) : fs_png_read(path, depth, err);
     if (rc < 0) return rc;
     if (depth->channels != 1) {

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/json_file.h"
@@ -70,26 +69,19 @@ static void print_groups(FILE *f, const Columns *columns)
         fprintf(f, " | %-*s", width + (k == SCORE_FITTED ? 19 : 0), kinds[k].title);
 }
 
-// One line made by a memory stream, handed to the log.
-typedef struct Line {
-    char *text;
-    size_t size;
-    FILE *f;
-} Line;
+enum { LINE = 2000 }; // as long as the log's
 
-static bool line_begin(Line *line)
+static FILE *begin_line(char line[LINE])
 {
-    *line = (Line){0};
-    line->f = open_memstream(&line->text, &line->size);
-    return line->f != NULL;
+    memset(line, 0, LINE);
+    return fmemopen(line, LINE - 1, "w");
 }
 
-static void line_end(Line *line, const Log *log)
+static void end_line(FILE *f, char line[LINE], const Log *log)
 {
-    fclose(line->f);
-    for (size_t n = line->text ? strlen(line->text) : 0; n && line->text[n - 1] == ' '; n--) line->text[n - 1] = 0;
-    if (line->text) fs_log_info(log, "%s", line->text);
-    free(line->text);
+    fclose(f);
+    for (size_t n = strlen(line); n && line[n - 1] == ' '; n--) line[n - 1] = 0;
+    fs_log_info(log, "%s", line);
 }
 
 static void log_depth(const DepthScore *d, const Log *log)
@@ -106,14 +98,14 @@ static void log_method(const MethodScore *method, const Log *log)
     bool any = false;
     for (int l = 0; l < FS_EVALUATE_LAYERS; l++) any |= method->layer[l].n > 0;
     fs_log_info(log, "%s (%s)%s", method->name, method->dir.text, any ? "" : ": no layer to measure");
-    Line line;
+    char line[LINE];
     for (int l = -2; l < FS_EVALUATE_LAYERS && any; l++) {
-        if (l >= 0 && !method->layer[l].n) continue;
-        if (!line_begin(&line)) return;
-        if (l == -2) print_groups(line.f, &columns);
-        if (l == -1) print_titles(line.f, &columns);
-        if (l >= 0) print_layer(line.f, &columns, &method->layer[l]);
-        line_end(&line, log);
+        FILE *f = l >= 0 && !method->layer[l].n ? NULL : begin_line(line);
+        if (!f) continue;
+        if (l == -2) print_groups(f, &columns);
+        if (l == -1) print_titles(f, &columns);
+        if (l >= 0) print_layer(f, &columns, &method->layer[l]);
+        end_line(f, line, log);
     }
     log_depth(&method->depth, log);
 }
@@ -121,27 +113,24 @@ static void log_method(const MethodScore *method, const Log *log)
 // Methods side by side: gain-fitted means.
 static void log_comparison(const MethodScore *methods, int n, const Log *log)
 {
-    Line line;
+    char line[LINE];
     fs_log_info(log, "gain-fitted PSNR / SSIM, side by side");
-    if (!line_begin(&line)) return;
-    fprintf(line.f, "%-5s", "layer");
-    for (int i = 0; i < n; i++) fprintf(line.f, " | %-14.14s", methods[i].name);
-    line_end(&line, log);
-    for (int l = 0; l < FS_EVALUATE_LAYERS; l++) {
-        const char *name = NULL;
-        for (int i = 0; i < n; i++)
+    for (int l = -1; l < FS_EVALUATE_LAYERS; l++) { // -1: the heading
+        const char *name = l < 0 ? "layer" : NULL;
+        for (int i = 0; i < n && l >= 0; i++)
             if (methods[i].layer[l].n) name = methods[i].layer[l].layer;
-        if (!name || !line_begin(&line)) continue;
-        fprintf(line.f, "%-5s", name);
+        FILE *f = name ? begin_line(line) : NULL;
+        if (!f) continue;
+        fprintf(f, "%-5s", name);
         for (int i = 0; i < n; i++) {
-            const LayerScore *s = &methods[i].layer[l];
-            if (s->n)
-                fprintf(line.f, " | %5.2f / %.4f", s->mean[SCORE_FITTED].value[METRIC_PSNR],
+            const LayerScore *s = l < 0 ? NULL : &methods[i].layer[l];
+            if (s && s->n)
+                fprintf(f, " | %5.2f / %.4f", s->mean[SCORE_FITTED].value[METRIC_PSNR],
                         s->mean[SCORE_FITTED].value[METRIC_SSIM]);
             else
-                fprintf(line.f, " | %-14s", "-");
+                fprintf(f, " | %-14.14s", s ? "-" : methods[i].name);
         }
-        line_end(&line, log);
+        end_line(f, line, log);
     }
 }
 

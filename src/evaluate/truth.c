@@ -15,11 +15,6 @@ static bool wanted(const Dataset *cameras, const char *name, const char *which)
     return held_out == (strcmp(which, "held_out") == 0);
 }
 
-static bool is_picture(const char *name)
-{
-    return fs_file_has_ext(name, "png") || fs_file_has_ext(name, "jpg") || fs_file_has_ext(name, "jpeg");
-}
-
 int fs_truth_list(const char *truth, const char *layer, const Dataset *cameras, const char *which, TruthViews *views,
                   FsError *err)
 {
@@ -36,7 +31,7 @@ int fs_truth_list(const char *truth, const char *layer, const Dataset *cameras, 
         char *stem = fs_file_stem(list.name[i]);
         snprintf(view->name, sizeof view->name, "%s", stem ? stem : "");
         free(stem);
-        if (!is_picture(list.name[i]) || !wanted(cameras, view->name, which)) continue;
+        if (!fs_file_has_ext(list.name[i], "png jpg jpeg") || !wanted(cameras, view->name, which)) continue;
         view->path = fs_file_at("%s/%s", dir.text, list.name[i]);
         views->n++;
     }

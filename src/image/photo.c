@@ -26,13 +26,7 @@ int fs_photo_kind(const char *path)
                  {PHOTO_PNG, "png"},
                  {PHOTO_TIFF, "tif tiff"}};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++)
-        for (const char *at = known[i].extensions; *at; at += strspn(at, " ")) {
-            char extension[8];
-            size_t n = strcspn(at, " ");
-            snprintf(extension, sizeof extension, "%.*s", (int)n, at);
-            if (fs_file_has_ext(path, extension)) return (int)known[i].kind;
-            at += n;
-        }
+        if (fs_file_has_ext(path, known[i].extensions)) return (int)known[i].kind;
     return -1;
 }
 

@@ -46,13 +46,7 @@ static json_t *settings_of(const FsProject *project, unsigned stage)
 
 // ---- inputs ----
 
-static bool is_read(const char *name) // by a stage; not what a file manager leaves about
-{
-    static const char *const ext[] = {"tif", "png", "json", "ply", "txt", "bin"};
-    for (size_t i = 0; i < sizeof ext / sizeof *ext; i++)
-        if (fs_file_has_ext(name, ext[i])) return true;
-    return false;
-}
+#define READ "tif png json ply txt bin" // by the stages: not what a file manager leaves about
 
 // Names and contents, in the order of the names. False where there is nothing.
 static bool hash_path(const char *path, int depth, uint64_t *hash)
@@ -67,7 +61,7 @@ static bool hash_path(const char *path, int depth, uint64_t *hash)
     if (depth == 0 || fs_file_list(path, &list, NULL) < 0) return true;
     for (int i = 0; i < list.n; i++) {
         FilePath inside = fs_file_at("%s/%s", path, list.name[i]);
-        if (fs_file_is_dir(inside.text) ? depth > 1 : is_read(inside.text)) {
+        if (fs_file_is_dir(inside.text) ? depth > 1 : fs_file_has_ext(inside.text, READ)) {
             *hash = fs_hash_text(*hash, list.name[i]);
             hash_path(inside.text, depth - 1, hash);
         }

@@ -43,11 +43,6 @@ int fs_lens_model_find(const char *name)
     return -1;
 }
 
-static const double *extra(const Lens *lens)
-{
-    return lens->param + models[lens->model].n_focal + 2;
-}
-
 static Camera intrinsics(const Lens *lens)
 {
     const double *p = lens->param + models[lens->model].n_focal;
@@ -125,7 +120,7 @@ static void fisheye(const double ray[2], double out[2])
 // Ray -> ray after the lens.
 static void distort(const Lens *lens, const double ray[2], double out[2])
 {
-    const double *k = extra(lens);
+    const double *k = lens->param + models[lens->model].n_focal + 2;
     double p[2] = {ray[0], ray[1]}, t[2] = {0, 0}, s = 1;
     if (lens->model >= LENS_SIMPLE_RADIAL_FISHEYE || lens->model == LENS_OPENCV_FISHEYE) fisheye(ray, p);
     double r2 = p[0] * p[0] + p[1] * p[1], r4 = r2 * r2, r6 = r4 * r2, r8 = r4 * r4, r = sqrt(r2);

@@ -48,11 +48,10 @@ static const Number numbers[] = {
 
 static json_t *to_json(const Scene *scene)
 {
-    json_t *root = json_object(), *clouds = json_object();
-    json_object_set_new(root, "version", json_integer(VERSION));
-    json_object_set_new(root, "separation", json_string(fs_scene_separations[scene->separation]));
-    json_object_set_new(root, "shared_geometry", json_boolean(scene->shared_geometry));
-    json_object_set_new(root, "pane_beta", json_boolean(scene->pane_beta));
+    json_t *clouds = json_object();
+    json_t *root =
+        json_pack("{s:i, s:s, s:b, s:b}", "version", VERSION, "separation", fs_scene_separations[scene->separation],
+                  "shared_geometry", scene->shared_geometry, "pane_beta", scene->pane_beta);
     for (size_t i = 0; i < N_NUMBERS; i++) {
         const double *v = (const double *)((const char *)scene + numbers[i].offset);
         json_t *value = numbers[i].n == 1 ? json_real(*v) : json_array();

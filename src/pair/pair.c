@@ -19,12 +19,6 @@ typedef struct PairPhoto {
     Image rgb, clipped; // upright, at the working size
 } PairPhoto;
 
-static void free_photo(PairPhoto *photo)
-{
-    fs_image_free(&photo->rgb);
-    fs_image_free(&photo->clipped);
-}
-
 static int read_photo(PairPhoto *photo, const double white_balance[3], int long_edge, FsError *err)
 {
     PhotoSizes sizes = {.n = 1, .size = {{.long_edge = long_edge}}};
@@ -145,7 +139,9 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
     subtract(&flash, &noflash, exposure_ratio(&flash, &noflash, log), log);
     TRY(write_difference(&flash.rgb, out, settings->linear ? tiff.text : NULL, log, err));
 fail:
-    free_photo(&flash);
-    free_photo(&noflash);
+    fs_image_free(&flash.rgb);
+    fs_image_free(&flash.clipped);
+    fs_image_free(&noflash.rgb);
+    fs_image_free(&noflash.clipped);
     return rc;
 }

@@ -56,19 +56,11 @@ fail:
     return rc;
 }
 
-static double focal_or_guess(const Photo *photo)
-{
-    double scale = (double)photo->picture_width / photo->width;
-    double side = photo->picture_width > photo->picture_height ? photo->picture_width : photo->picture_height;
-    return photo->focal_px > 0 ? photo->focal_px * scale : 1.2 * side;
-}
-
 static Lens prior_lens(const Photo *photo)
 {
-    return (Lens){.model = LENS_SIMPLE_RADIAL,
-                  .width = photo->picture_width,
-                  .height = photo->picture_height,
-                  .param = {focal_or_guess(photo), 0.5 * photo->picture_width, 0.5 * photo->picture_height, 0}};
+    int w = photo->picture_width, h = photo->picture_height;
+    double guess = 1.2 * (w > h ? w : h), focal = photo->focal_px * ((double)w / photo->width);
+    return (Lens){LENS_SIMPLE_RADIAL, w, h, {photo->focal_px > 0 ? focal : guess, 0.5 * w, 0.5 * h, 0}};
 }
 
 // One camera for all photos of one size.

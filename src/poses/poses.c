@@ -11,12 +11,6 @@
 
 enum { MATCHED_FEATURES = 3000, FEWEST_MATCHED_FEATURES = 1000, FEWEST_OF_A_GROUP = 5 };
 
-static void free_features(Features *features, int n)
-{
-    for (int i = 0; i < n && features; i++) fs_database_features_free(&features[i]);
-    free(features);
-}
-
 // Which photos have no pose, as "a, b, c and 4 more".
 static void name_missing(const Sparse *sparse, const Capture *capture, char *text, size_t size)
 {
@@ -136,7 +130,8 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
         TRY(fs_sparse_triangulate(sparse, project, capture, features, err));
     }
 fail:
-    free_features(features, capture->n);
+    for (int i = 0; i < capture->n; i++) fs_database_features_free(&features[i]);
+    free(features);
     fs_colmap_close(&colmap);
     return rc;
 }

@@ -280,15 +280,6 @@ static int open_run(Run *run, FsError *err)
     return run->threads ? 0 : fs_error_memory(err);
 }
 
-static void close_run(Run *run)
-{
-    fs_scene_free(&run->scene);
-    fs_dataset_free(&run->photos);
-    fs_engine_renders_free(&run->renders);
-    fs_engine_free(run->engine);
-    fs_threads_free(run->threads);
-}
-
 // Renders that an earlier training left in the project's own folder would be taken for this one's.
 static void drop_outdated(const Run *run)
 {
@@ -315,6 +306,10 @@ int fs_render_run(FsProject *project, FsError *err)
     if (set->video && !spiral && !model) TRY(render_path(&run, true, false, err));
     if (usual) TRY(fs_project_mark_done(project, FS_STAGE_RENDER, err));
 fail:
-    close_run(&run);
+    fs_scene_free(&run.scene);
+    fs_dataset_free(&run.photos);
+    fs_engine_renders_free(&run.renders);
+    fs_engine_free(run.engine);
+    fs_threads_free(run.threads);
     return rc;
 }

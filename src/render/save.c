@@ -22,7 +22,7 @@ int fs_save_drop_older(const char *dir, const char *than)
         if (fs_file_list(folder.text, &list, NULL) < 0) continue;
         for (int i = 0; i < list.n; i++) {
             FilePath path = fs_file_at("%s/%s", folder.text, list.name[i]);
-            bool ours = fs_file_has_ext(path.text, "png") || fs_file_has_ext(path.text, "tif");
+            bool ours = fs_file_has_ext(path.text, "png tif");
             if (ours && fs_file_is_older(path.text, than)) {
                 fs_owned_remove(path.text);
                 dropped += !fs_file_exists(path.text);

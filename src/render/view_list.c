@@ -60,30 +60,30 @@ int fs_view_list_of_photos(const FsProject *project, const Dataset *photos, Data
 }
 
 // The size most of the photos have: that of the first one with the longest side.
-static void working_size(const Dataset *photos, int *width, int *height)
+static const Camera *largest_of(const Dataset *photos)
 {
     const Camera *largest = &photos->view[0].camera;
     for (int i = 1; i < photos->n; i++)
         if (longer_side(&photos->view[i].camera) > longer_side(largest)) largest = &photos->view[i].camera;
-    *width = largest->width;
-    *height = largest->height;
+    return largest;
 }
 
 int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
 {
     const char *path = project->set.cameras;
     CamerasFile file = {0};
-    int rc, distorted = 0, width, height;
+    int rc, distorted = 0;
     bool long_edge = fs_settings_was_set(&project->set, "long-edge");
     TRY(fs_cameras_file_read(path, &file, err));
     if (file.views.n == 0)
         TRY(fs_error_set(err, FS_ERR_INPUT, "%s: no posed views in it, expected at least one", path));
     TRY(check_names(path, &file.views, err));
     TRY(fs_frame_align(&file.views, photos, path, &project->log, err));
-    working_size(photos, &width, &height);
+    const Camera *largest = largest_of(photos);
     for (int i = 0; i < file.views.n; i++) {
         Camera *camera = &file.views.view[i].camera;
-        *camera = long_edge ? fs_camera_long_edge(camera, project->set.long_edge) : fit(camera, width, height);
+        *camera = long_edge ? fs_camera_long_edge(camera, project->set.long_edge)
+                            : fit(camera, largest->width, largest->height);
         TRY(check_size(path, &file.views.view[i], err));
         distorted += !fs_lens_is_pinhole(&file.lens[i]);
     }

@@ -15,6 +15,7 @@ int fs_things_pick(World *world, int n)
 
 void fs_things_stock(World *world, Stock *s)
 {
+    static const Paint glazes[] = {PAINT_STRIPES, PAINT_FLORAL, PAINT_CHECKER, PAINT_STONE, PAINT_PLAIN};
     for (int i = 0; i < 8; i++) {
         s->label[i] = fs_world_painted(world, PAINT_LABEL, (float)i / 8.0f, 0.24f, 0.2f);
         fs_world_edit(world, s->label[i])->gloss = i & 1 ? 0.12f : 0.03f;
@@ -35,13 +36,7 @@ void fs_things_stock(World *world, Stock *s)
     s->checker = fs_world_painted(world, PAINT_CHECKER, -1, 0.12f, 0.12f);
     s->leaf = fs_world_color(world, vec(0.32f, 0.5f, 0.24f));
     for (int i = 0; i < 5; i++) {
-        s->glaze[i] = fs_world_painted(world,
-                                       i == 0   ? PAINT_STRIPES
-                                       : i == 1 ? PAINT_FLORAL
-                                       : i == 2 ? PAINT_CHECKER
-                                       : i == 3 ? PAINT_STONE
-                                                : PAINT_PLAIN,
-                                       -1, 0.3f, 0.2f);
+        s->glaze[i] = fs_world_painted(world, glazes[i], -1, 0.3f, 0.2f);
         fs_world_edit(world, s->glaze[i])->gloss = 0.15f;
     }
 }

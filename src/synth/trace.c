@@ -83,12 +83,6 @@ static float flash_factor(Vec axis, Vec normal, Vec to)
     return fmaxf(vec_dot(to, normal), 0.0f) / (d * d2) * fmaxf(-vec_dot(to, axis) / d, 0.0f);
 }
 
-static bool in_shadow(const World *world, Vec at, Vec normal, Vec to, int guess)
-{
-    if (guess >= 0) return guess;
-    return fs_bvh_blocked(&world->bvh, vec_mad(at, normal, 1e-3f), to, 1e-3f, 0.98f, 0);
-}
-
 static bool search(const World *world, Vec o, Vec d, int guess, Hit *hit)
 {
     *hit = (Hit){.t = 1e9f, .prim = NOTHING};
@@ -112,7 +106,7 @@ static void shade_behind(const View *v, Vec d, const Hit *hit, const Vec *jitter
     Vec to = vec_sub(vec_add(v->flash, *jitter), at);
     float factor = flash_factor(v->ahead, normal, to) * v->light->flash;
     if (factor <= 0) return;
-    s->met.shadow = in_shadow(w, at, normal, to, shadow);
+    s->met.shadow = shadow >= 0 ? shadow : fs_bvh_blocked(&w->bvh, vec_mad(at, normal, 1e-3f), to, 1e-3f, 0.98f, 0);
     if (s->met.shadow) return;
     to = vec_unit(to);
     if (!surface->in_front) factor *= 1 - reflectance(vec_dot(to, v->layout->pane_normal), v->light->refraction);

@@ -150,14 +150,9 @@ void fs_world_box(World *world, Frame f, Vec low, Vec high, int surface)
 
 void fs_world_room(World *world, Frame f, Vec low, Vec high, const int side[6])
 {
-    Vec d = vec_sub(high, low);
-    Vec x = vec(d.x, 0, 0), y = vec(0, d.y, 0), z = vec(0, 0, d.z), nx = vec(-d.x, 0, 0), ny = vec(0, -d.y, 0);
-    if (side[0] >= 0) fs_world_quad(world, f, vec(high.x, low.y, low.z), nx, z, side[0]);
-    if (side[1] >= 0) fs_world_quad(world, f, vec(low.x, high.y, low.z), x, z, side[1]);
-    if (side[2] >= 0) fs_world_quad(world, f, low, y, z, side[2]);
-    if (side[3] >= 0) fs_world_quad(world, f, vec(high.x, high.y, low.z), ny, z, side[3]);
-    if (side[4] >= 0) fs_world_quad(world, f, low, x, y, side[4]);
-    if (side[5] >= 0) fs_world_quad(world, f, vec(low.x, high.y, high.z), x, ny, side[5]);
+    Vec back = vec(low.x, high.y, low.z), front = vec(high.x, low.y, high.z); // swapped: a box seen from inside
+    fs_world_box6(world, f, back, front, (int[]){-1, side[0], -1, -1, -1, -1});
+    fs_world_box6(world, f, back, front, (int[]){side[1], -1, side[2], side[3], side[4], side[5]});
 }
 
 static void add_triangle(World *world, const Vec p[3], const int point[3], const float uv[6], int surface)
