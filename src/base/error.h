@@ -18,6 +18,8 @@
 
 // Fills err (may be NULL) and returns code, so that a caller can `return fs_error(...)`.
 __attribute__((format(printf, 3, 4))) int fs_error_set(FsError *err, int code, const char *format, ...);
+// The same for the commonest code: a file or folder that is missing or wrong.
+#define fs_error_input(err, ...) fs_error_set(err, FS_ERR_INPUT, __VA_ARGS__)
 int fs_error_memory(FsError *err);                                  // FS_ERR_MEMORY with the usual words
 int fs_error_first(const FsError *failure, size_t n, FsError *err); // of n jobs' failures, {0} where there was none
 unsigned fs_error_memory_failures(void); // how often memory ran out in this process; see base/memory.h

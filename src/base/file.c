@@ -21,18 +21,16 @@ int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, F
     *data = NULL;
     *size = 0;
     FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
+    if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
     struct stat st;
     int rc = 0;
-    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode))
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a regular file", path));
+    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) TRY(fs_error_input(err, "%s: not a regular file", path));
     if ((size_t)st.st_size > max_size)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %lld bytes, expected at most %zu", path, (long long)st.st_size,
-                         max_size));
+        TRY(fs_error_input(err, "%s: %lld bytes, expected at most %zu", path, (long long)st.st_size, max_size));
     *data = malloc((size_t)st.st_size + 1);
     if (!*data) TRY(fs_error_memory(err));
     *size = fread(*data, 1, (size_t)st.st_size, f);
-    if (ferror(f)) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: read failed: %s", path, strerror(errno)));
+    if (ferror(f)) TRY(fs_error_input(err, "%s: read failed: %s", path, strerror(errno)));
     (*data)[*size] = 0;
 fail:
     if (rc < 0) free(*data), *data = NULL;
@@ -308,7 +306,7 @@ int fs_file_list(const char *dir, FileList *list, FsError *err)
 {
     *list = (FileList){0};
     DIR *d = opendir(dir);
-    if (!d) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open folder: %s", dir, strerror(errno));
+    if (!d) return fs_error_input(err, "%s: cannot open folder: %s", dir, strerror(errno));
     struct dirent *e;
     while ((e = readdir(d))) {
         if (e->d_name[0] == '.') continue;

@@ -15,7 +15,7 @@ int fs_json_file_read(const char *path, size_t max_size, json_t **root, FsError 
     MUST(fs_file_read(path, max_size, &text, &size, err));
     *root = json_loadb(text, size, 0, &at);
     free(text);
-    return *root ? 0 : fs_error_set(err, FS_ERR_INPUT, "%s: line %d: not JSON: %s", path, at.line, at.text);
+    return *root ? 0 : fs_error_input(err, "%s: line %d: not JSON: %s", path, at.line, at.text);
 }
 
 int fs_json_file_write(const char *path, json_t *root, size_t flags, FsError *err)

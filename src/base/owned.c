@@ -158,14 +158,14 @@ static int check(const Place *place, const char *path, FsError *err)
     char *linked = place->root && !is_private(place) ? find_link(path, place->below) : NULL;
     int rc = 0;
     if (linked)
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: is a link; results are not written through links: remove it", linked);
+        rc = fs_error_input(err, "%s: is a link; results are not written through links: remove it", linked);
     else if (lstat(path, &st) != 0)
-        rc = errno == ENOTDIR ? fs_error_set(err, FS_ERR_INPUT, "%s: a file is where a folder must be", path) : 0;
+        rc = errno == ENOTDIR ? fs_error_input(err, "%s: a file is where a folder must be", path) : 0;
     else if (!place->root || (!is_private(place) && !is_listed(place, path)))
-        rc = fs_error_set(err, FS_ERR_INPUT,
-                          "%s: is in the way: it is not as flashsplat wrote it, if it did; move it, or let the results "
-                          "go elsewhere",
-                          path);
+        rc = fs_error_input(
+            err,
+            "%s: is in the way: it is not as flashsplat wrote it, if it did; move it, or let the results go elsewhere",
+            path);
     free(linked);
     return rc;
 }
@@ -299,7 +299,7 @@ static int check_foreign(const char *own, FsError *err)
     if (there && !foreign && fs_file_list(own, &list, NULL) < 0) foreign = true;
     for (int i = 0; i < list.n; i++) foreign |= strncmp(list.name[i], "made.part", 9) != 0;
     fs_file_list_free(&list);
-    return foreign ? fs_error_set(err, FS_ERR_INPUT, "%s: is in the way: flashsplat did not make it; move it", own) : 0;
+    return foreign ? fs_error_input(err, "%s: is in the way: flashsplat did not make it; move it", own) : 0;
 }
 
 int fs_owned_open(const char *dir, const char *kind, FsError *err)
@@ -313,10 +313,10 @@ int fs_owned_open(const char *dir, const char *kind, FsError *err)
     bool inside = !is_root(dir) && strcmp(kind, "renders") == 0 && above.root;
     if (is_root(dir) || inside) {
         if (!read_list(inside ? above.root : dir, &list))
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: cannot be read", path.text);
+            rc = fs_error_input(err, "%s: cannot be read", path.text);
         else if (inside ? !strncmp(list, "flashsplat capture\n", 19) : strncmp(list, first, strlen(first)) != 0)
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: belongs to a %.*s that flashsplat made: name another folder", dir,
-                              (int)strcspn(list, "\n") - 11, list + 11);
+            rc = fs_error_input(err, "%s: belongs to a %.*s that flashsplat made: name another folder", dir,
+                                (int)strcspn(list, "\n") - 11, list + 11);
         else if (!inside)
             sweep(own.text);
     } else {

@@ -53,10 +53,8 @@ int fs_process_run(const char *const argv[], const char *log_path, const Log *lo
     }
     if (cancelled) return fs_error_set(err, FS_ERR_CANCELLED, "stopped while %s ran", argv[0]);
     if (WIFSIGNALED(status))
-        return fs_error_set(err, FS_ERR_INPUT, "%s died of signal %d (its output: %s)", argv[0], WTERMSIG(status),
-                            log_path);
+        return fs_error_input(err, "%s died of signal %d (its output: %s)", argv[0], WTERMSIG(status), log_path);
     if (WEXITSTATUS(status) == 127 && !fs_process_found(argv[0]))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: program not found; install it (Debian: apt-get install %s)",
-                            argv[0], argv[0]);
+        return fs_error_input(err, "%s: program not found; install it (Debian: apt-get install %s)", argv[0], argv[0]);
     return WEXITSTATUS(status);
 }

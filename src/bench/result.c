@@ -70,8 +70,7 @@ static int read_row(BenchResult *row, const json_t *item, const char *path, int 
     *row = (BenchResult){.ms = json_number_value(json_object_get(item, "ms")),
                          .cpu_ms = json_number_value(json_object_get(item, "cpu_ms"))};
     if (!name || !*name || strlen(name) >= sizeof row->name || !(row->ms > 0))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: case %d has no name and positive ms; make it with bench --json",
-                            path, i + 1);
+        return fs_error_input(err, "%s: case %d has no name and positive ms; make it with bench --json", path, i + 1);
     strcpy(row->name, name);
     return 0;
 }
@@ -82,8 +81,7 @@ static int read_results(BenchResults *results, const char *path, FsError *err)
     json_t *list;
     *results = (BenchResults){0};
     TRY(fs_json_file_read(path, MAX_FILE, &list, err));
-    if (!json_is_array(list))
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a JSON list of cases; make it with bench --json", path));
+    if (!json_is_array(list)) TRY(fs_error_input(err, "%s: not a JSON list of cases; make it with bench --json", path));
     for (size_t i = 0; i < json_array_size(list); i++) {
         BenchResult row;
         TRY(read_row(&row, json_array_get(list, i), path, (int)i, err));

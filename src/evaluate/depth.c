@@ -20,7 +20,7 @@ static int read_depth(const char *path, Image *depth, FsError *err)
     int rc = tiff ? fs_tiff_read(path, depth, err) : fs_png_read(path, depth, err);
     if (rc < 0) return rc;
     if (depth->channels != 1) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected depth in one", path, depth->channels);
+        rc = fs_error_input(err, "%s: %d channels, expected depth in one", path, depth->channels);
         fs_image_free(depth);
         return rc;
     }

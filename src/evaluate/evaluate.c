@@ -36,9 +36,9 @@ static int add_method(Evaluation *e, const char *name, size_t name_length, const
         if (strcmp(e->method[i].name, method->name) == 0)
             return fs_error_set(err, FS_ERR_USAGE, "--method: the name '%s' is taken twice", method->name);
     if (!fs_file_is_dir(method->dir.text))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: no such folder: %s", method->dir.text,
-                            e->n == 1 ? "render the layers first"
-                                      : "--method NAME=DIR expects <layer>/<view>.png in it");
+        return fs_error_input(err, "%s: no such folder: %s", method->dir.text,
+                              e->n == 1 ? "render the layers first"
+                                        : "--method NAME=DIR expects <layer>/<view>.png in it");
     return 0;
 }
 
@@ -102,10 +102,10 @@ static int finish(const Evaluation *e, FsError *err)
     for (int i = 0; i < e->n; i++)
         for (int l = 0; l < FS_EVALUATE_LAYERS; l++) measured += e->method[i].layer[l].n;
     if (!measured)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: no picture of the truth at %s views has a render in %s: check --views "
-                            "and the folder's <layer>/<view>.png",
-                            e->truth, set->views, e->method[0].dir.text);
+        return fs_error_input(err,
+                              "%s: no picture of the truth at %s views has a render in %s: check --views and the "
+                              "folder's <layer>/<view>.png",
+                              e->truth, set->views, e->method[0].dir.text);
     fs_score_table_log(e->method, e->n, &e->project->log);
     FilePath path = fs_file_at("%s/evaluate.json", e->project->out);
     MUST(fs_score_table_write(e->method, e->n, e->truth, set->views, path.text, err));
@@ -147,8 +147,8 @@ static int check_renders(const FsProject *project, FsError *err)
     bool marked = fs_file_exists(fs_file_at("%s/done/render.json", project->out).text);
     FilePath model = fs_file_at("%s/clouds/model.json", project->out);
     if (*project->set.output || marked || !fs_file_is_older(dir.text, model.text)) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: of an earlier training: render first (flashsplat render %s)", dir.text,
-                        project->out);
+    return fs_error_input(err, "%s: of an earlier training: render first (flashsplat render %s)", dir.text,
+                          project->out);
 }
 
 int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)

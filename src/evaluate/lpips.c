@@ -68,7 +68,7 @@ typedef struct Cursor {
 static const char *take(Cursor *c, size_t bytes)
 {
     if (c->size - c->at < bytes) {
-        fs_error_set(c->err, FS_ERR_INPUT, "%s: cut off: make it again with tools/lpips_convert.py", c->path);
+        fs_error_input(c->err, "%s: cut off: make it again with tools/lpips_convert.py", c->path);
         return NULL;
     }
     c->at += bytes;
@@ -80,8 +80,7 @@ static int take_floats(Cursor *c, size_t n, const float **values)
     *values = (const float *)(const void *)take(c, 4 * n); // the format keeps all at multiples of 4
     if (!*values) return FS_ERR_INPUT;
     for (size_t i = 0; i < n; i++)
-        if (!isfinite((*values)[i]))
-            return fs_error_set(c->err, FS_ERR_INPUT, "%s: a weight is not a finite number", c->path);
+        if (!isfinite((*values)[i])) return fs_error_input(c->err, "%s: a weight is not a finite number", c->path);
     return 0;
 }
 
@@ -93,8 +92,8 @@ static int expect_numbers(Cursor *c, const int *expected, size_t n)
         if (!from) return FS_ERR_INPUT;
         memcpy(&number, from, 4);
         if (number != (uint32_t)expected[i])
-            return fs_error_set(c->err, FS_ERR_INPUT, "%s: a layer of other shape than the network's (%u, expected %d)",
-                                c->path, number, expected[i]);
+            return fs_error_input(c->err, "%s: a layer of other shape than the network's (%u, expected %d)", c->path,
+                                  number, expected[i]);
     }
     return 0;
 }
@@ -122,7 +121,7 @@ static int take_net(Cursor *c, Lpips *lpips)
     if (!name) return FS_ERR_INPUT;
     for (int n = 0; n < LPIPS_NETS; n++)
         if (memcmp(name, nets[n].name, 8) == 0 && !lpips->net[n].there) return take_layers(c, n, &lpips->net[n]);
-    return fs_error_set(c->err, FS_ERR_INPUT, "%s: expected the networks alex and vgg, each once", c->path);
+    return fs_error_input(c->err, "%s: expected the networks alex and vgg, each once", c->path);
 }
 
 int fs_lpips_read(Lpips **lpips, const char *path, FsError *err)
@@ -136,13 +135,12 @@ int fs_lpips_read(Lpips **lpips, const char *path, FsError *err)
     TRY(fs_file_read(path, (size_t)256 << 20, &l->data, &c.size, err));
     c.data = l->data;
     if (c.size < 12 || memcmp(l->data, "FSLPIPS1", 8) != 0)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a file of LPIPS weights: make one with tools/lpips_convert.py",
-                         path));
+        TRY(fs_error_input(err, "%s: not a file of LPIPS weights: make one with tools/lpips_convert.py", path));
     memcpy(&count, l->data + 8, 4);
     c.at = 12;
     for (uint32_t i = 0; i < count && i <= LPIPS_NETS; i++) TRY(take_net(&c, l));
     if (c.at != c.size || count == 0)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %u networks and %zu bytes too many", path, count, c.size - c.at));
+        TRY(fs_error_input(err, "%s: %u networks and %zu bytes too many", path, count, c.size - c.at));
     *lpips = l;
     return 0;
 fail:

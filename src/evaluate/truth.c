@@ -87,8 +87,8 @@ int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err)
 {
     long long aw = a->width, ah = a->height, bw = b->width, bh = b->height;
     if (llabs(aw * bh - bw * ah) > (aw > ah ? aw : ah))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: %lld x %lld pixels, other proportions than the truth's %lld x %lld",
-                            name, bw, bh, aw, ah);
+        return fs_error_input(err, "%s: %lld x %lld pixels, other proportions than the truth's %lld x %lld", name, bw,
+                              bh, aw, ah);
     if (aw > bw) return shrink(a, b, err);
     if (bw > aw) return shrink(b, a, err);
     if (ah != bh) return ah > bh ? shrink(a, b, err) : shrink(b, a, err);

@@ -90,8 +90,7 @@ int fs_export_run(FsProject *project, FsError *err)
     Development development;
     int rc;
     FilePath model = fs_file_at("%s/clouds/model.json", project->out);
-    if (!fs_file_exists(model.text))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: missing: train the scene first", model.text);
+    if (!fs_file_exists(model.text)) return fs_error_input(err, "%s: missing: train the scene first", model.text);
     TRY(fs_project_begin(project, FS_STAGE_EXPORT, NULL, 0, err));
     TRY(fs_scene_read(&scene, fs_file_at("%s/clouds", project->out).text, err));
     TRY(fs_file_mkdirs(fs_file_at("%s/export", project->out).text, err));

@@ -140,8 +140,8 @@ bool fs_demosaic_is_bayer(const unsigned char cfa[4])
 int fs_demosaic(const DemosaicRows *rows, int width, int height, const unsigned char cfa[4], FsError *err)
 {
     if (!fs_demosaic_is_bayer(cfa) || width < FS_DEMOSAIC_MIN_SIDE || height < FS_DEMOSAIC_MIN_SIDE)
-        return fs_error_set(err, FS_ERR_INPUT, "a Bayer mosaic of %d x %d: expected sides of at least %d", width,
-                            height, FS_DEMOSAIC_MIN_SIDE);
+        return fs_error_input(err, "a Bayer mosaic of %d x %d: expected sides of at least %d", width, height,
+                              FS_DEMOSAIC_MIN_SIDE);
     Band b;
     int rc = new_band(&b, width, cfa, err);
     if (rc < 0) return rc;

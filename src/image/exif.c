@@ -111,10 +111,10 @@ int fs_exif_read(const char *path, ExifInfo *info, FsError *err)
     *info = (ExifInfo){.flash = -1, .orientation = 1};
     struct stat st;
     int fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
+    if (fd < 0) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
     if (fstat(fd, &st) != 0 || !S_ISREG(st.st_mode)) {
         close(fd);
-        return fs_error_set(err, FS_ERR_INPUT, "%s: not a regular file", path);
+        return fs_error_input(err, "%s: not a regular file", path);
     }
     Block file = {.fd = fd, .size = (uint64_t)st.st_size};
     unsigned char p[16];

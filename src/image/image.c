@@ -8,10 +8,10 @@ int fs_image_new(Image *image, int width, int height, int channels, FsError *err
     *image = (Image){0};
     if (width < 1 || height < 1 || width > FS_IMAGE_MAX_SIDE || height > FS_IMAGE_MAX_SIDE || channels < 1 ||
         channels > 4 || (int64_t)width * height > FS_IMAGE_MAX_PIXELS)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "an image of %d x %d pixels with %d channels: expected sides of 1..%d, at most %d million "
-                            "pixels and 1..4 channels",
-                            width, height, channels, FS_IMAGE_MAX_SIDE, FS_IMAGE_MAX_PIXELS / 1000000);
+        return fs_error_input(err,
+                              "an image of %d x %d pixels with %d channels: expected sides of 1..%d, at most %d "
+                              "million pixels and 1..4 channels",
+                              width, height, channels, FS_IMAGE_MAX_SIDE, FS_IMAGE_MAX_PIXELS / 1000000);
     float *px = calloc((size_t)width * (size_t)height * (size_t)channels, sizeof *px);
     if (!px) return fs_error_memory(err);
     *image = (Image){.width = width, .height = height, .channels = channels, .px = px};

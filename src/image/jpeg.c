@@ -37,7 +37,7 @@ static void on_error(j_common_ptr common)
     char text[JMSG_LENGTH_MAX];
     s->manager.format_message(common, text);
     bool memory = common->err->msg_code == JERR_OUT_OF_MEMORY;
-    stop(s, memory ? fs_error_memory(s->err) : fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: %s", s->path, text));
+    stop(s, memory ? fs_error_memory(s->err) : fs_error_input(s->err, "%s: bad JPEG: %s", s->path, text));
 }
 
 // Lost data comes as a warning and a grey rest of the picture: that is an error here.
@@ -56,7 +56,7 @@ static void on_progress(j_common_ptr common)
 {
     Jpeg *s = (Jpeg *)common->err;
     if (common->is_decompressor && ((j_decompress_ptr)common)->input_scan_number > MAX_SCANS)
-        stop(s, fs_error_set(s->err, FS_ERR_INPUT, "%s: bad JPEG: more than %d scans", s->path, MAX_SCANS));
+        stop(s, fs_error_input(s->err, "%s: bad JPEG: more than %d scans", s->path, MAX_SCANS));
 }
 
 static void set_handlers(Jpeg *s)
@@ -75,8 +75,8 @@ static void decode(Jpeg *s, FILE *f, Image *image)
     jpeg_stdio_src(&s->in, f);
     jpeg_read_header(&s->in, TRUE);
     if (s->in.num_components != 1 && s->in.num_components != 3)
-        stop(s, fs_error_set(s->err, FS_ERR_INPUT, "%s: a JPEG of %d components, expected grey or RGB", s->path,
-                             s->in.num_components));
+        stop(s, fs_error_input(s->err, "%s: a JPEG of %d components, expected grey or RGB", s->path,
+                               s->in.num_components));
     s->in.out_color_space = s->in.num_components == 1 ? JCS_GRAYSCALE : JCS_RGB;
     s->in.dct_method = JDCT_ISLOW;
     FsError why;
@@ -98,7 +98,7 @@ int fs_jpeg_read(const char *path, Image *image, FsError *err)
 {
     *image = (Image){0};
     FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
+    if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
     Jpeg s = {.path = path, .err = err};
     set_handlers(&s);
     s.in.err = &s.manager;

@@ -29,8 +29,7 @@ static void on_error(png_structp png, const char *message)
 {
     Png *s = png_get_error_ptr(png);
     if (s->rc < 0) stop(png, s->rc);
-    stop(png, errno == ENOMEM ? fs_error_memory(s->err)
-                              : fs_error_set(s->err, FS_ERR_INPUT, "%s: bad PNG: %s", s->path, message));
+    stop(png, errno == ENOMEM ? fs_error_memory(s->err) : fs_error_input(s->err, "%s: bad PNG: %s", s->path, message));
 }
 
 static void on_warning(png_structp png, const char *message)
@@ -108,7 +107,7 @@ static void read_light(Png *s, FILE *f, bool *linear)
 static int read_png(const char *path, Image *image, bool *linear, FsError *err)
 {
     FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
+    if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
     Png s = {.path = path, .err = err};
     errno = 0;
     s.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &s, on_error, on_warning);

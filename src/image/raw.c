@@ -29,8 +29,7 @@ static void on_memory_error(void *user, const char *file, const char *where)
 static int raw_error(const char *path, int code, FsError *err)
 {
     if (code == LIBRAW_UNSUFFICIENT_MEMORY || errno == ENOMEM) return fs_error_memory(err);
-    return fs_error_set(err, FS_ERR_INPUT, "%s: cannot read as RAW: %s", path,
-                        code > 0 ? strerror(code) : libraw_strerror(code));
+    return fs_error_input(err, "%s: cannot read as RAW: %s", path, code > 0 ? strerror(code) : libraw_strerror(code));
 }
 
 static int open_raw(const char *path, bool *damaged, libraw_data_t **raw, FsError *err)
@@ -47,8 +46,8 @@ static int open_raw(const char *path, bool *damaged, libraw_data_t **raw, FsErro
         code = raw_error(path, code, err);
     } else if (s->width < FS_DEMOSAIC_MIN_SIDE || s->height < FS_DEMOSAIC_MIN_SIDE || s->width > s->raw_width ||
                s->height > s->raw_height || (int64_t)s->raw_width * s->raw_height > FS_IMAGE_MAX_PIXELS) {
-        code = fs_error_set(err, FS_ERR_INPUT, "%s: a RAW picture of %d x %d pixels on a sensor of %d x %d: damaged?",
-                            path, s->width, s->height, s->raw_width, s->raw_height);
+        code = fs_error_input(err, "%s: a RAW picture of %d x %d pixels on a sensor of %d x %d: damaged?", path,
+                              s->width, s->height, s->raw_width, s->raw_height);
     } else {
         return 0;
     }
@@ -144,8 +143,7 @@ static int find_levels(const char *path, libraw_data_t *raw, Sensor *s, FsError 
         }
     s->white = color->maximum;
     if (!(s->white > highest + 15))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: white level %g is not above black level %g", path, s->white,
-                            highest);
+        return fs_error_input(err, "%s: white level %g is not above black level %g", path, s->white, highest);
     return 0;
 }
 
@@ -209,7 +207,7 @@ static int read_bayer(const char *path, libraw_data_t *raw, const unsigned char 
     int rc = 0;
     if (s.pitch < size->raw_width || size->left_margin + s.width > size->raw_width ||
         size->top_margin + s.height > size->raw_height)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: the picture lies outside the sensor: damaged?", path);
+        return fs_error_input(err, "%s: the picture lies outside the sensor: damaged?", path);
     s.px = raw->rawdata.raw_image + size->top_margin * s.pitch + size->left_margin;
     for (int i = 0; i < 4; i++) s.gain[i / 2][i % 2] = white_balance[cfa[i]];
     TRY(find_levels(path, raw, &s, err));
@@ -247,8 +245,7 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
     double range[3]; // from black to white
     for (int c = 0; c < 3; c++) range[c] = raw->color.maximum - mean_black(&raw->color, c);
     if (!(range[0] > 15 && range[1] > 15 && range[2] > 15))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: white level %u is not above the black level", path,
-                            raw->color.maximum);
+        return fs_error_input(err, "%s: white level %u is not above the black level", path, raw->color.maximum);
     for (int c = 0; c < 4; c++) p->user_mul[c] = (float)white_balance[c == 3 ? 1 : c];
     p->use_camera_wb = p->use_auto_wb = 0;
     p->output_color = 0;
@@ -266,8 +263,7 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
     libraw_processed_image_t *made = libraw_dcraw_make_mem_image(raw, &code);
     if (!made) return raw_error(path, code, err);
     if (made->type != LIBRAW_IMAGE_BITMAP || made->bits != 16 || (made->colors != 3 && made->colors != 1))
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: a sensor of %d colours, expected red, green and blue", path,
-                         made->colors));
+        TRY(fs_error_input(err, "%s: a sensor of %d colours, expected red, green and blue", path, made->colors));
     rgb = malloc((size_t)made->width * 4 * sizeof *rgb);
     if (!rgb) TRY(fs_error_memory(err));
     clipped = rgb + 3 * (size_t)made->width;
@@ -302,7 +298,7 @@ int fs_raw_read(const char *path, const double white_balance[3], bool plain, Pho
     if (code != LIBRAW_SUCCESS || errno == ENOMEM)
         rc = raw_error(path, code, err);
     else if (damaged)
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: RAW data damaged or cut short: copy the file again", path);
+        rc = fs_error_input(err, "%s: RAW data damaged or cut short: copy the file again", path);
     else if (!plain && bayer_pattern(raw, cfa))
         rc = read_bayer(path, raw, cfa, white_balance, sizes, err);
     else

@@ -48,8 +48,8 @@ static int make_layout(Layout *layout, const SheetTile *tiles, int n, int column
     }
     layout->label_height = labelled ? (FS_FONT_HEIGHT + 3) * layout->scale : 0;
     if (!add_up(layout->x, layout->columns, MARGIN) || !add_up(layout->y, layout->rows, layout->label_height + MARGIN))
-        return fs_error_set(err, FS_ERR_INPUT, "contact sheet of %d tiles: wider or higher than %d pixels, use fewer",
-                            n, FS_IMAGE_MAX_SIDE);
+        return fs_error_input(err, "contact sheet of %d tiles: wider or higher than %d pixels, use fewer", n,
+                              FS_IMAGE_MAX_SIDE);
     return 0;
 }
 
@@ -67,8 +67,7 @@ int fs_sheet_draw(Image *sheet, const SheetTile *tiles, int n, int columns, FsEr
 {
     *sheet = (Image){0};
     if (n <= 0 || columns <= 0)
-        return fs_error_set(err, FS_ERR_INPUT, "contact sheet: %d tiles in %d columns, expected at least one", n,
-                            columns);
+        return fs_error_input(err, "contact sheet: %d tiles in %d columns, expected at least one", n, columns);
     Layout layout;
     int rc;
     TRY(make_layout(&layout, tiles, n, columns, err));

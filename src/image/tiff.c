@@ -37,10 +37,10 @@ static int read_layout(TiffFile *t, Layout *l, FsError *err)
     bool real = l->format == SAMPLEFORMAT_IEEEFP && (l->bits == 16 || l->bits == 32 || l->bits == 64);
     if ((!grey && l->photometric != PHOTOMETRIC_RGB) || l->samples < 1 || l->samples > 16 ||
         (!grey && l->samples < 3) || (!integer && !real))
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: a TIFF of photometric %d, %d samples of %d bits, format %d: expected grey or RGB of 8 "
-                            "or 16 bits or float",
-                            t->path, l->photometric, l->samples, l->bits, l->format);
+        return fs_error_input(err,
+                              "%s: a TIFF of photometric %d, %d samples of %d bits, format %d: expected grey or RGB of "
+                              "8 or 16 bits or float",
+                              t->path, l->photometric, l->samples, l->bits, l->format);
     l->channels = grey ? 1 : 3;
     return 0;
 }

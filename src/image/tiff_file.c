@@ -41,10 +41,10 @@ int fs_tiff_file_read(TiffFile *t, const char *path, FsError *err)
     TIFFOpenOptionsFree(options);
     if (errno == ENOMEM) return fs_error_memory(err); // a tag may lack; not closed, see fs_tiff_file_commit
     if (t->tiff) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open as TIFF: %s", path,
-                        errno       ? strerror(errno)
-                        : t->why[0] ? t->why
-                                    : "not a TIFF file");
+    return fs_error_input(err, "%s: cannot open as TIFF: %s", path,
+                          errno       ? strerror(errno)
+                          : t->why[0] ? t->why
+                                      : "not a TIFF file");
 }
 
 void fs_tiff_file_close(TiffFile *t)
@@ -56,7 +56,7 @@ void fs_tiff_file_close(TiffFile *t)
 int fs_tiff_file_bad(const TiffFile *t, FsError *err)
 {
     if (errno == ENOMEM) return fs_error_memory(err);
-    return fs_error_set(err, FS_ERR_INPUT, "%s: bad TIFF: %s", t->path, t->why[0] ? t->why : "damaged or cut short");
+    return fs_error_input(err, "%s: bad TIFF: %s", t->path, t->why[0] ? t->why : "damaged or cut short");
 }
 
 // ---- writing ----

@@ -20,8 +20,7 @@ static int describe_folder(const char *dir, const Log *log, FsError *err)
     bool cameras = model != NULL || holds(dir, "transforms.json");
     free(model);
     if (cameras) return fs_info_cameras(dir, log, err);
-    return fs_error_set(err, FS_ERR_INPUT,
-                        "%s: neither a project folder (flashsplat run PHOTOS -o OUT) nor a COLMAP model", dir);
+    return fs_error_input(err, "%s: neither a project folder (flashsplat run PHOTOS -o OUT) nor a COLMAP model", dir);
 }
 
 // cameras.bin, images.txt, ... of a COLMAP model: the folder they are in is what to describe.
@@ -39,8 +38,7 @@ static bool is_model_part(const char *path)
 
 int fs_info_run(const char *path, const Log *log, FsError *err)
 {
-    if (!fs_file_exists(path))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: no such file or folder, or it cannot be read", path);
+    if (!fs_file_exists(path)) return fs_error_input(err, "%s: no such file or folder, or it cannot be read", path);
     if (fs_file_is_dir(path)) return describe_folder(path, log, err);
     if (fs_file_has_ext(path, "ply")) return fs_info_ply(path, log, err);
     if (fs_file_has_ext(path, "json")) return fs_info_cameras(path, log, err);

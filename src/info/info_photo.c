@@ -33,9 +33,8 @@ static int describe_picture(const char *path, const Log *log, FsError *err)
 {
     Image image = {0};
     int kind = fs_photo_kind(path);
-    int rc = kind > PHOTO_RAW
-                 ? fs_photo_read_stored(path, &image, err)
-                 : fs_error_set(err, FS_ERR_INPUT, "%s: not a photo, a PLY, a COLMAP model or a project folder", path);
+    int rc = kind > PHOTO_RAW ? fs_photo_read_stored(path, &image, err)
+                              : fs_error_input(err, "%s: not a photo, a PLY, a COLMAP model or a project folder", path);
     if (rc == 0)
         fs_log_info(log, "%s: picture, %dx%d, %d channels, no EXIF", path, image.width, image.height, image.channels);
     fs_image_free(&image);
@@ -47,7 +46,7 @@ int fs_info_photo(const char *path, const Log *log, FsError *err)
     ExifInfo exif;
     struct stat st;
     MUST(fs_exif_read(path, &exif, err));
-    if (stat(path, &st) != 0) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot read", path);
+    if (stat(path, &st) != 0) return fs_error_input(err, "%s: cannot read", path);
     if (exif.flash < 0 && exif.exposure_s <= 0 && exif.exif_width <= 0 && exif.focal_mm <= 0 && !*exif.make)
         return describe_picture(path, log, err);
     char size[32], pixels[64] = "size unknown";

@@ -48,7 +48,7 @@ static void add_property(Element *element, const char *type, const char *name)
 
 static int bad(const char *path, const char *what, FsError *err)
 {
-    return fs_error_set(err, FS_ERR_INPUT, "%s: not a PLY: %s", path, what);
+    return fs_error_input(err, "%s: not a PLY: %s", path, what);
 }
 
 // One header line; 1 at end_header.
@@ -82,7 +82,7 @@ static int read_header(const char *path, Ply *ply, FsError *err)
 {
     *ply = (Ply){0};
     FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open", path);
+    if (!f) return fs_error_input(err, "%s: cannot open", path);
     char line[MAX_LINE];
     int rc = 0;
     if (!fgets(line, sizeof line, f) || strncmp(line, "ply", 3) != 0 || !strchr("\r\n", line[3]))
@@ -113,7 +113,7 @@ int fs_info_ply(const char *path, const Log *log, FsError *err)
     Ply ply;
     struct stat st;
     MUST(read_header(path, &ply, err));
-    if (stat(path, &st) != 0) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot read", path);
+    if (stat(path, &st) != 0) return fs_error_input(err, "%s: cannot read", path);
     char size[32];
     fs_info_size((double)st.st_size, size, sizeof size);
     fs_log_info(log, "%s: PLY, %s, %s", path, ply.format, size);
@@ -126,7 +126,7 @@ int fs_info_ply(const char *path, const Log *log, FsError *err)
         expected += (double)e->count * (double)e->bytes;
     }
     if (known && expected != (double)st.st_size)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: %lld bytes, but its header promises %.0f: cut short or damaged",
-                            path, (long long)st.st_size, expected);
+        return fs_error_input(err, "%s: %lld bytes, but its header promises %.0f: cut short or damaged", path,
+                              (long long)st.st_size, expected);
     return 0;
 }

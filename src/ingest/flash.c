@@ -18,8 +18,8 @@ static int mark_by_glob(Photos *photos, const char *glob, FsError *err)
         if (fnmatch(glob, photo->file, FNM_EXTMATCH) == 0) photo->flash = 1, matched++;
     }
     if (matched) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: no photo's name matches --flash-glob '%s' (the first photo is %s)",
-                        photos->folder, glob, photos->photo[0].file);
+    return fs_error_input(err, "%s: no photo's name matches --flash-glob '%s' (the first photo is %s)", photos->folder,
+                          glob, photos->photo[0].file);
 }
 
 // A line of the list names a photo with or without its extension, or by the file that was dropped for a RAW one.
@@ -53,8 +53,8 @@ static int mark_by_list(Photos *photos, const char *path, const Log *log, FsErro
     }
     free(text);
     if (!named)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: names no photo of %s (the first photo there is %s)", path,
-                            photos->folder, photos->photo[0].file);
+        return fs_error_input(err, "%s: names no photo of %s (the first photo there is %s)", path, photos->folder,
+                              photos->photo[0].file);
     if (lost)
         fs_log_warn(log, "%s: %d of its names are no photos of %s, e.g. %s", path, lost, photos->folder, first_lost);
     return 0;
@@ -68,12 +68,12 @@ static int mark_by_exif(Photos *photos, FsError *err)
         photo->flash = fs_exif_flash_fired(&photo->exif);
         if (photo->flash >= 0) continue;
         unknown++;
-        fs_error_set(&photo->failure, FS_ERR_INPUT, "%s/%s: its EXIF does not tell whether the flash fired: %s",
-                     photos->folder, photo->file, what_to_do);
+        fs_error_input(&photo->failure, "%s/%s: its EXIF does not tell whether the flash fired: %s", photos->folder,
+                       photo->file, what_to_do);
     }
     if (unknown < photos->n) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: none of the %d photos tells (EXIF Flash) whether the flash fired: %s",
-                        photos->folder, photos->n, what_to_do);
+    return fs_error_input(err, "%s: none of the %d photos tells (EXIF Flash) whether the flash fired: %s",
+                          photos->folder, photos->n, what_to_do);
 }
 
 int fs_photos_check_groups(const Photos *photos, FsError *err)
@@ -81,21 +81,18 @@ int fs_photos_check_groups(const Photos *photos, FsError *err)
     int flash = 0;
     for (int i = 0; i < photos->n; i++) flash += photos->photo[i].flash == 1;
     if (photos->n < 2)
-        return fs_error_set(
-            err, FS_ERR_INPUT,
-            "%s: one photo (%s): at least one with and one without flash are needed, and 15 of each for "
-            "a good separation",
-            photos->folder, photos->n ? photos->photo[0].file : "none");
+        return fs_error_input(err,
+                              "%s: one photo (%s): at least one with and one without flash are needed, and 15 of each "
+                              "for a good separation",
+                              photos->folder, photos->n ? photos->photo[0].file : "none");
     if (flash == 0)
-        return fs_error_set(
-            err, FS_ERR_INPUT,
-            "%s: no flash photos: the flash fired in none of the %d photos; take some with the flash, or "
-            "%s",
+        return fs_error_input(
+            err, "%s: no flash photos: the flash fired in none of the %d photos; take some with the flash, or %s",
             photos->folder, photos->n, what_to_do);
     if (flash == photos->n)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: only flash photos: the flash fired in all of the %d photos; take some without, or %s",
-                            photos->folder, photos->n, what_to_do);
+        return fs_error_input(
+            err, "%s: only flash photos: the flash fired in all of the %d photos; take some without, or %s",
+            photos->folder, photos->n, what_to_do);
     return 0;
 }
 

@@ -56,9 +56,8 @@ static int drop_doubles(Photos *photos, const Log *log, FsError *err)
             continue;
         }
         if (last->kind != PHOTO_RAW || photo->kind != PHOTO_JPEG)
-            return fs_error_set(err, FS_ERR_INPUT,
-                                "%s: %s and %s would both become the view %s: rename or remove one of them",
-                                photos->folder, last->file, photo->file, photo->name);
+            return fs_error_input(err, "%s: %s and %s would both become the view %s: rename or remove one of them",
+                                  photos->folder, last->file, photo->file, photo->name);
         doubles++;
         free_photo(photo);
     }
@@ -72,7 +71,7 @@ static int check_name(const char *folder, const char *name, FsError *err)
 {
     json_t *text = json_string(name);
     if (!text && errno == ENOMEM) return fs_error_memory(err);
-    if (!text) return fs_error_set(err, FS_ERR_INPUT, "%s/%s: a name that is not UTF-8: rename it", folder, name);
+    if (!text) return fs_error_input(err, "%s/%s: a name that is not UTF-8: rename it", folder, name);
     json_decref(text);
     return 0;
 }
@@ -86,7 +85,7 @@ int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *
     if (!photos->folder) return fs_error_memory(err);
     for (size_t n = strlen(photos->folder); n > 1 && photos->folder[n - 1] == '/'; n--) photos->folder[n - 1] = 0;
     if (fs_file_exists(folder) && !fs_file_is_dir(folder))
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: is a file, expected the folder that holds the photos", folder));
+        TRY(fs_error_input(err, "%s: is a file, expected the folder that holds the photos", folder));
     TRY(fs_file_list(folder, &list, err));
     photos->photo = calloc((size_t)list.n + 1, sizeof *photos->photo);
     if (!photos->photo) TRY(fs_error_memory(err));
@@ -104,8 +103,8 @@ int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *
         if (!photo->file || !photo->name) TRY(fs_error_memory(err));
     }
     if (photos->n == 0)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: no photos (%d other files%s%s): expected %s", folder, others,
-                         other ? ", e.g. " : "", other ? other : "", formats));
+        TRY(fs_error_input(err, "%s: no photos (%d other files%s%s): expected %s", folder, others,
+                           other ? ", e.g. " : "", other ? other : "", formats));
     if (others) fs_log_info(log, "%s: %d files that are not photos left out, e.g. %s", folder, others, other);
     qsort(photos->photo, (size_t)photos->n, sizeof *photos->photo, compare_photos);
     TRY(drop_doubles(photos, log, err));
@@ -168,8 +167,8 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
             strcat(names, "...");
     }
     if (failed * 3 > all)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: %d of %d photos cannot be used: %s (first: %s)", photos->folder,
-                            failed, all, names, first.message);
+        return fs_error_input(err, "%s: %d of %d photos cannot be used: %s (first: %s)", photos->folder, failed, all,
+                              names, first.message);
     for (int i = 0; i < all; i++) {
         PhotoFile *photo = &photos->photo[i];
         if (!photo->failure.code) continue;

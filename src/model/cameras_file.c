@@ -149,7 +149,7 @@ static int read_transforms(const char *path, const json_t *root, CamerasFile *fi
 {
     const json_t *frames = json_object_get(root, "frames");
     size_t n = json_array_size(frames);
-    if (n < 1 || n > MAX_FRAMES) return fs_error_set(err, FS_ERR_INPUT, "%s: expected a list \"frames\"", path);
+    if (n < 1 || n > MAX_FRAMES) return fs_error_input(err, "%s: expected a list \"frames\"", path);
     Posed *posed = calloc(n, sizeof *posed);
     if (!posed) return fs_error_memory(err);
     int rc = 0;
@@ -159,7 +159,7 @@ static int read_transforms(const char *path, const json_t *root, CamerasFile *fi
         const char *wanted = name && *fs_file_name(name) ? NULL : "\"file_path\"";
         if (!wanted) wanted = lens_from_json(root, frame, &posed[i].lens);
         if (!wanted) wanted = pose_from_json(frame, posed[i].w2c);
-        if (wanted) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: frame %zu: expected %s", path, i, wanted));
+        if (wanted) TRY(fs_error_input(err, "%s: frame %zu: expected %s", path, i, wanted));
         if (!(posed[i].name = fs_file_stem(name))) TRY(fs_error_memory(err));
     }
     TRY(take_posed(file, path, posed, (int)n, err));
@@ -193,8 +193,7 @@ int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
     char *model = NULL;
     FilePath transforms = fs_file_at("%s/transforms.json", path);
     if (!fs_file_exists(path)) {
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: no such file or folder; expected a COLMAP model or a transforms.json",
-                          path);
+        rc = fs_error_input(err, "%s: no such file or folder; expected a COLMAP model or a transforms.json", path);
     } else if (!fs_file_is_dir(path)) {
         rc = read_json(path, file, err);
     } else if ((model = fs_colmap_model_find(path))) {
@@ -202,9 +201,8 @@ int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
     } else if (fs_file_exists(transforms.text)) {
         rc = read_json(transforms.text, file, err);
     } else {
-        rc = fs_error_set(err, FS_ERR_INPUT,
-                          "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt) and no transforms.json",
-                          path);
+        rc = fs_error_input(
+            err, "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt) and no transforms.json", path);
     }
     free(model);
     if (rc < 0) fs_cameras_file_free(file);

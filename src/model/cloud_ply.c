@@ -71,18 +71,17 @@ static int parse_property(const char *path, const char *line, Header *h, FsError
     char type[16], name[32], rest[2];
     if (h->count < 0 || sscanf(line, "property %15s %31s %1s", type, name, rest) != 2 ||
         (strcmp(type, "float") != 0 && strcmp(type, "float32") != 0))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: '%.60s': expected only float properties of element vertex", path,
-                            line);
+        return fs_error_input(err, "%s: '%.60s': expected only float properties of element vertex", path, line);
     Layout *layout = &h->layout;
     if (layout->n == MAX_FLOATS)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: more than %d properties per Gaussian", path, MAX_FLOATS);
+        return fs_error_input(err, "%s: more than %d properties per Gaussian", path, MAX_FLOATS);
     int field = -1, column = 0;
     for (int f = 0; f < CLOUD_FIELDS; f++)
         for (int c = 0; c < fs_cloud_fields[f].width; c++)
             if (strcmp(fs_cloud_fields[f].ply[c], name) == 0) field = f, column = c;
     for (int p = 0; p < layout->n && field >= 0; p++)
         if (layout->field[p] == field && layout->column[p] == column)
-            return fs_error_set(err, FS_ERR_INPUT, "%s: property %s appears twice", path, name);
+            return fs_error_input(err, "%s: property %s appears twice", path, name);
     layout->field[layout->n] = field;
     layout->column[layout->n++] = column;
     return 0;
@@ -93,23 +92,22 @@ static int parse_element(const char *path, const char *line, Header *h, FsError 
     char name[32], rest[2];
     long long count;
     if (h->count >= 0 || sscanf(line, "element %31s %lld %1s", name, &count, rest) != 2 || strcmp(name, "vertex") != 0)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: '%.60s': expected one 'element vertex N' and no other element",
-                            path, line);
+        return fs_error_input(err, "%s: '%.60s': expected one 'element vertex N' and no other element", path, line);
     if (count < 0 || count > INT_MAX)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: %lld Gaussians, expected 0 to %d", path, count, INT_MAX);
+        return fs_error_input(err, "%s: %lld Gaussians, expected 0 to %d", path, count, INT_MAX);
     h->count = count;
     return 0;
 }
 
 static int parse_line(const char *path, const char *line, int number, Header *h, FsError *err)
 {
-    if (number == 0 && strcmp(line, "ply") != 0) return fs_error_set(err, FS_ERR_INPUT, "%s: not a PLY file", path);
+    if (number == 0 && strcmp(line, "ply") != 0) return fs_error_input(err, "%s: not a PLY file", path);
     if (number == 1 && strcmp(line, "format binary_little_endian 1.0") != 0)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: '%.60s': expected format binary_little_endian 1.0", path, line);
+        return fs_error_input(err, "%s: '%.60s': expected format binary_little_endian 1.0", path, line);
     if (number < 2 || strncmp(line, "comment", 7) == 0 || strncmp(line, "obj_info", 8) == 0) return 0;
     if (strncmp(line, "element ", 8) == 0) return parse_element(path, line, h, err);
     if (strncmp(line, "property ", 9) == 0) return parse_property(path, line, h, err);
-    return fs_error_set(err, FS_ERR_INPUT, "%s: '%.60s': not a PLY header line", path, line);
+    return fs_error_input(err, "%s: '%.60s': not a PLY header line", path, line);
 }
 
 static int read_header(FILE *f, const char *path, Header *h, FsError *err)
@@ -119,12 +117,12 @@ static int read_header(FILE *f, const char *path, Header *h, FsError *err)
     size_t total = 0;
     for (int number = 0;; number++) {
         if (!fgets(line, sizeof line, f) || !strchr(line, '\n') || (total += strlen(line)) > MAX_HEADER)
-            return fs_error_set(err, FS_ERR_INPUT, "%s: not a PLY file, or its header is cut off", path);
+            return fs_error_input(err, "%s: not a PLY file, or its header is cut off", path);
         line[strcspn(line, "\r\n")] = 0;
         if (strcmp(line, "end_header") == 0 && number >= 2) break;
         MUST(parse_line(path, line, number, h, err));
     }
-    if (h->count < 0) return fs_error_set(err, FS_ERR_INPUT, "%s: no 'element vertex' in the header", path);
+    if (h->count < 0) return fs_error_input(err, "%s: no 'element vertex' in the header", path);
     return 0;
 }
 
@@ -138,9 +136,8 @@ static int widths_of(const char *path, const Layout *layout, int width[CLOUD_FIE
         unsigned whole = (1u << fs_cloud_fields[f].width) - 1;
         bool ok = have[f] == whole || (f == CLOUD_COLORS && have[f] == 1) || (f == CLOUD_GAINS && !have[f]);
         if (!ok)
-            return fs_error_set(err, FS_ERR_INPUT,
-                                "%s: properties of '%s' (%s ...) are missing: not a cloud written by flashsplat", path,
-                                fs_cloud_fields[f].name, fs_cloud_fields[f].ply[0]);
+            return fs_error_input(err, "%s: properties of '%s' (%s ...) are missing: not a cloud written by flashsplat",
+                                  path, fs_cloud_fields[f].name, fs_cloud_fields[f].ply[0]);
         width[f] = __builtin_popcount(have[f]);
     }
     return 0;
@@ -155,15 +152,15 @@ static int read_rows(FILE *f, const char *path, const Layout *layout, Cloud *clo
     for (int i0 = 0; i0 < cloud->n; i0 += CHUNK) {
         int m = cloud->n - i0 < CHUNK ? cloud->n - i0 : CHUNK;
         if (fread(rows, sizeof(float) * n_floats, (size_t)m, f) != (size_t)m)
-            TRY(fs_error_set(err, FS_ERR_INPUT, "%s: read failed: %s", path, strerror(errno)));
+            TRY(fs_error_input(err, "%s: read failed: %s", path, strerror(errno)));
         for (int i = 0; i < m; i++)
             for (size_t p = 0; p < n_floats; p++) {
                 float v = rows[(size_t)i * n_floats + p];
                 int field = layout->field[p];
                 if (field < 0) continue;
                 if (!isfinite(v))
-                    TRY(fs_error_set(err, FS_ERR_INPUT, "%s: Gaussian %d: property %s is not a finite number", path,
-                                     i0 + i, fs_cloud_fields[field].ply[layout->column[p]]));
+                    TRY(fs_error_input(err, "%s: Gaussian %d: property %s is not a finite number", path, i0 + i,
+                                       fs_cloud_fields[field].ply[layout->column[p]]));
                 cloud->field[field][(size_t)(i0 + i) * (size_t)cloud->width[field] + (size_t)layout->column[p]] = v;
             }
     }
@@ -176,20 +173,18 @@ int fs_cloud_ply_read(Cloud *cloud, const char *path, FsError *err)
 {
     *cloud = (Cloud){0};
     FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_set(err, FS_ERR_INPUT, "%s: cannot open: %s", path, strerror(errno));
+    if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
     int rc, width[CLOUD_FIELDS];
     Header h;
     struct stat st;
-    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode))
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not a regular file", path));
+    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) TRY(fs_error_input(err, "%s: not a regular file", path));
     TRY(read_header(f, path, &h, err));
     TRY(widths_of(path, &h.layout, width, err));
     long long body = (long long)st.st_size - (long long)ftello(f);
     long long expected = h.count * (long long)sizeof(float) * h.layout.n;
     if (body != expected)
-        TRY(fs_error_set(err, FS_ERR_INPUT,
-                         "%s: %lld bytes of data, expected %lld for %lld Gaussians: cut off or damaged", path, body,
-                         expected, h.count));
+        TRY(fs_error_input(err, "%s: %lld bytes of data, expected %lld for %lld Gaussians: cut off or damaged", path,
+                           body, expected, h.count));
     TRY(fs_cloud_new(cloud, (int)h.count, width[CLOUD_COLORS], width[CLOUD_GAINS], err));
     TRY(read_rows(f, path, &h.layout, cloud, err));
 fail:

@@ -33,7 +33,7 @@ static double get_double(Reader *r)
 
 static int cut_short(const Reader *r, FsError *err)
 {
-    return fs_error_set(err, FS_ERR_INPUT, "%s: ends too early; the file is cut short or not a COLMAP file", r->path);
+    return fs_error_input(err, "%s: ends too early; the file is cut short or not a COLMAP file", r->path);
 }
 
 // A count in front of records of at least `least` bytes: more of them than fit into the rest is a lie.
@@ -42,9 +42,9 @@ static int get_count(Reader *r, size_t least, int *count, FsError *err)
     uint64_t n = get_uint(r, 8);
     if (r->short_of) return cut_short(r, err);
     if (n > (uint64_t)(r->end - r->p) / least || n > INT_MAX / 2)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: claims %llu entries, but only %lld bytes follow; not a COLMAP file or cut short",
-                            r->path, (unsigned long long)n, (long long)(r->end - r->p));
+        return fs_error_input(err,
+                              "%s: claims %llu entries, but only %lld bytes follow; not a COLMAP file or cut short",
+                              r->path, (unsigned long long)n, (long long)(r->end - r->p));
     *count = (int)n;
     return 0;
 }
@@ -61,13 +61,12 @@ static int read_cameras(Reader *r, ColmapModel *model, FsError *err)
         uint64_t w = get_uint(r, 8), h = get_uint(r, 8);
         int n_params = 0;
         if (!r->short_of && !fs_lens_model_name(c->lens.model, &n_params))
-            return fs_error_set(err, FS_ERR_INPUT, "%s: camera %u has unknown model number %d", r->path, c->id,
-                                c->lens.model);
+            return fs_error_input(err, "%s: camera %u has unknown model number %d", r->path, c->id, c->lens.model);
         for (int k = 0; k < n_params; k++) c->lens.param[k] = get_double(r);
         if (r->short_of) return cut_short(r, err);
         if (w < 1 || h < 1 || w > 1000000 || h > 1000000)
-            return fs_error_set(err, FS_ERR_INPUT, "%s: camera %u has a size of %llu x %llu pixels", r->path, c->id,
-                                (unsigned long long)w, (unsigned long long)h);
+            return fs_error_input(err, "%s: camera %u has a size of %llu x %llu pixels", r->path, c->id,
+                                  (unsigned long long)w, (unsigned long long)h);
         c->lens.width = (int)w;
         c->lens.height = (int)h;
     }

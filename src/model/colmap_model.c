@@ -112,8 +112,7 @@ static int check_unique(const char *dir, const ColmapModel *model, FsError *err)
         fs_order_doubles(id, (size_t)count);
         for (int i = 1; i < count && rc == 0; i++)
             if (id[i] == id[i - 1])
-                rc = fs_error_set(err, FS_ERR_INPUT, "%s: two %s have the number %.0f", dir,
-                                  pass ? "images" : "cameras", id[i]);
+                rc = fs_error_input(err, "%s: two %s have the number %.0f", dir, pass ? "images" : "cameras", id[i]);
     }
     free(id);
     return rc;
@@ -123,24 +122,23 @@ static int check_unique(const char *dir, const ColmapModel *model, FsError *err)
 static int check(const char *dir, const ColmapModel *model, FsError *err)
 {
     if (model->n_cameras < 1 || model->n_images < 1)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: the COLMAP model has %d cameras and %d images, expected some of both", dir,
-                            model->n_cameras, model->n_images);
+        return fs_error_input(err, "%s: the COLMAP model has %d cameras and %d images, expected some of both", dir,
+                              model->n_cameras, model->n_images);
     for (int i = 0; i < model->n_images; i++) {
         const ColmapImage *image = &model->image[i];
         double sum = 0, norm = 0;
         for (int k = 0; k < 4; k++) norm += image->quat[k] * image->quat[k];
         for (int k = 0; k < 3; k++) sum += image->t[k];
         if (!isfinite(sum) || !isfinite(norm) || norm < 1e-12)
-            return fs_error_set(err, FS_ERR_INPUT, "%s: image '%s' has no finite pose", dir, image->name);
+            return fs_error_input(err, "%s: image '%s' has no finite pose", dir, image->name);
         if (!fs_colmap_model_camera(model, image->camera_id))
-            return fs_error_set(err, FS_ERR_INPUT, "%s: image '%s' uses camera %u, which is not there", dir,
-                                image->name, image->camera_id);
+            return fs_error_input(err, "%s: image '%s' uses camera %u, which is not there", dir, image->name,
+                                  image->camera_id);
     }
     for (int i = 0; i < model->n_points; i++) {
         const double *x = model->point[i].xyz;
         if (!isfinite(x[0] + x[1] + x[2]))
-            return fs_error_set(err, FS_ERR_INPUT, "%s: point %lld is not finite", dir, (long long)model->point[i].id);
+            return fs_error_input(err, "%s: point %lld is not finite", dir, (long long)model->point[i].id);
     }
     return check_unique(dir, model, err);
 }
@@ -163,9 +161,8 @@ int fs_colmap_model_read(const char *dir, ColmapModel *model, FsError *err)
     *model = (ColmapModel){0};
     char *place = fs_colmap_model_find(dir);
     if (!place)
-        return fs_error_set(
-            err, FS_ERR_INPUT,
-            "%s: no COLMAP model here (expected cameras.bin and images.bin, or cameras.txt and images.txt)", dir);
+        return fs_error_input(
+            err, "%s: no COLMAP model here (expected cameras.bin and images.bin, or cameras.txt and images.txt)", dir);
     const ColmapFormat *format = has_files(place, "bin") ? &fs_colmap_binary : &fs_colmap_text;
     int rc = 0;
     for (int k = 0; k < COLMAP_PARTS; k++) TRY(read_part(place, format, (ColmapPart)k, model, err));

@@ -69,7 +69,7 @@ static bool next_integer(Lines *l, int64_t min, int64_t max, int64_t *v)
 
 static int bad_line(const Lines *l, const char *expected, FsError *err)
 {
-    return fs_error_set(err, FS_ERR_INPUT, "%s: line %d: expected %s", l->path, l->number, expected);
+    return fs_error_input(err, "%s: line %d: expected %s", l->path, l->number, expected);
 }
 
 static int read_cameras(Lines *l, ColmapModel *model, FsError *err)
@@ -166,8 +166,7 @@ static int check_count(const char *path, const char *text, int found, FsError *e
     const char *colon = header + sizeof words - 1 + strcspn(header + sizeof words - 1, ":\n");
     long long declared = *colon == ':' ? strtoll(colon + 1, NULL, 10) : 0;
     if (found >= declared) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: cut short: its header says %lld records, found %d", path, declared,
-                        found);
+    return fs_error_input(err, "%s: cut short: its header says %lld records, found %d", path, declared, found);
 }
 
 static int read(const char *path, char *data, size_t size, ColmapPart part, ColmapModel *model, FsError *err)
@@ -175,7 +174,7 @@ static int read(const char *path, char *data, size_t size, ColmapPart part, Colm
     static int (*const readers[COLMAP_PARTS])(Lines *, ColmapModel *, FsError *) = {read_cameras, read_images,
                                                                                     read_points};
     const int *const count[COLMAP_PARTS] = {&model->n_cameras, &model->n_images, &model->n_points};
-    if (memchr(data, 0, size)) return fs_error_set(err, FS_ERR_INPUT, "%s: not a text file", path);
+    if (memchr(data, 0, size)) return fs_error_input(err, "%s: not a text file", path);
     Lines l = {.path = path, .p = data, .end = data + size};
     MUST(readers[part](&l, model, err));
     return check_count(path, data, *count[part], err);

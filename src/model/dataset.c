@@ -41,8 +41,8 @@ int fs_dataset_append(Dataset *dataset, const View *view, FsError *err)
 {
     int at = lower_bound(dataset, view->name);
     if (find_exact(dataset, view->name) >= 0)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: two views have this name; names must differ without folder and extension", view->name);
+        return fs_error_input(err, "%s: two views have this name; names must differ without folder and extension",
+                              view->name);
     if (fs_memory_grow(&dataset->view, dataset->n, sizeof *dataset->view, err) < 0) return FS_ERR_MEMORY;
     char *name = strdup(view->name);
     if (!name) return fs_error_memory(err);
@@ -120,12 +120,12 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
     View view = {0};
     const char *name = json_string_value(json_object_get(object, "name"));
     if (!name || !*name || strchr(name, '/'))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: view %zu: expected a \"name\" without folder", path, index);
+        return fs_error_input(err, "%s: view %zu: expected a \"name\" without folder", path, index);
     view.name = (char *)name;
     view.flash = json_is_true(json_object_get(object, "flash"));
     view.held_out = json_is_true(json_object_get(object, "held_out"));
     const char *wanted = camera_from_json(object, &view.camera);
-    if (wanted) return fs_error_set(err, FS_ERR_INPUT, "%s: view '%s': expected %s", path, name, wanted);
+    if (wanted) return fs_error_input(err, "%s: view '%s': expected %s", path, name, wanted);
     FsError inner = {0};
     int rc = fs_dataset_append(dataset, &view, &inner);
     return rc < 0 ? fs_error_set(err, rc, "%s: %s", path, inner.message) : 0;
@@ -140,7 +140,7 @@ int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)
     const json_t *views = json_object_get(root, "views");
     if (!views) views = json_object_get(root, "images");
     if (!json_is_array(views) || json_array_size(views) > MAX_VIEWS)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: expected a list \"views\" or \"images\" of cameras", path));
+        TRY(fs_error_input(err, "%s: expected a list \"views\" or \"images\" of cameras", path));
     for (size_t i = 0; i < json_array_size(views); i++) TRY(read_view(dataset, json_array_get(views, i), i, path, err));
 fail:
     if (rc < 0) fs_dataset_free(dataset);
@@ -151,12 +151,12 @@ fail:
 static int check_picture(const char *path, const Image *image, int channels, const View *view, FsError *err)
 {
     if (image->width != view->camera.width || image->height != view->camera.height)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: %d x %d pixels, but views.json says %d x %d; rerun the stage poses with --force", path,
-                            image->width, image->height, view->camera.width, view->camera.height);
+        return fs_error_input(err,
+                              "%s: %d x %d pixels, but views.json says %d x %d; rerun the stage poses with --force",
+                              path, image->width, image->height, view->camera.width, view->camera.height);
     if (image->channels == channels) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: %d channels, expected %d%s", path, image->channels, channels,
-                        channels == 1 ? " (grey)" : "");
+    return fs_error_input(err, "%s: %d channels, expected %d%s", path, image->channels, channels,
+                          channels == 1 ? " (grey)" : "");
 }
 
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err)

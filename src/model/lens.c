@@ -53,14 +53,14 @@ int fs_lens_camera(const Lens *lens, const char *file, Camera *camera, FsError *
 {
     *camera = (Camera){.width = lens->width, .height = lens->height};
     if (lens->model < 0 || lens->model >= LENS_MODELS)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: camera model %s cannot be used; undistort the photos to PINHOLE",
-                            file, lens->model < N_MODELS && lens->model >= 0 ? models[lens->model].name : "unknown");
+        return fs_error_input(err, "%s: camera model %s cannot be used; undistort the photos to PINHOLE", file,
+                              lens->model < N_MODELS && lens->model >= 0 ? models[lens->model].name : "unknown");
     for (int i = 0; i < models[lens->model].n_params; i++)
         if (!isfinite(lens->param[i]))
-            return fs_error_set(err, FS_ERR_INPUT, "%s: a camera has a parameter that is not a number", file);
+            return fs_error_input(err, "%s: a camera has a parameter that is not a number", file);
     *camera = intrinsics(lens);
     if (lens->width < 1 || lens->height < 1 || !(camera->fx > 0) || !(camera->fy > 0))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: a camera has no size or no positive focal length", file);
+        return fs_error_input(err, "%s: a camera has no size or no positive focal length", file);
     return 0;
 }
 

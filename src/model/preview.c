@@ -49,7 +49,7 @@ int fs_preview_exposure(const char *out, const Dataset *dataset, float *exposure
 {
     Image small[EXPOSURE_PHOTOS] = {0}, photo = {0}, mask = {0};
     int chosen[EXPOSURE_PHOTOS], n = fs_preview_choose(dataset, EXPOSURE_PHOTOS, chosen), rc = 0;
-    if (n == 0) return fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos to take the exposure from", out);
+    if (n == 0) return fs_error_input(err, "%s: no posed photos to take the exposure from", out);
     for (int i = 0; i < n; i++) {
         TRY(fs_dataset_load_view(out, &dataset->view[chosen[i]], &photo, &mask, err));
         TRY(fs_preview_shrink(&photo, EXPOSURE_EDGE, &small[i], err));

@@ -97,7 +97,7 @@ int fs_project_check(FsProject *project, unsigned stage, const char *was, const 
     const char *now = fs_project_fingerprint(project, stage);
     if (!now) return fs_error_memory(err);
     if (!fs_fingerprint_differs(was, now, what, sizeof what)) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: %s; leave --resume to begin anew", path, what);
+    return fs_error_input(err, "%s: %s; leave --resume to begin anew", path, what);
 }
 
 int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err)
@@ -197,10 +197,10 @@ static int check_marks(const FsProject *project, FsError *err)
     for (int i = 0; i < PROJECT_STAGES; i++) {
         FilePath path = mark_path(project, fs_project_stages[i].stage);
         if (fs_owned_check(path.text, NULL) < 0)
-            return fs_error_set(err, FS_ERR_INPUT,
-                                "%s: not a mark that this version wrote: the results of other versions are left as "
-                                "they are; let these go to another folder",
-                                path.text);
+            return fs_error_input(err,
+                                  "%s: not a mark that this version wrote: the results of other versions are left as "
+                                  "they are; let these go to another folder",
+                                  path.text);
     }
     return 0;
 }
@@ -216,7 +216,7 @@ static bool is_beside(const char *name, const char *output)
 int fs_project_check_input(const FsProject *project, const char *path, FsError *err)
 {
     char *input = realpath(path, NULL), *out = realpath(project->out, NULL);
-    int rc = input ? 0 : fs_error_set(err, FS_ERR_INPUT, "%s: no such file or folder", path);
+    int rc = input ? 0 : fs_error_input(err, "%s: no such file or folder", path);
     size_t n = out ? strlen(out) : 0;
     if (input && n && strncmp(input, out, n) == 0 && input[n] == '/') {
         const char *name = input + n + 1;
@@ -226,8 +226,8 @@ int fs_project_check_input(const FsProject *project, const char *path, FsError *
             for (int k = 0; k < PROJECT_OUTPUTS && fs_project_stages[i].output[k]; k++)
                 beside |= is_beside(name, fs_project_stages[i].output[k]);
         if (beside)
-            rc = fs_error_set(err, FS_ERR_INPUT, "%s: is where results go (%s/%.*s): name another folder for them",
-                              path, project->out, (int)strcspn(name, "/"), name);
+            rc = fs_error_input(err, "%s: is where results go (%s/%.*s): name another folder for them", path,
+                                project->out, (int)strcspn(name, "/"), name);
     }
     free(input);
     free(out);

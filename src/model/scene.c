@@ -67,8 +67,8 @@ static json_t *to_json(const Scene *scene)
 static int number_check(const Number *number, double v, const char *path, FsError *err)
 {
     if (isfinite(v) && v >= number->min && v <= number->max) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: %s is %g, expected a number from %g to %g", path, number->name, v,
-                        number->min, number->max);
+    return fs_error_input(err, "%s: %s is %g, expected a number from %g to %g", path, number->name, v, number->min,
+                          number->max);
 }
 
 // What is divided by, or whose logarithm is taken, where the switches say so.
@@ -77,10 +77,10 @@ static int switched_check(const Scene *scene, const char *path, FsError *err)
     const double *gain = scene->gain_color, *n = scene->pane.normal;
     double length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
     if (fs_scene_lit(scene) && !(gain[0] > 0 && gain[1] > 0 && gain[2] > 0 && scene->flash_distance > 0))
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: gain_color, flash_distance: expected numbers above 0 where the flash lights T", path);
+        return fs_error_input(err, "%s: gain_color, flash_distance: expected numbers above 0 where the flash lights T",
+                              path);
     if (scene->pane_beta && !(fabs(length2 - 1) < 0.01))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: pane_normal: expected a vector of length 1", path);
+        return fs_error_input(err, "%s: pane_normal: expected a vector of length 1", path);
     return 0;
 }
 
@@ -96,7 +96,7 @@ static int write_model(const Scene *scene, const char *path, FsError *err)
 static int read_flag(const json_t *root, const char *name, bool *flag, const char *path, FsError *err)
 {
     json_t *value = json_object_get(root, name);
-    if (!json_is_boolean(value)) return fs_error_set(err, FS_ERR_INPUT, "%s: %s: expected true or false", path, name);
+    if (!json_is_boolean(value)) return fs_error_input(err, "%s: %s: expected true or false", path, name);
     *flag = json_is_true(value);
     return 0;
 }
@@ -110,10 +110,8 @@ static int read_separation(const json_t *root, Scene *scene, const char *path, F
     bool ok = scene->separation < SEPARATIONS;
     if (ok && (scene->separation == SEPARATION_FULL || (scene->shared_geometry && scene->pane_beta))) return 0;
     scene->separation = SEPARATION_FULL;
-    return fs_error_set(err, FS_ERR_INPUT,
-                        "%s: separation: expected full, or with shared geometry and a pane "
-                        "flashless, linear or none",
-                        path);
+    return fs_error_input(
+        err, "%s: separation: expected full, or with shared geometry and a pane flashless, linear or none", path);
 }
 
 static int read_number(const json_t *root, const Number *number, Scene *scene, const char *path, FsError *err)
@@ -129,7 +127,7 @@ static int read_number(const json_t *root, const Number *number, Scene *scene, c
         if (ok) MUST(number_check(number, to[k], path, err));
     }
     if (ok) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: %s: expected %d number(s)", path, number->name, number->n);
+    return fs_error_input(err, "%s: %s: expected %d number(s)", path, number->name, number->n);
 }
 
 static int read_model(Scene *scene, json_t **root, const char *path, FsError *err)
@@ -137,9 +135,8 @@ static int read_model(Scene *scene, json_t **root, const char *path, FsError *er
     MUST(fs_json_file_read(path, 1 << 20, root, err));
     json_t *version = json_object_get(*root, "version");
     if (!json_is_integer(version) || json_integer_value(version) != VERSION)
-        return fs_error_set(
-            err, FS_ERR_INPUT,
-            "%s: expected \"version\": %d; made by another version of the program: run that stage again", path,
+        return fs_error_input(
+            err, "%s: expected \"version\": %d; made by another version of the program: run that stage again", path,
             VERSION);
     MUST(read_flag(*root, "shared_geometry", &scene->shared_geometry, path, err));
     MUST(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
@@ -156,12 +153,12 @@ static int cloud_check(const Scene *scene, int layer, const char *path, FsError 
     const Cloud *cloud = &scene->cloud[layer];
     if (cloud->n == 0) return 0;
     if ((layer == LAYER_T_F && scene->shared_geometry) || (layer == LAYER_BETA && scene->pane_beta))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: a scene of this kind has no cloud %s", path, fs_layers[layer].name);
+        return fs_error_input(err, "%s: a scene of this kind has no cloud %s", path, fs_layers[layer].name);
     if (cloud->width[CLOUD_COLORS] != fs_layers[layer].channels)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: %d colour channel(s), expected %d", path,
-                            cloud->width[CLOUD_COLORS], fs_layers[layer].channels);
+        return fs_error_input(err, "%s: %d colour channel(s), expected %d", path, cloud->width[CLOUD_COLORS],
+                              fs_layers[layer].channels);
     if (layer == LAYER_T_N && scene->shared_geometry && cloud->width[CLOUD_GAINS] != 1)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: no flash gains, which shared geometry needs", path);
+        return fs_error_input(err, "%s: no flash gains, which shared geometry needs", path);
     return 0;
 }
 
@@ -197,10 +194,9 @@ static int read_cloud(Scene *scene, int layer, const json_t *clouds, const char 
     MUST(fs_cloud_ply_read(&scene->cloud[layer], path.text, err));
     if (json_is_integer(count) && json_integer_value(count) == scene->cloud[layer].n)
         return cloud_check(scene, layer, path.text, err);
-    return fs_error_set(
-        err, FS_ERR_INPUT,
-        "%s: %d Gaussians, but model.json beside it was written with another cloud: run that stage again", path.text,
-        scene->cloud[layer].n);
+    return fs_error_input(
+        err, "%s: %d Gaussians, but model.json beside it was written with another cloud: run that stage again",
+        path.text, scene->cloud[layer].n);
 }
 
 int fs_scene_read(Scene *scene, const char *dir, FsError *err)
@@ -214,7 +210,7 @@ int fs_scene_read(Scene *scene, const char *dir, FsError *err)
     int n = 0;
     for (int l = 0; l < LAYERS; l++) TRY(read_cloud(scene, l, clouds, dir, err));
     for (int l = 0; l < LAYERS; l++) n += scene->cloud[l].n > 0;
-    if (!n) rc = fs_error_set(err, FS_ERR_INPUT, "%s: \"clouds\": a scene of no Gaussians", model.text);
+    if (!n) rc = fs_error_input(err, "%s: \"clouds\": a scene of no Gaussians", model.text);
 fail:
     if (rc < 0) fs_scene_free(scene);
     json_decref(root);

@@ -114,7 +114,7 @@ static int finish(const double (*from)[3], const double (*to)[3], int n, const d
         }
     s->scale = bottom > 0 ? top / bottom : 0;
     if (!(s->scale > 0) || !isfinite(s->scale))
-        return fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: their common points do not agree");
+        return fs_error_input(err, "the two frames cannot be aligned: their common points do not agree");
     for (int j = 0; j < 3; j++)
         s->t[j] = b[j] - s->scale * (s->r[3 * j] * a[0] + s->r[3 * j + 1] * a[1] + s->r[3 * j + 2] * a[2]);
     return 0;
@@ -128,8 +128,7 @@ int fs_similarity_fit(const double (*from)[3], const double (*to)[3], int n, Sim
         mean_of(to, n, b);
     }
     if (n < 3 || !(flatness(from, a, n) > 1e-10) || !(flatness(to, b, n) > 1e-10))
-        return fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: %d common points, or all on a line",
-                            n);
+        return fs_error_input(err, "the two frames cannot be aligned: %d common points, or all on a line", n);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < 3; j++)
             for (int k = 0; k < 3; k++) cov[3 * j + k] += (from[i][j] - a[j]) * (to[i][k] - b[k]);
@@ -142,7 +141,7 @@ int fs_similarity_fit_cameras(const Camera *from, const Camera *to, int n, Simil
     int rc = 0;
     double(*p)[3] = malloc(((size_t)n + 1) * sizeof *p), (*q)[3] = malloc(((size_t)n + 1) * sizeof *q);
     if (!p || !q || n < 2)
-        TRY(n < 2 ? fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: fewer than 2 common views")
+        TRY(n < 2 ? fs_error_input(err, "the two frames cannot be aligned: fewer than 2 common views")
                   : fs_error_memory(err));
     double cov[9] = {0}, a[3], b[3];
     for (int i = 0; i < n; i++) {
@@ -199,8 +198,7 @@ int fs_similarity_fit_robust(const double (*from)[3], const double (*to)[3], int
         best = count;
         *s = trial;
     }
-    if (best < 3)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "the two frames cannot be aligned: no three of %d common points agree", n));
+    if (best < 3) TRY(fs_error_input(err, "the two frames cannot be aligned: no three of %d common points agree", n));
     for (int round = 0; round < 5; round++) {
         *inliers = count_inliers(s, from, to, n, tolerance, p, q);
         TRY(fs_similarity_fit((const double(*)[3])p, (const double(*)[3])q, *inliers, s, err));

@@ -132,10 +132,9 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
     TRY(read_photo(&noflash, white_balance, settings->long_edge, err));
     warn_flash(&flash, &noflash, log);
     if (flash.width != noflash.width || flash.height != noflash.height)
-        TRY(fs_error_set(err, FS_ERR_INPUT,
-                         "%s: %d x %d pixels, but %s has %d x %d: both photos must come from one camera "
-                         "on a tripod",
-                         noflash.path, noflash.width, noflash.height, flash.path, flash.width, flash.height));
+        TRY(fs_error_input(err,
+                           "%s: %d x %d pixels, but %s has %d x %d: both photos must come from one camera on a tripod",
+                           noflash.path, noflash.width, noflash.height, flash.path, flash.width, flash.height));
     subtract(&flash, &noflash, exposure_ratio(&flash, &noflash, log), log);
     TRY(write_difference(&flash.rgb, out, settings->linear ? tiff.text : NULL, log, err));
 fail:

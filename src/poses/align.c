@@ -79,8 +79,8 @@ int fs_align_groups(const Capture *capture, const Features *features, const Colm
     FsError inner = {0};
     Similarity s;
     if (fixed->n_images == 0 || moving->n_images == 0)
-        return fs_error_set(err, FS_ERR_INPUT, "no %s photo could be posed on its own; use --align joint",
-                            fixed->n_images ? "flash" : "no-flash");
+        return fs_error_input(err, "no %s photo could be posed on its own; use --align joint",
+                              fixed->n_images ? "flash" : "no-flash");
     Arena arena = {0};
     size_t size = (size_t)moving->n_points + 1;
     Described *a = ARENA_NEW(&arena, Described, size), *b = ARENA_NEW(&arena, Described, (size_t)fixed->n_points + 1);

@@ -36,8 +36,8 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
     json_int_t w = json_integer_value(json_object_get(object, "width"));
     json_int_t h = json_integer_value(json_object_get(object, "height"));
     if (!name || !*name || strchr(name, '/') || w < 1 || h < 1 || w > FS_IMAGE_MAX_SIDE || h > FS_IMAGE_MAX_SIDE)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: a photo without name, width or height; rerun the stage ingest with --force", path);
+        return fs_error_input(err, "%s: a photo without name, width or height; rerun the stage ingest with --force",
+                              path);
     double focal = json_number_value(json_object_get(object, "focal_px"));
     *photo = (Photo){.flash = json_is_true(json_object_get(object, "flash")),
                      .width = (int)w,
@@ -56,7 +56,7 @@ static int read_photos(const char *path, Capture *capture, FsError *err)
     const json_t *photos = json_object_get(root, "photos");
     size_t n = json_array_size(photos);
     if (n < 1 || n > MAX_PHOTOS)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force", path));
+        TRY(fs_error_input(err, "%s: not what the stage ingest writes; rerun it with --force", path));
     capture->photo = calloc(n, sizeof *capture->photo);
     if (!capture->photo) TRY(fs_error_memory(err));
     for (size_t i = 0; i < n; i++) {
@@ -81,7 +81,7 @@ static int picture_size(const char *folder, Photo *photo, FsError *err)
     photo->picture_height = (int)((unsigned)head[20] << 24 | head[21] << 16 | head[22] << 8 | head[23]);
     if (got < sizeof head || png_sig_cmp(head, 0, 8) != 0 || photo->picture_width < 1 || photo->picture_height < 1 ||
         photo->picture_width > FS_IMAGE_MAX_SIDE || photo->picture_height > FS_IMAGE_MAX_SIDE)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: not a PNG; rerun the stage ingest with --force", path.text);
+        return fs_error_input(err, "%s: not a PNG; rerun the stage ingest with --force", path.text);
     return 0;
 }
 
@@ -92,8 +92,7 @@ int fs_capture_read(const char *out, Capture *capture, FsError *err)
     FilePath path = fs_file_at("%s/ingest.json", out);
     capture->pictures = fs_file_path("%s/linear/features", out);
     if (!capture->pictures) TRY(fs_error_memory(err));
-    if (!fs_file_exists(path.text))
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not there; run the stage ingest first", path.text));
+    if (!fs_file_exists(path.text)) TRY(fs_error_input(err, "%s: not there; run the stage ingest first", path.text));
     TRY(read_photos(path.text, capture, err));
     for (int i = 0; i < capture->n; i++) TRY(picture_size(capture->pictures, &capture->photo[i], err));
 fail:

@@ -32,8 +32,8 @@ static int run(const Colmap *colmap, const char *command, const Option *option, 
     fs_log_progress(&colmap->project->log, "poses", 0, 0, what);
     int rc = run_and_look(colmap, argv, colmap->log_path, err);
     if (rc <= 0) return rc;
-    return fs_error_set(err, FS_ERR_INPUT, "%s %s failed (exit status %d) while %s; what it said is in %s", program,
-                        command, rc, what, colmap->log_path);
+    return fs_error_input(err, "%s %s failed (exit status %d) while %s; what it said is in %s", program, command, rc,
+                          what, colmap->log_path);
 }
 
 // Options of COLMAP 3.13 have other prefixes than before; its help tells.
@@ -49,8 +49,8 @@ static int look_at_options(Colmap *colmap, FsError *err)
     TRY(fs_file_read(path.text, 1 << 20, &text, &size, err));
     colmap->renamed_options = strstr(text, "FeatureExtraction.use_gpu") != NULL;
     if (!strstr(text, "database_path"))
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: does not answer like COLMAP; name the program with --colmap",
-                          colmap->project->set.colmap);
+        rc = fs_error_input(err, "%s: does not answer like COLMAP; name the program with --colmap",
+                            colmap->project->set.colmap);
 fail:
     free(text);
     return rc;
@@ -98,10 +98,10 @@ int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capt
     *colmap = (Colmap){.project = project, .capture = capture};
     const char *program = project->set.colmap;
     if (strchr(program, '/') ? !fs_file_exists(program) : !fs_process_found(program))
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: program not found; install COLMAP (Debian: apt-get install colmap), name it "
-                            "with --colmap, or give a model with poses and points with --poses",
-                            program);
+        return fs_error_input(err,
+                              "%s: program not found; install COLMAP (Debian: apt-get install colmap), name it with "
+                              "--colmap, or give a model with poses and points with --poses",
+                              program);
     colmap->dir = fs_file_path("%s/" FS_OWNED_DIR "/colmap", project->out);
     colmap->database = fs_file_path("%s/" FS_OWNED_DIR "/colmap/database.db", project->out);
     colmap->log_path = fs_file_path("%s/" FS_OWNED_DIR "/colmap/log.txt", project->out);

@@ -139,8 +139,7 @@ static int read_blob(Database *d, const char *sql, int image_id, int element, Bl
     int64_t size = sqlite3_column_bytes(b->statement, 2);
     if (b->rows < 0 || b->rows > MAX_FEATURES || b->cols < 1 || b->cols > 1024 ||
         size != (int64_t)b->rows * b->cols * element)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: features of photo %d are not what COLMAP writes", d->path,
-                            image_id);
+        return fs_error_input(err, "%s: features of photo %d are not what COLMAP writes", d->path, image_id);
     b->data = b->rows ? sqlite3_column_blob(b->statement, 2) : NULL;
     return 0;
 }
@@ -166,7 +165,7 @@ static int take_keypoints(Features *f, const char *k, int cols, const char *path
     if (!f->xy || !f->scale || !f->angle) return fs_error_memory(err);
     for (size_t i = 0; i < n; i++)
         if (!take_keypoint(k + i * (size_t)cols * sizeof(float), cols, &f->xy[2 * i], &f->scale[i], &f->angle[i]))
-            return fs_error_set(err, FS_ERR_INPUT, "%s: its features are not what COLMAP writes", path);
+            return fs_error_input(err, "%s: its features are not what COLMAP writes", path);
     return 0;
 }
 
@@ -180,8 +179,8 @@ int fs_database_features(Database *d, int image_id, Features *f, FsError *err)
     if (!k.data || !v.data) goto fail; // no features: an empty photo is no error here
     int n = k.rows;
     if (v.rows != n || v.cols != FS_DESCRIPTOR)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d descriptors of %d bytes for %d features of photo %d", d->path,
-                         v.rows, v.cols, n, image_id));
+        TRY(fs_error_input(err, "%s: %d descriptors of %d bytes for %d features of photo %d", d->path, v.rows, v.cols,
+                           n, image_id));
     f->n = n;
     TRY(take_keypoints(f, k.data, k.cols, d->path, err));
     f->descriptor = malloc((size_t)n * FS_DESCRIPTOR * sizeof *f->descriptor);

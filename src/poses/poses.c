@@ -40,24 +40,24 @@ static int check_posed(const FsProject *project, const Capture *capture, const S
     }
     name_missing(sparse, capture, missing, sizeof missing);
     if (3 * n < 2 * capture->n && *known)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: has poses of %d of the %d photos only (names are compared without folder "
-                            "and extension); missing: %s",
-                            known, n, capture->n, missing);
+        return fs_error_input(
+            err,
+            "%s: has poses of %d of the %d photos only (names are compared without folder and extension); missing: %s",
+            known, n, capture->n, missing);
     if (3 * n < 2 * capture->n)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "only %d of %d photos could be posed; failed: %s. Take photos that overlap more "
-                            "(step 5 to 10 cm), sharp and with texture, or give known poses with --poses",
-                            n, capture->n, missing);
+        return fs_error_input(err,
+                              "only %d of %d photos could be posed; failed: %s. Take photos that overlap more (step 5 "
+                              "to 10 cm), sharp and with texture, or give known poses with --poses",
+                              n, capture->n, missing);
     int few = group[0] < group[1] ? 0 : 1;
     const char *what = few ? "flash" : "no-flash";
     if (group[few] < FEWEST_OF_A_GROUP) {
         if (!*known || group[few] == 0)
-            return fs_error_set(err, FS_ERR_INPUT,
-                                "only %d of %d %s photos have a pose, at least %d are needed; without: %s. Take "
-                                "more %s photos from the same places as the others, or leave bad ones out",
-                                group[few], all[few], what, *known ? 1 : FEWEST_OF_A_GROUP, *missing ? missing : "none",
-                                what);
+            return fs_error_input(err,
+                                  "only %d of %d %s photos have a pose, at least %d are needed; without: %s. Take more "
+                                  "%s photos from the same places as the others, or leave bad ones out",
+                                  group[few], all[few], what, *known ? 1 : FEWEST_OF_A_GROUP,
+                                  *missing ? missing : "none", what);
         fs_log_warn(&project->log, "only %d %s photos: at least %d are advised", group[few], what, FEWEST_OF_A_GROUP);
     }
     if (n < capture->n)

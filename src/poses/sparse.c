@@ -38,10 +38,11 @@ static int set_pose(Sparse *sparse, const Photo *photo, int at, const Lens *lens
     double slack =
         1.0 / lens->height + 1.0 / photo->picture_height + 1.0 / lens->width + 1.0 / photo->picture_width + 0.005;
     if (fabs(log(a / b)) > slack)
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "%s: '%s' is %d x %d there, but the photo is %d x %d or a multiple of it; the "
-                            "model must be of the same photos",
-                            file, photo->name, lens->width, lens->height, photo->picture_width, photo->picture_height);
+        return fs_error_input(err,
+                              "%s: '%s' is %d x %d there, but the photo is %d x %d or a multiple of it; the model must "
+                              "be of the same photos",
+                              file, photo->name, lens->width, lens->height, photo->picture_width,
+                              photo->picture_height);
     sparse->pose[at].known = true;
     sparse->pose[at].lens = fs_lens_resized(lens, photo->picture_width, photo->picture_height);
     memcpy(sparse->pose[at].w2c, w2c, 12 * sizeof *w2c);

@@ -24,8 +24,7 @@ static int write_undistorted(const FilePath from[2], const FilePath to[2], const
     TRY(fs_png_read(from[1].text, &mask, err));
     if (photo.channels != 3 || mask.channels != 1 || photo.width != camera->width || photo.height != camera->height ||
         mask.width != photo.width || mask.height != photo.height)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not what the stage ingest writes; rerun it with --force",
-                         from[0].text));
+        TRY(fs_error_input(err, "%s: not what the stage ingest writes; rerun it with --force", from[0].text));
     TRY(fs_undistort(lens, camera, &photo, &mask, err));
     TRY(fs_tiff_write_float(to[0].text, &photo, err));
     TRY(fs_png_write(to[1].text, &mask, 8, err));

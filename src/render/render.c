@@ -166,9 +166,8 @@ static int check_film_sizes(const Run *run, const Dataset *views, FsError *err)
     for (int i = 1; i < views->n; i++)
         if (views->view[i].camera.width != views->view[0].camera.width ||
             views->view[i].camera.height != views->view[0].camera.height)
-            return fs_error_set(err, FS_ERR_INPUT,
-                                "%s: its views differ in size, a video needs one size; leave --video",
-                                run->project->set.cameras);
+            return fs_error_input(err, "%s: its views differ in size, a video needs one size; leave --video",
+                                  run->project->set.cameras);
     return 0;
 }
 
@@ -267,13 +266,13 @@ static int open_run(Run *run, FsError *err)
     run->film_dir = fs_file_at("%s/video", *set->output ? set->output : project->out);
     MUST(parse_layers(set->layers, run->wanted, err));
     if (!fs_file_exists(model.text))
-        return fs_error_set(err, FS_ERR_INPUT, "%s: not there; train the scene first (flashsplat train %s)", model.text,
-                            project->out);
+        return fs_error_input(err, "%s: not there; train the scene first (flashsplat train %s)", model.text,
+                              project->out);
     MUST(fs_scene_read(&run->scene, fs_file_at("%s/clouds", project->out).text, err));
     if (set->metres_per_unit > 0) run->scene.metres_per_unit = set->metres_per_unit;
     MUST(fs_dataset_read(&run->photos, views.text, err));
     if (run->photos.n == 0)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views.text);
+        return fs_error_input(err, "%s: no posed photos in it; run flashsplat poses first", views.text);
     MUST(fs_engine_new(&run->engine, set->device, set->cpu, set->threads, err));
     MUST(fs_engine_scene_up(run->engine, &run->scene, err));
     run->threads = fs_threads_new(set->threads);

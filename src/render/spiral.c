@@ -50,10 +50,10 @@ static int fit_radii(Spiral *spiral, const Camera *cameras, int n, FsError *err)
 int fs_spiral_fit(Spiral *spiral, const Camera *cameras, int n, double nearest, double farthest, FsError *err)
 {
     *spiral = (Spiral){0};
-    if (n < 1) return fs_error_set(err, FS_ERR_INPUT, "camera path: no posed photos to make it from");
+    if (n < 1) return fs_error_input(err, "camera path: no posed photos to make it from");
     if (!(nearest > 0) || !(farthest >= nearest) || !isfinite(farthest))
-        return fs_error_set(err, FS_ERR_INPUT, "camera path: scene depths %g to %g, expected positive and rising",
-                            nearest, farthest);
+        return fs_error_input(err, "camera path: scene depths %g to %g, expected positive and rising", nearest,
+                              farthest);
     double down[3] = {0};
     for (int i = 0; i < n; i++) {
         double c[3];
@@ -65,8 +65,7 @@ int fs_spiral_fit(Spiral *spiral, const Camera *cameras, int n, double nearest, 
         }
     }
     if (v3_normalise(spiral->forward) < 1e-9 || !make_axes(spiral->forward, down, spiral->right, spiral->down))
-        return fs_error_set(err, FS_ERR_INPUT,
-                            "camera path: the cameras look in opposite directions, a spiral needs a common one");
+        return fs_error_input(err, "camera path: the cameras look in opposite directions, a spiral needs a common one");
     double near_depth = 0.9 * nearest, far_depth = 5 * farthest;
     spiral->focus_depth = 1 / ((1 - FAR_WEIGHT) / near_depth + FAR_WEIGHT / far_depth);
     return fit_radii(spiral, cameras, n, err);

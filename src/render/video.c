@@ -170,8 +170,7 @@ int fs_video_open(Video **result, const char *path, int width, int height, int f
 {
     *result = NULL;
     if (width < 2 || height < 2)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: pictures of %d x %d are too small for a video", path, width,
-                            height);
+        return fs_error_input(err, "%s: pictures of %d x %d are too small for a video", path, width, height);
     Video *video = calloc(1, sizeof *video);
     if (!video) return fs_error_memory(err);
     video->width = width & ~1;
@@ -213,8 +212,8 @@ static unsigned char to_byte(float value)
 int fs_video_add(Video *video, const Image *picture, FsError *err)
 {
     if (picture->channels != 3 || (picture->width & ~1) != video->width || (picture->height & ~1) != video->height)
-        return fs_error_set(err, FS_ERR_INPUT, "%s: a picture of %d x %d, expected %d x %d like the first",
-                            video->file.path, picture->width, picture->height, video->width, video->height);
+        return fs_error_input(err, "%s: a picture of %d x %d, expected %d x %d like the first", video->file.path,
+                              picture->width, picture->height, video->width, video->height);
     capture_log(video->log);
     for (int y = 0; y < video->height; y++)
         for (int i = 0; i < 3 * video->width; i++)

@@ -31,19 +31,18 @@ static bool is_plain(const char *name)
 static int check_size(const char *file, const View *view, FsError *err)
 {
     if (longer_side(&view->camera) <= MAX_SIDE) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s: view '%s' would be rendered at %d x %d, at most %d; give --long-edge",
-                        file, view->name, view->camera.width, view->camera.height, MAX_SIDE);
+    return fs_error_input(err, "%s: view '%s' would be rendered at %d x %d, at most %d; give --long-edge", file,
+                          view->name, view->camera.width, view->camera.height, MAX_SIDE);
 }
 
 static int check_names(const char *file, const Dataset *views, FsError *err)
 {
     for (int i = 0; i < views->n; i++) {
         if (!is_plain(views->view[i].name))
-            return fs_error_set(err, FS_ERR_INPUT, "%s: view '%.100s': its name cannot be a file name", file,
-                                views->view[i].name);
+            return fs_error_input(err, "%s: view '%.100s': its name cannot be a file name", file, views->view[i].name);
         if (i && strcmp(views->view[i].name, views->view[i - 1].name) == 0)
-            return fs_error_set(err, FS_ERR_INPUT, "%s: two views are named '%s', their renders would be one file",
-                                file, views->view[i].name);
+            return fs_error_input(err, "%s: two views are named '%s', their renders would be one file", file,
+                                  views->view[i].name);
     }
     return 0;
 }
@@ -75,8 +74,7 @@ int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Datas
     int rc, distorted = 0;
     bool long_edge = fs_settings_was_set(&project->set, "long-edge");
     TRY(fs_cameras_file_read(path, &file, err));
-    if (file.views.n == 0)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: no posed views in it, expected at least one", path));
+    if (file.views.n == 0) TRY(fs_error_input(err, "%s: no posed views in it, expected at least one", path));
     TRY(check_names(path, &file.views, err));
     TRY(fs_frame_align(&file.views, photos, path, &project->log, err));
     const Camera *largest = largest_of(photos);

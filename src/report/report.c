@@ -11,8 +11,7 @@ int fs_report_run(FsProject *project, FsError *err)
     Page page = {.project = project, .dataset = &dataset};
     int rc;
     TRY(fs_dataset_read(&dataset, views.text, err));
-    if (dataset.n == 0)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: no posed photos in it; run flashsplat poses first", views.text));
+    if (dataset.n == 0) TRY(fs_error_input(err, "%s: no posed photos in it; run flashsplat poses first", views.text));
     TRY(fs_charts_read_log(fs_file_at("%s/log.jsonl", project->out).text, &page.curve, err));
     TRY(fs_previews_write(project, &dataset, &page.previews, err));
     TRY(fs_file_begin(&file, index.text, err));
