@@ -114,19 +114,6 @@ static int finish(const Evaluation *e, FsError *err)
     return fs_project_mark_done(e->project, FS_STAGE_EVALUATE, err);
 }
 
-static void free_all(Evaluation *e)
-{
-    for (int i = 0; i < e->n; i++) {
-        for (int l = 0; l < FS_EVALUATE_LAYERS; l++) fs_score_free(&e->method[i].layer[l]);
-        fs_depth_free(&e->method[i].depth);
-        free(e->method[i].name);
-    }
-    free(e->method);
-    fs_dataset_free(&e->cameras);
-    fs_lpips_free(e->lpips);
-    fs_threads_free(e->context.threads);
-}
-
 static int open_lpips(Evaluation *e, FsError *err)
 {
     const char *path = e->project->set.lpips_weights;
@@ -168,6 +155,14 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     fs_log_progress(&project->log, "evaluate", FS_EVALUATE_LAYERS * e.n, FS_EVALUATE_LAYERS * e.n, "done");
     TRY(finish(&e, err));
 fail:
-    free_all(&e);
+    for (int i = 0; i < e.n; i++) {
+        for (int l = 0; l < FS_EVALUATE_LAYERS; l++) fs_score_free(&e.method[i].layer[l]);
+        fs_depth_free(&e.method[i].depth);
+        free(e.method[i].name);
+    }
+    free(e.method);
+    fs_dataset_free(&e.cameras);
+    fs_lpips_free(e.lpips);
+    fs_threads_free(e.context.threads);
     return rc;
 }

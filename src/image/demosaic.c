@@ -143,8 +143,7 @@ int fs_demosaic(const DemosaicRows *rows, int width, int height, const unsigned 
         return fs_error_input(err, "a Bayer mosaic of %d x %d: expected sides of at least %d", width, height,
                               FS_DEMOSAIC_MIN_SIDE);
     Band b;
-    int rc = new_band(&b, width, cfa, err);
-    if (rc < 0) return rc;
+    MUST(new_band(&b, width, cfa, err));
     for (int first = 0; first < height; first += BAND) {
         int n = height - first < BAND ? height - first : BAND;
         b.rows = n + 2 * PAD;

@@ -8,7 +8,6 @@
 #include "base/owned.h"
 #include "image/photo.h"
 #include "image/tone.h"
-#include "model/camera.h"
 
 typedef struct PairPhoto {
     const char *path;
