@@ -36,6 +36,13 @@ int fs_error_first(const FsError *failure, size_t n, FsError *err)
     return i < n ? failure[i].code : 0;
 }
 
+int fs_error_about(int rc, const char *what, FsError *err)
+{
+    if (rc >= 0 || !err) return rc;
+    FsError inner = *err;
+    return fs_error_set(err, rc, "%s: %s", what, inner.message);
+}
+
 unsigned fs_error_memory_failures(void)
 {
     return atomic_load(&memory_failures);

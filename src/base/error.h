@@ -22,4 +22,6 @@ __attribute__((format(printf, 3, 4))) int fs_error_set(FsError *err, int code, c
 #define fs_error_input(err, ...) fs_error_set(err, FS_ERR_INPUT, __VA_ARGS__)
 int fs_error_memory(FsError *err);                                  // FS_ERR_MEMORY with the usual words
 int fs_error_first(const FsError *failure, size_t n, FsError *err); // of n jobs' failures, {0} where there was none
+int fs_error_about(int rc, const char *what,
+                   FsError *err);        // rc; where it is a failure, "what: " goes before err's words
 unsigned fs_error_memory_failures(void); // how often memory ran out in this process; see base/memory.h

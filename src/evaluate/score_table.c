@@ -84,16 +84,9 @@ static void end_line(FILE *f, char line[LINE], const Log *log)
     fs_log_info(log, "%s", line);
 }
 
-static void log_depth(const DepthScore *d, const Log *log)
-{
-    if (!d->n) return;
-    fs_log_info(log,
-                "depth of T, %d views: median relative error %.2f %%; after the scale %.4f, %.2f %%; %.1f %% of pixels",
-                d->n, 100 * d->error, d->scale, 100 * d->error_scaled, 100 * d->covered);
-}
-
 static void log_method(const MethodScore *method, const Log *log)
 {
+    const DepthScore *d = &method->depth;
     Columns columns = columns_of(method);
     bool any = false;
     for (int l = 0; l < FS_EVALUATE_LAYERS; l++) any |= method->layer[l].n > 0;
@@ -107,7 +100,11 @@ static void log_method(const MethodScore *method, const Log *log)
         if (l >= 0) print_layer(f, &columns, &method->layer[l]);
         end_line(f, line, log);
     }
-    log_depth(&method->depth, log);
+    if (d->n)
+        fs_log_info(
+            log,
+            "depth of T, %d views: median relative error %.2f %%; after the scale %.4f, %.2f %%; %.1f %% of pixels",
+            d->n, 100 * d->error, d->scale, 100 * d->error_scaled, 100 * d->covered);
 }
 
 // Methods side by side: gain-fitted means.

@@ -79,9 +79,8 @@ static void decode(Jpeg *s, FILE *f, Image *image)
                                s->in.num_components));
     s->in.out_color_space = s->in.num_components == 1 ? JCS_GRAYSCALE : JCS_RGB;
     s->in.dct_method = JDCT_ISLOW;
-    FsError why;
-    if (fs_image_new(image, (int)s->in.image_width, (int)s->in.image_height, s->in.num_components, &why) < 0)
-        stop(s, fs_error_set(s->err, why.code, "%s: %s", s->path, why.message));
+    int rc = fs_image_new(image, (int)s->in.image_width, (int)s->in.image_height, s->in.num_components, s->err);
+    if (rc < 0) stop(s, fs_error_about(rc, s->path, s->err));
     jpeg_start_decompress(&s->in);
     size_t n = (size_t)image->width * (size_t)image->channels;
     s->row = malloc(n);

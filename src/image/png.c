@@ -58,9 +58,8 @@ static void read_header(Png *s, FILE *f, Image *image)
     int width = (int)png_get_image_width(s->png, s->info), height = (int)png_get_image_height(s->png, s->info);
     if ((color != PNG_COLOR_TYPE_GRAY && color != PNG_COLOR_TYPE_RGB) || (channels != 1 && channels != 3))
         png_error(s->png, "unexpected colour type");
-    FsError why;
-    if (fs_image_new(image, width, height, channels, &why) < 0)
-        stop(s->png, fs_error_set(s->err, why.code, "%s: %s", s->path, why.message));
+    int rc = fs_image_new(image, width, height, channels, s->err);
+    if (rc < 0) stop(s->png, fs_error_about(rc, s->path, s->err));
 }
 
 static void read_pixels(Png *s, Image *image)

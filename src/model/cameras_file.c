@@ -29,26 +29,19 @@ typedef struct Posed { // a view before sorting
 // Fills views and lens from posed views in any order.
 static int take_posed(CamerasFile *file, const char *path, Posed *posed, int n, FsError *err)
 {
-    int rc = 0;
     fs_order_named(posed, (size_t)n, sizeof *posed);
     file->lens = malloc(((size_t)n + 1) * sizeof *file->lens);
     file->image = malloc(((size_t)n + 1) * sizeof *file->image);
     if (!file->lens || !file->image) return fs_error_memory(err);
     for (int i = 0; i < n; i++) {
         View view = {.name = posed[i].name};
-        FsError inner = {0};
-        TRY(fs_lens_camera(&posed[i].lens, path, &view.camera, err));
+        MUST(fs_lens_camera(&posed[i].lens, path, &view.camera, err));
         memcpy(view.camera.w2c, posed[i].w2c, sizeof view.camera.w2c);
-        rc = fs_dataset_append(&file->views, &view, &inner);
-        if (rc < 0) {
-            fs_error_set(err, rc, "%s: %s", path, inner.message);
-            goto fail;
-        }
+        MUST(fs_error_about(fs_dataset_append(&file->views, &view, err), path, err));
         file->lens[i] = posed[i].lens;
         file->image[i] = posed[i].image;
     }
-fail:
-    return rc;
+    return 0;
 }
 
 static void free_posed(Posed *posed, int n)

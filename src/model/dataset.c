@@ -126,9 +126,7 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
     view.held_out = json_is_true(json_object_get(object, "held_out"));
     const char *wanted = camera_from_json(object, &view.camera);
     if (wanted) return fs_error_input(err, "%s: view '%s': expected %s", path, name, wanted);
-    FsError inner = {0};
-    int rc = fs_dataset_append(dataset, &view, &inner);
-    return rc < 0 ? fs_error_set(err, rc, "%s: %s", path, inner.message) : 0;
+    return fs_error_about(fs_dataset_append(dataset, &view, err), path, err);
 }
 
 int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)

@@ -109,20 +109,14 @@ static void tangential(double u, double v, double r2, double p1, double p2, doub
     out[1] = 2 * p2 * u * v + p1 * (r2 + 2 * v * v);
 }
 
-// Equidistant fisheye: the ray's distance from the axis becomes its angle.
-static void fisheye(const double ray[2], double out[2])
-{
-    double r = sqrt(ray[0] * ray[0] + ray[1] * ray[1]), s = r > 1e-12 ? atan(r) / r : 1;
-    out[0] = ray[0] * s;
-    out[1] = ray[1] * s;
-}
-
 // Ray -> ray after the lens.
 static void distort(const Lens *lens, const double ray[2], double out[2])
 {
     const double *k = lens->param + models[lens->model].n_focal + 2;
-    double p[2] = {ray[0], ray[1]}, t[2] = {0, 0}, s = 1;
-    if (lens->model >= LENS_SIMPLE_RADIAL_FISHEYE || lens->model == LENS_OPENCV_FISHEYE) fisheye(ray, p);
+    double off = sqrt(ray[0] * ray[0] + ray[1] * ray[1]), t[2] = {0, 0}, s = 1;
+    bool fisheye = lens->model >= LENS_SIMPLE_RADIAL_FISHEYE || lens->model == LENS_OPENCV_FISHEYE;
+    double bend = fisheye && off > 1e-12 ? atan(off) / off : 1; // equidistant: distance from the axis becomes angle
+    double p[2] = {ray[0] * bend, ray[1] * bend};
     double r2 = p[0] * p[0] + p[1] * p[1], r4 = r2 * r2, r6 = r4 * r2, r8 = r4 * r4, r = sqrt(r2);
     switch (lens->model) {
     case LENS_SIMPLE_RADIAL:

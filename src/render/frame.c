@@ -1,4 +1,4 @@
-#include "render/frame.h"
+#include "render/view_list.h"
 
 #include <math.h>
 #include <stdlib.h>

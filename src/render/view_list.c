@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "model/cameras_file.h"
-#include "render/frame.h"
 
 static int longer_side(const Camera *camera)
 {
@@ -21,11 +20,6 @@ static Camera fit(const Camera *camera, int width, int height)
     return fs_camera_long_edge(camera, width > height ? width : height);
 }
 
-static bool is_plain(const char *name)
-{
-    return *name && *name != '.' && !strchr(name, '/') && strlen(name) <= 200;
-}
-
 #define MAX_SIDE 16384 // of a render; the engine holds some 30 planes of it
 
 static int check_size(const char *file, const View *view, FsError *err)
@@ -38,11 +32,11 @@ static int check_size(const char *file, const View *view, FsError *err)
 static int check_names(const char *file, const Dataset *views, FsError *err)
 {
     for (int i = 0; i < views->n; i++) {
-        if (!is_plain(views->view[i].name))
-            return fs_error_input(err, "%s: view '%.100s': its name cannot be a file name", file, views->view[i].name);
-        if (i && strcmp(views->view[i].name, views->view[i - 1].name) == 0)
-            return fs_error_input(err, "%s: two views are named '%s', their renders would be one file", file,
-                                  views->view[i].name);
+        const char *name = views->view[i].name;
+        if (!*name || *name == '.' || strchr(name, '/') || strlen(name) > 200)
+            return fs_error_input(err, "%s: view '%.100s': its name cannot be a file name", file, name);
+        if (i && strcmp(name, views->view[i - 1].name) == 0)
+            return fs_error_input(err, "%s: two views are named '%s', their renders would be one file", file, name);
     }
     return 0;
 }

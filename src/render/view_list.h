@@ -13,3 +13,8 @@ int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Datas
 // The setting path-views: frames path_0001 ... around the photos' cameras.
 int fs_view_list_of_spiral(const FsProject *project, const Dataset *photos, double nearest, double farthest,
                            Dataset *views, FsError *err);
+
+// A camera model given for rendering may sit in another frame than the capture (other origin, turn and scale): moves
+// the cameras of views into the frame of photos where views of the same name say so; says what it did. Views that agree
+// already, or too few in common to tell, are left as they are. file: the model's path, for the messages.
+int fs_frame_align(Dataset *views, const Dataset *photos, const char *file, const Log *log, FsError *err);

@@ -41,8 +41,7 @@ static int make_folders(const Synth *s, FsError *err)
     for (int i = 0; i < 2; i++) MUST(fs_owned_open(fs_file_at("%s/%s", s->out, folders[i]).text, "capture", err));
     for (int i = 0; i < 2; i++) fs_owned_remove(fs_file_at("%s/%s/.", s->out, folders[i]).text);
     for (int i = 0; i < 4; i++) MUST(fs_file_mkdirs(fs_file_at("%s/%s", s->out, folders[i]).text, err));
-    MUST(fs_truth_files_cameras(s->truth.text, s->layout.name, s->shot, s->n, &s->spec, err));
-    return fs_truth_files_folders(s->truth.text, err);
+    return fs_truth_files_cameras(s->truth.text, s->layout.name, s->shot, s->n, &s->spec, err);
 }
 
 // Exposes a view's light and writes it as a RAW and a JPEG file.

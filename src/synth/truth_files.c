@@ -59,17 +59,13 @@ fail:
     return rc;
 }
 
-int fs_truth_files_cameras(const char *dir, const char *scene, const Shot *shot, int n, const Spec *spec, FsError *err)
-{
-    MUST(write_json(dir, scene, shot, n, err));
-    return write_sparse(dir, shot, n, spec, err);
-}
-
 static const RenderLayer folders[] = {RENDER_T_N, RENDER_T_F,     RENDER_R,   RENDER_I_N,
                                       RENDER_I_F, RENDER_DEPTH_T, RENDER_BETA};
 
-int fs_truth_files_folders(const char *dir, FsError *err)
+int fs_truth_files_cameras(const char *dir, const char *scene, const Shot *shot, int n, const Spec *spec, FsError *err)
 {
+    MUST(write_json(dir, scene, shot, n, err));
+    MUST(write_sparse(dir, shot, n, spec, err));
     for (size_t i = 0; i < sizeof folders / sizeof *folders; i++)
         MUST(fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[folders[i]].name).text, err));
     return 0;

@@ -43,16 +43,12 @@ int fs_world_surface(World *world, Surface surface)
     return world->n_surfaces++;
 }
 
-static bool is_rich(Paint paint)
-{
-    return paint != PAINT_PLAIN && paint != PAINT_PLASTER && paint != PAINT_METAL && paint != PAINT_WOOD;
-}
-
 // A scene poor in texture replaces some of its paintings by plain colour.
 static Paint thinned(World *world, Paint paint)
 {
+    bool rich = paint != PAINT_PLAIN && paint != PAINT_PLASTER && paint != PAINT_METAL && paint != PAINT_WOOD;
     bool keep = fs_rng_uniform(&world->rng) < world->texture_keep;
-    return keep || !is_rich(paint) ? paint : PAINT_PLAIN;
+    return keep || !rich ? paint : PAINT_PLAIN;
 }
 
 int fs_world_painted(World *world, Paint paint, float hue, float w_m, float h_m)

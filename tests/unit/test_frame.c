@@ -9,7 +9,7 @@
 
 #include "base/rng.h"
 #include "model/similarity.h"
-#include "render/frame.h"
+#include "render/view_list.h"
 
 #define PHOTOS 9
 
