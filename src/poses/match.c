@@ -15,7 +15,8 @@
 #define WIDER
 #endif
 
-enum { TILE = 8, MAX_DISTANCE_DOT = 198000 }; // distance 0.7: as COLMAP's default
+enum { TILE = 8, MAX_DISTANCE_DOT = 198000 };                  // distance 0.7: as COLMAP's default
+enum { GLANCE_FEATURES = 200, PARTNERS = 30, NEIGHBOURS = 3 }; // of fs_match_choose
 
 int fs_match_dot(const int16_t *a, const int16_t *b)
 {
@@ -57,7 +58,7 @@ typedef struct Subset { // the features of one picture that take part, packed
 
 typedef struct Work {
     const Subset *subset;
-    float max_ratio;
+    const MatchOptions *options;
     MatchList *list;
     int first; // column of job 0
     bool failed;
@@ -93,6 +94,8 @@ static int match_two(const Subset *a, const Subset *b, float max_ratio, MatchLis
             continue;
         list->match[list->n++] = (Match){a->index[i], b->index[j]};
     }
+    Match *fitting = realloc(list->match, ((size_t)list->n + 1) * sizeof *fitting); // pairs are many
+    if (fitting) list->match = fitting;
     rc = 0;
 fail:
     fs_arena_free(&arena);
@@ -104,9 +107,12 @@ static void match_job(void *context, int job, int worker)
     (void)worker;
     Work *work = context;
     int j = work->first + job;
-    for (int i = 0; i < j; i++)
-        if (match_two(&work->subset[i], &work->subset[j], work->max_ratio, &work->list[fs_match_pair(i, j)]) < 0)
+    for (int i = 0; i < j; i++) {
+        int pair = fs_match_pair(i, j);
+        if (work->options->pair && !work->options->pair[pair]) continue;
+        if (match_two(&work->subset[i], &work->subset[j], work->options->max_ratio, &work->list[pair]) < 0)
             __atomic_store_n(&work->failed, true, __ATOMIC_RELAXED);
+    }
 }
 
 static int choose(const Features *f, int max_features, Subset *s, Arena *arena, FsError *err)
@@ -132,7 +138,7 @@ int fs_match_all(const Features *features, int n, MatchOptions options, Threads 
     int rc = 0, step = 4 * fs_threads_count(threads);
     Arena arena = {0};
     Subset *subset = ARENA_NEW(&arena, Subset, (size_t)n + 1);
-    Work work = {.subset = subset, .max_ratio = options.max_ratio, .list = list};
+    Work work = {.subset = subset, .options = &options, .list = list};
     memset(list, 0, (size_t)n * (size_t)(n - 1) / 2 * sizeof *list);
     if (!subset) TRY(fs_error_memory(err));
     for (int i = 0; i < n; i++) TRY(choose(&features[i], options.max_features, &subset[i], &arena, err));
@@ -144,5 +150,31 @@ int fs_match_all(const Features *features, int n, MatchOptions options, Threads 
     }
 fail:
     fs_arena_free(&arena);
+    return rc;
+}
+
+int fs_match_choose(const Features *features, int n, Threads *threads, const Log *log, bool *pair, FsError *err)
+{
+    int rc = 0;
+    size_t pairs = (size_t)n * (size_t)(n - 1) / 2;
+    MatchList *list = calloc(pairs + 1, sizeof *list);
+    Ranked *other = malloc(((size_t)n + 1) * sizeof *other);
+    if (!list || !other) TRY(fs_error_memory(err));
+    memset(pair, 0, pairs * sizeof *pair);
+    TRY(fs_match_all(features, n, (MatchOptions){GLANCE_FEATURES, 0.8f, NULL}, threads, log, list, err));
+    for (int i = 0; i < n; i++) {
+        int k = 0;
+        for (int j = 0; j < n; j++)
+            if (j != i) { // where little is in common, the nearest by name
+                int at = i < j ? fs_match_pair(i, j) : fs_match_pair(j, i), apart = abs(i - j);
+                other[k++] = (Ranked){apart <= NEIGHBOURS ? -INFINITY : (double)apart / n - list[at].n, at};
+            }
+        fs_order_ranked(other, (size_t)k);
+        for (k = 0; k < n - 1 && k < PARTNERS; k++) pair[other[k].index] = true;
+    }
+fail:
+    for (size_t i = 0; i < pairs && list; i++) free(list[i].match);
+    free(list);
+    free(other);
     return rc;
 }

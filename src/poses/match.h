@@ -25,6 +25,7 @@ static inline void fs_match_keep(MatchBest *best, int at, int dot)
 typedef struct MatchOptions {
     int max_features; // those of largest scale of each picture take part
     float max_ratio;  // of a match's distance and the second nearest's
+    const bool *pair; // (n (n - 1) / 2) those to match; NULL: all
 } MatchOptions;
 
 // Mutual nearest neighbours for every pair of pictures. list: (n (n - 1) / 2), pair (i, j), i < j, at
@@ -32,3 +33,6 @@ typedef struct MatchOptions {
 int fs_match_all(const Features *features, int n, MatchOptions options, Threads *threads, const Log *log,
                  MatchList *list, FsError *err);
 int fs_match_pair(int i, int j); // i < j
+// Of many pictures: which pairs are worth matching, by a first look at few features of each. For every picture those
+// that have most in common with it, and those next to it.
+int fs_match_choose(const Features *features, int n, Threads *threads, const Log *log, bool *pair, FsError *err);

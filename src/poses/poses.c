@@ -10,6 +10,7 @@
 #include "poses/sparse.h"
 
 enum { MATCHED_FEATURES = 3000, FEWEST_MATCHED_FEATURES = 1000, FEWEST_OF_A_GROUP = 5 };
+enum { MOST_FOR_ALL_PAIRS = 100, CHOSEN_FEATURES = 1500 }; // of more photos, only pairs that are alike are matched
 
 // Which photos have no pose, as "a, b, c and 4 more".
 static void name_missing(const Sparse *sparse, const Capture *capture, char *text, size_t size)
@@ -71,15 +72,25 @@ static int match_and_verify(Colmap *colmap, const FsProject *project, const Capt
     int rc = 0;
     size_t pairs = (size_t)capture->n * (size_t)(capture->n - 1) / 2;
     MatchList *list = calloc(pairs + 1, sizeof *list);
+    bool *chosen = capture->n > MOST_FOR_ALL_PAIRS ? malloc(pairs * sizeof *chosen) : NULL;
     Threads *threads = fs_threads_new(project->set.threads);
-    if (!list || !threads) TRY(fs_error_memory(err));
+    if (!list || !threads || (!chosen && capture->n > MOST_FOR_ALL_PAIRS)) TRY(fs_error_memory(err));
     int most = capture->n > 40 ? 40 * MATCHED_FEATURES / capture->n : MATCHED_FEATURES; // pairs grow with the square
     if (most < FEWEST_MATCHED_FEATURES) most = FEWEST_MATCHED_FEATURES;
-    TRY(fs_match_all(features, capture->n, (MatchOptions){most, 0.8f}, threads, &project->log, list, err));
+    if (chosen) {
+        most = CHOSEN_FEATURES;
+        TRY(fs_match_choose(features, capture->n, threads, &project->log, chosen, err));
+        size_t n = 0;
+        for (size_t i = 0; i < pairs; i++) n += chosen[i];
+        fs_log_info(&project->log, "poses: %d photos: the %zu most alike of %zu pairs are matched", capture->n, n,
+                    pairs);
+    }
+    TRY(fs_match_all(features, capture->n, (MatchOptions){most, 0.8f, chosen}, threads, &project->log, list, err));
     TRY(fs_colmap_verify(colmap, list, err));
 fail:
     for (size_t i = 0; i < pairs && list; i++) free(list[i].match);
     free(list);
+    free(chosen);
     fs_threads_free(threads);
     return rc;
 }

@@ -179,7 +179,7 @@ static void test_match(void **state)
         Threads *threads = fs_threads_new(run + 1);
         for (int a = 0; a < PHOTOS; a++) s->features[a].n -= CLUTTER * !run;
         assert_int_equal(
-            fs_match_all(s->features, PHOTOS, (MatchOptions){100000, 0.8f}, threads, &log, list[run], NULL), 0);
+            fs_match_all(s->features, PHOTOS, (MatchOptions){100000, 0.8f, NULL}, threads, &log, list[run], NULL), 0);
         for (int a = 0; a < PHOTOS; a++) s->features[a].n += CLUTTER * !run;
         fs_threads_free(threads);
     }
@@ -196,6 +196,39 @@ static void test_match(void **state)
     for (int run = 0; run < 2; run++)
         for (int k = 0; k < PHOTOS * (PHOTOS - 1) / 2; k++) free(list[run][k].match);
     free_scene(s);
+}
+
+// Many pictures along a path, named in another order: each is matched with its neighbours on the path, and few others.
+static void test_choose(void **state)
+{
+    (void)state;
+    enum { N = 120, SEEN = 20, STEP = 4 }; // points in a picture, of which the next has all but STEP
+    Features features[N];
+    static int16_t point[N * STEP + SEEN][FS_DESCRIPTOR];
+    static bool pair[2][N * (N - 1) / 2];
+    Rng rng = fs_rng_new(5);
+    Log log = {0};
+    for (int p = 0; p < N * STEP + SEEN; p++)
+        for (int k = 0; k < FS_DESCRIPTOR; k++) point[p][k] = (int16_t)(fs_rng_below(&rng, 5) ? 10 : 96);
+    for (int i = 0; i < N; i++) {
+        int place = i * 37 % N;
+        features[i] = (Features){.n = SEEN, .descriptor = point[place * STEP], .scale = calloc(SEEN, sizeof(float))};
+    }
+    for (int run = 0; run < 2; run++) {
+        Threads *threads = fs_threads_new(run + 1);
+        assert_int_equal(fs_match_choose(features, N, threads, &log, pair[run], NULL), 0);
+        fs_threads_free(threads);
+    }
+    assert_memory_equal(pair[0], pair[1], sizeof pair[0]);
+    int chosen = 0;
+    for (int j = 0; j < N; j++)
+        for (int i = 0; i < j; i++) {
+            bool near = abs(i * 37 % N - j * 37 % N) * STEP < SEEN;
+            if (near || j - i <= 3) assert_true(pair[0][fs_match_pair(i, j)]);
+            chosen += pair[0][fs_match_pair(i, j)];
+        }
+    assert_true(chosen < 30 * N);
+    for (int i = 0; i < N; i++) free(features[i].scale);
 }
 
 static void test_refine(void **state)
@@ -272,8 +305,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_triangulate), cmocka_unit_test(test_nothing_to_triangulate),
-        cmocka_unit_test(test_match),       cmocka_unit_test(test_refine),
-        cmocka_unit_test(test_undistort),
+        cmocka_unit_test(test_match),       cmocka_unit_test(test_choose),
+        cmocka_unit_test(test_refine),      cmocka_unit_test(test_undistort),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
