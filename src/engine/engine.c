@@ -140,6 +140,12 @@ int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err)
     return 0;
 }
 
+void fs_engine_drop_views(Engine *engine)
+{
+    engine->device->drop_views(engine);
+    engine->n_views = 0;
+}
+
 int fs_engine_render(Engine *engine, const Camera *camera, Renders *renders, FsError *err)
 {
     if (!engine->up) return refuse(err, "no scene is up");

@@ -72,6 +72,7 @@ typedef struct EngineView {
     const Image *photo, *mask;
 } EngineView;
 int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err);
+void fs_engine_drop_views(Engine *engine); // all photos; the next is number 0
 
 typedef struct StepArgs {
     int view; // number of the photo

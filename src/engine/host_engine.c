@@ -36,11 +36,18 @@ static int open_reference(Engine **out, const char *cpu, int threads, FsError *e
     return open_host(out, &engine, err);
 }
 
+static void drop_views(Engine *base)
+{
+    HostEngine *e = fs_host_engine(base);
+    for (int i = 0; i < e->n_views; i++) free(e->views[i].memory);
+    e->n_views = 0;
+}
+
 static void close_host(Engine *base)
 {
     HostEngine *e = fs_host_engine(base);
+    drop_views(base);
     for (int i = 0; i < HOST_TASKS; i++) fs_raster_pass_free_task(&e->task[i]);
-    for (int i = 0; i < e->n_views; i++) free(e->views[i].memory);
     free(e->views);
     fs_gain_graph_free(&e->graph);
     fs_engine_state_free(&e->state);
@@ -225,7 +232,7 @@ RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *pa
 
 #define HOST_DEVICE(name, open)                                                                                        \
     {                                                                                                                  \
-        name, open, close_host, scene_up, scene_down, state_up, state_down, edit, neighbours, load_view,               \
+        name, open, close_host, scene_up, scene_down, state_up, state_down, edit, neighbours, load_view, drop_views,   \
             fs_host_render, fs_host_step                                                                               \
     }
 const EngineDevice fs_device_cpu = HOST_DEVICE("cpu", open_cpu);

@@ -59,12 +59,16 @@ static const FsOption table[] = {
 
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
-    INT("steps", steps, TRAIN, "5000", 1, 1000000, "N", "training steps"),
+    INT("steps", steps, TRAIN, "4000", 1, 1000000, "N", "training steps"),
+    INT("levels", levels, TRAIN, "3", 1, 8, "N",
+        "sizes of the photos that training goes through, each half the next; 1: full size only"),
     INT("test-every", test_every, POSES, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
     INT("checkpoint-every", checkpoint_every, TRAIN, "500", 0, 1000000, "N",
         "steps between checkpoints; 0: only at the end"),
-    INT("progress-every", progress_every, TRAIN, "500", 0, 1000000, "N", "steps between contact sheets; 0: none"),
-    INT("max-splats", max_splats, TRAIN, "500000", 100, 10000000, "N", "most Gaussians per cloud"),
+    INT("progress-every", progress_every, TRAIN, "500", 0, 1000000, "N",
+        "steps between contact sheets, the first after a fifth of them; 0: none"),
+    INT("max-splats", max_splats, TRAIN, "0", 0, 10000000, "N",
+        "most Gaussians per cloud; 0: as the size of the photos asks for, 160000 at 1200x800"),
     BOOL("resume", resume, TRAIN, "go on from the last checkpoint; refuses one made from other settings or inputs"),
     ENUM("separation", separation, INITIALISE | TRAIN, "full", "full|flashless|linear|none",
          "for comparisons: one T for all photos, without the flash's cues; T_F a constant times T_N; or one cloud, no "
@@ -139,16 +143,16 @@ static const FsOption table[] = {
 static const struct {
     const char *name, *help;
 } presets[] = {
-    {"preview", "minutes on two cores"},
-    {"standard", "the best this program knows"},
+    {"preview", "a first look, a minute on two cores"},
+    {"standard", "the best within about ten minutes on two cores"},
     {"paper", "the paper's four clouds, losses, weights and schedules"},
 };
 
 static const struct {
     const char *preset, *name, *value;
 } preset_values[] = {
-    {"preview", "steps", "3000"},    {"preview", "long-edge", "600"},   {"preview", "max-splats", "40000"},
-    {"standard", "steps", "10000"},  {"paper", "steps", "5000"},        {"paper", "geometry", "separate"},
+    {"preview", "steps", "3000"},    {"preview", "long-edge", "300"},   {"preview", "init-count", "12000"},
+    {"paper", "steps", "5000"},      {"paper", "levels", "1"},          {"paper", "geometry", "separate"},
     {"paper", "beta", "cloud"},      {"paper", "init-count", "350000"}, {"paper", "max-splats", "500000"},
     {"paper", "densify", "fsgs"},    {"paper", "rgb-weight", "2"},      {"paper", "linearity", "0.001"},
     {"paper", "beta-smooth", "0.1"}, {"paper", "depth-smooth", "0.01"}, {"paper", "opacity-reg", "0"},

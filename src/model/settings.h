@@ -16,7 +16,7 @@ typedef struct FsSettings {
     // initialise
     int init_count;
     // train
-    int steps, test_every, checkpoint_every, progress_every, max_splats;
+    int steps, levels, test_every, checkpoint_every, progress_every, max_splats;
     bool resume;
     char *separation, *lighting, *geometry, *beta, *densify;
     double rgb_weight, dssim, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg, means_rate,

@@ -23,7 +23,7 @@ void fs_cloud_edit_compact(Edit *edit, const unsigned char *keep);
 
 // densify.c: dead Gaussians of a cloud move onto live ones, and the cloud grows to `grown` (at least its size).
 // Negative with FS_ERR_NUMERIC when all are dead.
-int fs_densify_relocate(Edit *edit, int grown, Rng *rng, FsError *err);
+int fs_densify_relocate(Edit *edit, int grown, const float *screen, Rng *rng, FsError *err);
 
 // fsgs.c: the paper's densification, for a cloud of a scene of this extent. screen: mean screen-space gradients (N).
 typedef struct FsgsArgs {

@@ -1,9 +1,9 @@
 // Where Gaussians are added and taken away.
 //
 // relocate (3DGS as Markov chain Monte Carlo, Kheradmand et al. 2024): dead Gaussians move onto live ones, drawn by
-// opacity, and the number grows by a fixed share up to the budget; opacity and scale of what lands on one place are
-// changed so that the picture stays (eq. 9). Exact counts, no thresholds on gradients.
-// fsgs: see fsgs.c.
+// opacity and by how much photos pull at them, and the number grows up to the budget; opacity and scale of what lands
+// on one place are changed so that the picture stays (eq. 9). Exact counts, no thresholds on gradients. fsgs: see
+// fsgs.c.
 #include <stdlib.h>
 #include <string.h>
 
@@ -34,18 +34,25 @@ static void shared_out(float o, int n, float *opacity, float *shrink)
 
 // The draws of one round.
 typedef struct Draws {
+    const float *screen; // (n, 2) CloudState.screen; NULL: not known
     unsigned char *dead; // (n)
     int *target, *drawn; // (room) Gaussian number target[d] goes onto drawn[d]
     int *counts;         // (room) times that a Gaussian was drawn
     double *sums;        // (n) of opacities
 } Draws;
 
+// Growth goes where the picture is still pulled at, by all photos together.
+static double weight_of(const Cloud *cloud, const float *screen, int i)
+{
+    double opacity = (double)fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]);
+    return screen ? opacity * ((double)screen[2 * i] + 1e-12) : opacity;
+}
+
 // Draws `count` of the first n Gaussians, those alive, by opacity.
 static void draw(const Cloud *cloud, int n, int count, Rng *rng, Draws *d)
 {
     double total = 0;
-    for (int i = 0; i < n; i++)
-        d->sums[i] = total += d->dead[i] ? 0 : (double)fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]);
+    for (int i = 0; i < n; i++) d->sums[i] = total += d->dead[i] ? 0 : weight_of(cloud, d->screen, i);
     for (int k = 0; k < count; k++) {
         double at = ((double)fs_rng_u32(rng) + 0.5) * 0x1p-32 * total;
         int low = 0, high = n - 1;
@@ -82,12 +89,13 @@ static void place(Edit *edit, int count, Draws *d)
     }
 }
 
-int fs_densify_relocate(Edit *edit, int grown, Rng *rng, FsError *err)
+int fs_densify_relocate(Edit *edit, int grown, const float *screen, Rng *rng, FsError *err)
 {
     Cloud *cloud = edit->cloud;
     int n = cloud->n, n_dead = 0;
     size_t room = (size_t)grown + 1;
-    Draws d = {.dead = calloc((size_t)n + 1, 1),
+    Draws d = {.screen = screen,
+               .dead = calloc((size_t)n + 1, 1),
                .target = malloc(sizeof(int) * room),
                .drawn = malloc(sizeof(int) * room),
                .counts = calloc(room, sizeof(int)),
@@ -140,10 +148,8 @@ typedef int EditCloud(Trainer *trainer, Edit *edit, const CloudState *statistics
 
 static int edit_relocate(Trainer *trainer, Edit *edit, const CloudState *statistics, Rng *rng, FsError *err)
 {
-    (void)statistics;
-    int n = edit->cloud->n, most = trainer->set->max_splats,
-        grown = (int)(GROWTH * n) < most ? (int)(GROWTH * n) : most;
-    return fs_densify_relocate(edit, grown < n ? n : grown, rng, err);
+    int grown = fs_schedule_grown(trainer->set, trainer->budget, edit->cloud->n, trainer->step);
+    return fs_densify_relocate(edit, grown, statistics->screen, rng, err);
 }
 
 static int edit_fsgs(Trainer *trainer, Edit *edit, const CloudState *statistics, Rng *rng, FsError *err)
@@ -153,7 +159,7 @@ static int edit_fsgs(Trainer *trainer, Edit *edit, const CloudState *statistics,
     if (!screen) return fs_error_memory(err);
     for (int i = 0; i < n; i++)
         if (statistics->screen[2 * i + 1] > 0) screen[i] = statistics->screen[2 * i] / statistics->screen[2 * i + 1];
-    FsgsArgs args = {screen, trainer->scene.extent, trainer->set->max_splats, trainer->step, trainer->threads};
+    FsgsArgs args = {screen, trainer->scene.extent, trainer->budget, trainer->step, trainer->threads};
     int rc = fs_fsgs_densify(edit, &args, rng, err);
     free(screen);
     return rc;
@@ -187,7 +193,7 @@ int fs_densify_step(Trainer *trainer, FsError *err)
         return 0;
     int rc;
     TRY(fs_engine_scene_down(trainer->engine, (1u << LAYERS) - 1, &trainer->scene, err));
-    if (fsgs) TRY(fs_engine_state_down(trainer->engine, &trainer->state, err));
+    TRY(fs_engine_state_down(trainer->engine, &trainer->state, err));
     for (int l = 0; l < LAYERS; l++)
         if (trainer->scene.cloud[l].n) TRY(edit_layer(trainer, l, fsgs ? edit_fsgs : edit_relocate, err));
     TRY(fs_densify_neighbours(trainer, err));

@@ -27,6 +27,26 @@ bool fs_schedule_fsgs(int step)
     return step >= FSGS_FROM && step <= FSGS_UNTIL && step % FSGS_EVERY == 0;
 }
 
+int fs_schedule_halvings(const Settings *set, int long_edge, int step)
+{
+    double begin = COARSE_UNTIL * set->steps / (set->levels > 1 ? set->levels - 1 : 1);
+    int halvings = set->levels - 1 - (int)((step + 1) / begin);
+    while (halvings > 0 && long_edge >> halvings < COARSEST) halvings--;
+    return halvings > 0 ? halvings : 0;
+}
+
+int fs_schedule_budget(const Settings *set, double pixels)
+{
+    return set->max_splats ? set->max_splats : (int)(SPLATS_PER_SIDE * sqrt(pixels));
+}
+
+int fs_schedule_grown(const Settings *set, int budget, int n, int step)
+{
+    double rounds = (GROWN_BY * set->steps - step) / RELOCATE_EVERY + 1;
+    double growth = n < budget ? pow((double)budget / n, 1 / fmax(rounds, 1)) : 1;
+    return (int)(n * fmin(growth, GROWTH) + 0.5);
+}
+
 // step: steps done with this one.
 static double means_rate(const Settings *set, const Scene *scene, int step)
 {
@@ -42,8 +62,10 @@ static double settle(const Settings *set, int step)
 
 void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArgs *args)
 {
-    *args = (StepArgs){
-        .step = step, .slope_floor = set->slope_floor, .statistics = is_fsgs(set), .seed = (uint64_t)set->seed};
+    *args = (StepArgs){.step = step,
+                       .slope_floor = set->slope_floor,
+                       .statistics = strcmp(set->densify, "none") != 0,
+                       .seed = (uint64_t)set->seed};
     fs_loss_weights(set, scene, (double)step / set->steps, args->weight);
     for (int f = 0; f < CLOUD_FIELDS; f++)
         args->rate[f] = rates[f] * (f == CLOUD_OPACITIES ? 1 : set->rate_scale) * settle(set, step + 1);

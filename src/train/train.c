@@ -70,7 +70,8 @@ static int keep_watch(Trainer *trainer, double begin, FsError *err)
                                    : 0.97 * trainer->smoothed[k] + 0.03 * trainer->last.loss[k];
     bool last = trainer->step == set->steps;
     if (trainer->step % 20 == 0 || last) rc = fs_progress_log(trainer, now() - begin, last, err);
-    if (rc == 0 && set->progress_every && (trainer->step % set->progress_every == 0 || last))
+    int every = set->progress_every;
+    if (rc == 0 && every && (trainer->step % every == 0 || trainer->step == every / 5 || last)) // the first one soon
         rc = fs_progress_sheet(trainer, err);
     if (rc == 0 && !last && set->checkpoint_every && trainer->step % set->checkpoint_every == 0)
         rc = fs_checkpoint_write(trainer, err);
@@ -89,6 +90,7 @@ static int train_loop(Trainer *trainer, FsError *err)
                               trainer->set->steps);
             goto fail;
         }
+        TRY(fs_views_for_step(trainer, trainer->step, err));
         StepArgs args;
         fs_schedule_step(trainer->set, &trainer->scene, trainer->step, &args);
         args.view = fs_views_at_step(trainer, trainer->step);

@@ -17,9 +17,15 @@
 #define SETTLE_FALL 0.1     // experiment  of the other rates, over the share `settle` of the steps
 #define EXPLORE 5e5         // MCMC        noise on the means, in their rate
 
+// Levels, from coarse to fine.
+#define COARSE_UNTIL 0.5 // experiment  share of the steps before the full size
+enum { COARSEST = 100 }; // -           pixels of the longer side
+
 // --densify relocate
 #define DEAD 0.005f         // MCMC        opacity
-#define GROWTH 1.05         // MCMC        of a cloud in each round
+#define GROWTH 1.15         // -           of a cloud in each round, at most
+#define GROWN_BY 0.6        // experiment  share of the steps after which clouds have their budget
+#define SPLATS_PER_SIDE 163 // experiment  budget of a cloud, by the root of a photo's pixels
 #define RELOCATE_UNTIL 0.85 // -           of the steps: what was moved last settles
 enum {
     MOST_COPIES = 51,     // MCMC        that share one place

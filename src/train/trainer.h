@@ -16,6 +16,9 @@ typedef struct Trainer {
     Dataset dataset;
     const View **views; // (n_views) of dataset, those to train on; numbered as the engine has them
     int n_views;
+    int long_edge;     // pixels, the longest of all views
+    int budget;        // most Gaussians per cloud
+    int halvings;      // of the photos that the engine has; -1: it has none
     int *order, epoch; // (n_views) of the present epoch
     Scene scene;
     TrainState state; // as last brought down, for checkpoints
@@ -29,12 +32,16 @@ typedef struct Trainer {
 // views.c
 int fs_views_load(Trainer *trainer, FsError *err);
 void fs_views_free(Trainer *trainer);
-int fs_views_at_step(Trainer *trainer, int step); // every view once per epoch, shuffled by the seed
+int fs_views_at_step(Trainer *trainer, int step);                // every view once per epoch, shuffled by the seed
+int fs_views_for_step(Trainer *trainer, int step, FsError *err); // the engine gets the photos of the size of that step
 
 // schedule.c: everything that changes with the step
 void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArgs *args);
-bool fs_schedule_relocates(const Settings *set, int step); // after that many steps; densify.c
-bool fs_schedule_fsgs(int step);                           // fsgs.c
+bool fs_schedule_relocates(const Settings *set, int step);              // after that many steps; densify.c
+int fs_schedule_halvings(const Settings *set, int long_edge, int step); // of the photos' size
+int fs_schedule_budget(const Settings *set, double pixels);             // Gaussians of a cloud, for photos of that size
+int fs_schedule_grown(const Settings *set, int budget, int n, int step); // relocation: a cloud of n after a round
+bool fs_schedule_fsgs(int step);                                         // fsgs.c
 
 // densify.c: relocation, growth, pruning, as the setting "densify" says; called after every step
 int fs_densify_step(Trainer *trainer, FsError *err);

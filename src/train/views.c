@@ -11,17 +11,58 @@ static bool wanted(const View *view, const char *lighting)
     return !view->held_out && (strcmp(lighting, "both") == 0 || view->flash == (strcmp(lighting, "flash") == 0));
 }
 
-static int load_view(Trainer *trainer, const View *view, FsError *err)
+static int long_edge_of(const Camera *camera)
+{
+    return camera->width > camera->height ? camera->width : camera->height;
+}
+
+// The photo as a camera of fewer pixels takes it: light is averaged. A pixel is trusted where all of it is.
+static int shrink(Image *photo, Image *mask, const Camera *to, FsError *err)
+{
+    Image *both[2] = {photo, mask};
+    for (int k = 0; k < 2; k++) {
+        Image small = {0};
+        MUST(fs_image_resize_area(both[k], to->width, to->height, &small, err));
+        fs_image_free(both[k]);
+        *both[k] = small;
+    }
+    for (size_t i = 0; i < (size_t)mask->width * (size_t)mask->height; i++) mask->px[i] = mask->px[i] > 0.999f;
+    return 0;
+}
+
+static int load_view(const Trainer *trainer, const View *view, int halvings, FsError *err)
 {
     Image photo = {0}, mask = {0};
+    Camera camera = fs_camera_limited(&view->camera, long_edge_of(&view->camera) >> halvings);
     int rc;
     TRY(fs_dataset_load_view(trainer->project->out, view, &photo, &mask, err));
-    TRY(fs_engine_load_view(trainer->engine, &(EngineView){&view->camera, view->flash, &photo, &mask}, err));
-    trainer->views[trainer->n_views++] = view;
+    if (halvings) TRY(shrink(&photo, &mask, &camera, err));
+    TRY(fs_engine_load_view(trainer->engine, &(EngineView){&camera, view->flash, &photo, &mask}, err));
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);
     return rc;
+}
+
+int fs_views_for_step(Trainer *trainer, int step, FsError *err)
+{
+    int halvings = fs_schedule_halvings(trainer->set, trainer->long_edge, step);
+    if (halvings == trainer->halvings) return 0;
+    fs_engine_drop_views(trainer->engine);
+    for (int i = 0; i < trainer->n_views; i++) MUST(load_view(trainer, trainer->views[i], halvings, err));
+    trainer->halvings = halvings;
+    fs_log_info(&trainer->project->log, "train: photos of %d pixels from step %d on", trainer->long_edge >> halvings,
+                step + 1);
+    return 0;
+}
+
+static void add_view(Trainer *trainer, const View *view)
+{
+    const Camera *camera = &view->camera;
+    trainer->views[trainer->n_views++] = view;
+    int budget = fs_schedule_budget(trainer->set, (double)camera->width * camera->height);
+    if (long_edge_of(camera) > trainer->long_edge) trainer->long_edge = long_edge_of(camera);
+    if (budget > trainer->budget) trainer->budget = budget;
 }
 
 int fs_views_load(Trainer *trainer, FsError *err)
@@ -32,11 +73,10 @@ int fs_views_load(Trainer *trainer, FsError *err)
     TRY(fs_dataset_read(&trainer->dataset, path, err));
     trainer->views = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->views);
     trainer->order = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->order);
-    trainer->epoch = -1;
+    trainer->epoch = trainer->halvings = -1;
     if (!trainer->views || !trainer->order) TRY(fs_error_memory(err));
     for (int i = 0; i < trainer->dataset.n; i++)
-        if (wanted(&trainer->dataset.view[i], trainer->set->lighting))
-            TRY(load_view(trainer, &trainer->dataset.view[i], err));
+        if (wanted(&trainer->dataset.view[i], trainer->set->lighting)) add_view(trainer, &trainer->dataset.view[i]);
     if (trainer->n_views == 0)
         rc = fs_error_set(err, FS_ERR_INPUT,
                           "%s: no photos to train on (all are held out, or of the other lighting); "

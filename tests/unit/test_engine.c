@@ -693,6 +693,10 @@ static void test_refused(void **state)
         refused(fs_engine_load_view(engine, &(EngineView){&camera, true, &photo, &mask}, &err), &err);
         fs_image_free(&photo);
         fs_image_free(&mask);
+        load_photo(engine, &camera, true);
+        assert_int_equal(fs_engine_step(engine, &args, &result, &err), 0);
+        fs_engine_drop_views(engine); // and it is gone
+        refused(fs_engine_step(engine, &args, &result, &err), &err);
         fs_cloud_free(&scene.cloud[LAYER_T_N]); // and a scene without what is behind the pane
         assert_int_equal(fs_engine_scene_up(engine, &scene, &err), 0);
         load_photo(engine, &camera, true);

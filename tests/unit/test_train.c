@@ -5,6 +5,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -91,7 +92,7 @@ static void test_relocation_keeps_the_picture(void **state)
         Rng rng = fs_rng_new(2);
         render_cloud(&cloud, &before);
         assert_int_equal(fs_cloud_edit_begin(&edit, &cloud, NULL), 0);
-        assert_int_equal(fs_densify_relocate(&edit, grown, &rng, NULL), 0);
+        assert_int_equal(fs_densify_relocate(&edit, grown, NULL, &rng, NULL), 0);
         render_cloud(&cloud, &after);
         assert_int_equal(cloud.n, grown);
         assert_true(psnr(&before, &after) > 30);
@@ -120,7 +121,7 @@ static void test_all_dead(void **state)
     float screen[10] = {0};
     FsgsArgs args = {screen, 1, 100, 3000, NULL};
     assert_int_equal(fs_cloud_edit_begin(&edit, &cloud, NULL), 0);
-    assert_int_equal(fs_densify_relocate(&edit, 12, &rng, &err), FS_ERR_NUMERIC);
+    assert_int_equal(fs_densify_relocate(&edit, 12, NULL, &rng, &err), FS_ERR_NUMERIC);
     assert_int_equal(fs_fsgs_densify(&edit, &args, &rng, &err), FS_ERR_NUMERIC);
     fs_cloud_edit_free(&edit);
     fs_cloud_free(&cloud);
@@ -205,7 +206,7 @@ static void test_schedule(void **state)
     assert_true(fabs(first.rate[CLOUD_COLORS] - 2 * 2.5e-3) < 1e-12 && first.rate[CLOUD_OPACITIES] == 5e-2);
     assert_true(late.rate[CLOUD_COLORS] == first.rate[CLOUD_COLORS]);
     assert_true(fabs(last.rate[CLOUD_COLORS] - 0.1 * first.rate[CLOUD_COLORS]) < 1e-9); // settled
-    assert_true(first.explore > 0 && !first.statistics);
+    assert_true(first.explore > 0 && first.statistics);
     assert_true(first.darkest[LAYER_T_N] == 0.1 && first.darkest[LAYER_R] == 0.2);
     scene.separation = SEPARATION_LINEAR;
     fs_schedule_step(set, &scene, 0, &first);
@@ -220,6 +221,51 @@ static void test_schedule(void **state)
     assert_true(fabs(last.rate[CLOUD_MEANS] / (1.6e-4 * 2) - pow(0.01, 0.05)) < 1e-9); // over 10000 steps
     assert_true(fs_schedule_fsgs(500) && fs_schedule_fsgs(10000));
     assert_false(fs_schedule_fsgs(400) || fs_schedule_fsgs(550) || fs_schedule_fsgs(10100));
+    fs_settings_free(set);
+}
+
+// From coarse photos to full ones, whatever the number of steps, and clouds that grow to their budget and no further.
+static void test_levels(void **state)
+{
+    (void)state;
+    FsSettings *set = settings("paper", "1000");
+    for (int step = 0; step < 1000; step++) assert_int_equal(fs_schedule_halvings(set, 1200, step), 0);
+    for (int steps = 1; steps <= 3000; steps += 37) {
+        char text[20];
+        snprintf(text, sizeof text, "%d", steps);
+        assert_int_equal(fs_settings_set(set, "steps", text, NULL), 0);
+        for (int levels = 2; levels <= 8; levels += 3) {
+            int last = levels - 1, times[8] = {0};
+            snprintf(text, sizeof text, "%d", levels);
+            assert_int_equal(fs_settings_set(set, "levels", text, NULL), 0);
+            for (int step = 0; step < steps; step++) {
+                int halvings = fs_schedule_halvings(set, 1 << 20, step);
+                assert_true(halvings >= 0 && halvings <= last);
+                last = halvings;
+                times[halvings]++;
+            }
+            assert_int_equal(last, 0);
+            assert_true(times[0] >= (int)(0.4 * steps)); // most of what a picture needs is found at its size
+            if (steps > 100)
+                for (int l = 0; l < levels; l++) assert_true(times[l] > 0);
+        }
+    }
+    assert_int_equal(fs_schedule_halvings(set, 300, 0), 1); // smaller ones would show nothing
+    assert_int_equal(fs_schedule_halvings(set, 199, 0), 0);
+    fs_settings_free(set);
+
+    set = settings("preview", "3000");
+    int n = 24000, before, budget = fs_schedule_budget(set, 6e4);
+    for (int step = 100; step <= 1800; step += 100) {
+        before = n;
+        n = fs_schedule_grown(set, budget, n, step);
+        assert_true(n > before && n <= budget && n < 1.2 * before);
+    }
+    assert_int_equal(n, budget);
+    assert_int_equal(fs_schedule_grown(set, budget, 2 * budget, 2000), 2 * budget);
+    assert_in_range(fs_schedule_budget(set, 4 * 6e4), 2 * budget, 2 * budget + 1);
+    assert_int_equal(fs_settings_set(set, "max-splats", "7000", NULL), 0);
+    assert_int_equal(fs_schedule_budget(set, 6e4), 7000);
     fs_settings_free(set);
 }
 
@@ -289,9 +335,13 @@ static void test_loss_table(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_edit),       cmocka_unit_test(test_relocation_keeps_the_picture),
-        cmocka_unit_test(test_all_dead),   cmocka_unit_test(test_fsgs),
-        cmocka_unit_test(test_schedule),   cmocka_unit_test(test_order_of_photos),
+        cmocka_unit_test(test_edit),
+        cmocka_unit_test(test_relocation_keeps_the_picture),
+        cmocka_unit_test(test_all_dead),
+        cmocka_unit_test(test_fsgs),
+        cmocka_unit_test(test_schedule),
+        cmocka_unit_test(test_levels),
+        cmocka_unit_test(test_order_of_photos),
         cmocka_unit_test(test_loss_table),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
