@@ -101,9 +101,9 @@ static const FsOption table[] = {
           "darkest tone-mapped colour of a Gaussian of R; of T half of it"),
     FLOAT("rate-scale", rate_scale, TRAIN, "2", 0, 100, "X",
           "factor on 3DGS's learning rates of scales, rotations, colours and gains"),
-    FLOAT("settle", settle, TRAIN, "0.3", 0, 1, "X",
+    FLOAT("settle", settle, TRAIN, "0.2", 0, 1, "X",
           "share of the steps, at the end, in which those rates fall to a tenth"),
-    FLOAT("means-rate", means_rate, TRAIN, "2.4e-3", 0, 1, "X", "first learning rate of positions, in scene extents"),
+    FLOAT("means-rate", means_rate, TRAIN, "4e-3", 0, 1, "X", "first learning rate of positions, in scene extents"),
 
     STRING("cameras", cameras, RENDER, "", "MODEL",
            "views to render: COLMAP model folder, transforms.json or cameras.json"),

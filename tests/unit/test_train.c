@@ -199,10 +199,10 @@ static void test_schedule(void **state)
     Scene scene = {.shared_geometry = true, .pane_beta = true, .extent = 2};
     StepArgs first, late, last;
     fs_schedule_step(set, &scene, 0, &first);
-    fs_schedule_step(set, &scene, 699, &late);
+    fs_schedule_step(set, &scene, 799, &late);
     fs_schedule_step(set, &scene, 999, &last);
-    assert_true(fabs(first.rate[CLOUD_MEANS] / (2.4e-3 * 2) - pow(0.01, 0.001)) < 1e-9);
-    assert_true(fabs(last.rate[CLOUD_MEANS] / (2.4e-3 * 2) - 0.01) < 1e-9);
+    assert_true(fabs(first.rate[CLOUD_MEANS] / (4e-3 * 2) - pow(0.01, 0.001)) < 1e-9);
+    assert_true(fabs(last.rate[CLOUD_MEANS] / (4e-3 * 2) - 0.01) < 1e-9);
     assert_true(fabs(first.rate[CLOUD_COLORS] - 2 * 2.5e-3) < 1e-12 && first.rate[CLOUD_OPACITIES] == 5e-2);
     assert_true(late.rate[CLOUD_COLORS] == first.rate[CLOUD_COLORS]);
     assert_true(fabs(last.rate[CLOUD_COLORS] - 0.1 * first.rate[CLOUD_COLORS]) < 1e-9); // settled
