@@ -59,7 +59,7 @@ static const FsOption table[] = {
 
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
-    INT("steps", steps, TRAIN, "4000", 1, 1000000, "N", "training steps"),
+    INT("steps", steps, TRAIN, "3400", 1, 1000000, "N", "training steps"),
     INT("levels", levels, TRAIN, "3", 1, 8, "N",
         "sizes of the photos that training goes through, each half the next; 1: full size only"),
     INT("test-every", test_every, POSES, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
