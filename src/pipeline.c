@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "base/owned.h"
 #include "bench/bench.h"
+#include "estimate.h"
 #include "evaluate/evaluate.h"
 #include "export/export.h"
 #include "info/info.h"
@@ -119,6 +120,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
 {
     int rc;
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
+    TRY(fs_estimate_run(project, photos, err));
     TRY(fs_ingest(project, photos, err));
     TRY(fs_poses(project, err));
     TRY(fs_initialise(project, err));

@@ -4,9 +4,11 @@
 #include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <time.h>
 
 #include "base/file.h"
 #include "base/json_file.h"
+#include "base/owned.h"
 #include "image/raw.h"
 #include "ingest/photos.h"
 
@@ -32,18 +34,19 @@ static void develop_one(void *context, int i, int worker)
 }
 
 // Photos at once: no more than fit in some memory.
-static int at_once(const Photos *photos, int threads)
+static int at_once(const Photos *photos, int threads, double *largest)
 {
     const double budget = 2e9, results = 80e6;
-    double largest = 0;
-    for (int i = 0; i < photos->n; i++) largest = fmax(largest, photos->photo[i].memory + results);
-    return (int)fmax(1, fmin(threads, budget / largest));
+    *largest = 0;
+    for (int i = 0; i < photos->n; i++) *largest = fmax(*largest, photos->photo[i].memory + results);
+    return (int)fmax(1, fmin(threads, budget / *largest));
 }
 
 static int develop_all(const FsProject *project, Photos *photos, const char *dir, const Threads *all, FsError *err)
 {
     Work work = {.project = project, .photos = photos, .dir = dir};
-    Threads *threads = fs_threads_new(at_once(photos, fs_threads_count(all)));
+    double largest;
+    Threads *threads = fs_threads_new(at_once(photos, fs_threads_count(all), &largest));
     if (!threads) return fs_error_memory(err);
     fs_threads_for(threads, photos->n, develop_one, &work);
     fs_threads_free(threads);
@@ -178,5 +181,39 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
 fail:
     fs_threads_free(threads);
     fs_photos_free(&photos);
+    return rc;
+}
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+int fs_ingest_estimate(const FsProject *project, const char *folder, RunSize *size, RunCost *cost, FsError *err)
+{
+    int rc;
+    Photos photos = {0};
+    Threads *threads = fs_threads_new(project->set.threads);
+    FilePath dir = fs_file_at("%s/" FS_OWNED_DIR "/estimate", project->out);
+    if (!threads) TRY(fs_error_memory(err));
+    TRY(fs_photos_scan(&photos, folder, &(Log){0}, err));
+    fs_photos_read_headers(&photos, threads);
+    PhotoFile *photo = &photos.photo[photos.n / 2];
+    if (photo->failure.code) TRY(fs_error_set(err, FS_ERR_INPUT, "%s", photo->failure.message));
+    TRY(fs_file_mkdirs(fs_file_at("%s/features", dir.text).text, err));
+    double begin = now(), largest;
+    fs_develop_photo(&photos, photo, dir.text, project->set.long_edge);
+    int n = at_once(&photos, fs_threads_count(threads), &largest);
+    int width = photo->orig_width, height = photo->orig_height;
+    fs_image_limit(FS_PHOTOS_FEATURES_EDGE, &width, &height);
+    *size = (RunSize){photos.n, photo->width, photo->height, (double)width * height};
+    *cost = (RunCost){(now() - begin) * ceil((double)photos.n / n), 30e6 + n * largest};
+    if (photo->failure.code) TRY(fs_error_set(err, FS_ERR_INPUT, "%s", photo->failure.message));
+fail:
+    fs_owned_remove(dir.text);
+    fs_photos_free(&photos);
+    fs_threads_free(threads);
     return rc;
 }

@@ -50,7 +50,9 @@ class Job(unittest.TestCase):
         Job.dir = pathlib.Path(holder.name)
         Job.scene, Job.out = Job.dir / "scene", Job.dir / "out"
         run("synth", "-o", Job.scene, "--photos", 14, "--held-out", 3, "--width", 240, "--height", 160, "--seed", 5)
+        begin = time.time()
         Job.log = run(*job(Job.out, "--threads", 2))
+        Job.seconds = time.time() - begin
 
     def test_quality(self):
         held_out = self.dir / "held_out"
@@ -63,6 +65,14 @@ class Job(unittest.TestCase):
         for layer, least in LEAST.items():
             self.assertGreater(reached[layer], least, layer)
             self.assertEqual(layers[layer]["n"], 3)
+
+    def test_estimate(self):
+        said = re.search(r"(?m)^estimate: 14 photos as 208 x 139 pixels: about (\d+):(\d\d) \(.* and 0\.\d GB", self.log)
+        self.assertIsNotNone(said, self.log)
+        estimate = 60 * int(said[1]) + int(said[2])
+        print(f"estimate {estimate} s, took {self.seconds:.0f} s", file=sys.stderr)
+        self.assertTrue(self.seconds / 4 < estimate < 4 * self.seconds)  # other programs may run beside it
+        self.assertFalse((self.out / ".flashsplat/estimate").exists())
 
     def test_same_bits_for_any_number_of_threads(self):
         out = self.dir / "one_thread"

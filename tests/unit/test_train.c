@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "train/cloud_edit.h"
+#include "train/train.h"
 #include "train/trainer.h"
 
 enum { N = 200 };
@@ -270,6 +271,26 @@ static void test_levels(void **state)
 }
 
 // Every photo once an epoch, shuffled, however many there are.
+static void test_cost(void **state)
+{
+    (void)state;
+    FsSettings *set = fs_settings_new();
+    RunSize size = {30, 1200, 800, 0}, large = {60, 2400, 1600, 0}, tiny = {4, 60, 40, 0};
+    assert_true(fs_train_bytes(set, &size) > 1.3e9 && fs_train_bytes(set, &size) < 2e9);
+    assert_true(fs_train_bytes(set, &large) > 9.2e9); // the photos alone
+    FsProject project = {.set = *set};
+    project.set.init_count = 500;
+    RunCost cost[2];
+    double render;
+    for (int i = 0; i < 2; i++) {
+        project.set.steps = i ? 200000 : 200;
+        assert_int_equal(fs_train_estimate(&project, &tiny, &cost[i], &render, NULL), 0);
+        assert_true(cost[i].bytes == fs_train_bytes(&project.set, &tiny) && render > 0);
+    }
+    assert_true(cost[0].seconds > 0.01 && cost[1].seconds > 100 * cost[0].seconds && cost[1].seconds < 1e5);
+    fs_settings_free(set);
+}
+
 static void test_order_of_photos(void **state)
 {
     (void)state;
@@ -335,13 +356,10 @@ static void test_loss_table(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_edit),
-        cmocka_unit_test(test_relocation_keeps_the_picture),
-        cmocka_unit_test(test_all_dead),
-        cmocka_unit_test(test_fsgs),
-        cmocka_unit_test(test_schedule),
-        cmocka_unit_test(test_levels),
-        cmocka_unit_test(test_order_of_photos),
+        cmocka_unit_test(test_edit),       cmocka_unit_test(test_relocation_keeps_the_picture),
+        cmocka_unit_test(test_all_dead),   cmocka_unit_test(test_fsgs),
+        cmocka_unit_test(test_schedule),   cmocka_unit_test(test_levels),
+        cmocka_unit_test(test_cost),       cmocka_unit_test(test_order_of_photos),
         cmocka_unit_test(test_loss_table),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
