@@ -2,7 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "base/file.h"
@@ -25,24 +25,64 @@ enum { LEAST_STEPS = 200 }; // of a run that is worth a trial
 typedef struct Estimate {
     RunSize size;
     RunCost ingest, poses, initialise, train, render;
+    int steps;
 } Estimate;
 
-static int make(FsProject *project, const char *photos, Estimate *e, FsError *err)
+double fs_estimate_now(void)
 {
-    double step, render;
-    MUST(fs_ingest_estimate(project, photos, &e->size, &e->ingest, err));
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static double initialise_pixels(const RunSize *size)
+{
+    return fmin((double)size->width * size->height, INITIALISE_PIXELS);
+}
+
+static double threads_of(const FsProject *project)
+{
+    return project->set.threads > 0 ? project->set.threads : (double)sysconf(_SC_NPROCESSORS_ONLN);
+}
+
+static double find_bytes(const FsProject *project, Estimate *e)
+{
+    const RunSize *size = &e->size;
+    e->train.bytes = fs_train_bytes(&project->set, size);
+    e->initialise.bytes = PROGRAM_BYTES + INITIALISE_BYTES * size->photos * initialise_pixels(size);
+    e->poses.bytes = (POSES_BYTES * size->photos + COLMAP_BYTES * threads_of(project)) * size->picture_pixels;
+    return fmax(fmax(e->ingest.bytes, e->poses.bytes), fmax(e->initialise.bytes, e->train.bytes));
+}
+
+// What training and the pictures after it take, the first by as many steps as fit into the minutes that are wanted,
+// where they are, less `spent` seconds. An error where no steps that are worth it do.
+static int find_steps(const FsProject *project, Estimate *e, double step, double spent, FsError *err)
+{
+    const Settings *set = &project->set;
+    TrainPace pace;
+    MUST(fs_train_time(project, &e->size, &pace, err));
+    if (step > 0)
+        e->render.seconds = e->size.photos * (pace.render + step * WRITE_STEPS * e->size.width * e->size.height);
+    double left = 60 * set->minutes - spent - e->render.seconds;
+    e->steps = set->minutes > 0 ? fs_train_steps(set, &e->size, &pace, left) : set->steps;
+    e->train.seconds = fs_train_seconds(set, &e->size, &pace, e->steps);
+    if (set->minutes == 0 || e->train.seconds <= left) return 0;
+    return fs_error_set(err, FS_ERR_INPUT,
+                        "--minutes %g: with no more than %d steps, photos of %d x %d pixels take %.2f minutes; give so "
+                        "many, or a smaller --long-edge",
+                        set->minutes, e->steps, e->size.width, e->size.height,
+                        0.01 + (spent + e->render.seconds + e->train.seconds) / 60);
+}
+
+static int find_seconds(const FsProject *project, Estimate *e, double begin, FsError *err)
+{
+    double step, n = e->size.photos, threads = threads_of(project);
     MUST(fs_train_reference(project, &step, err));
-    MUST(fs_train_estimate(project, &e->size, &e->train, &render, err));
-    double n = e->size.photos, pixels = (double)e->size.width * e->size.height;
-    double threads = project->set.threads > 0 ? project->set.threads : (double)sysconf(_SC_NPROCESSORS_ONLN);
-    double small = fmin(pixels, INITIALISE_PIXELS);
-    e->initialise = (RunCost){step * INITIALISE_STEPS * n * small / INITIALISE_PIXELS,
-                              PROGRAM_BYTES + INITIALISE_BYTES * n * small};
-    e->poses = (RunCost){step * n * POSES_STEPS * e->size.picture_pixels,
-                         (POSES_BYTES * n + COLMAP_BYTES * threads) * e->size.picture_pixels};
+    e->initialise.seconds = step * INITIALISE_STEPS * n * initialise_pixels(&e->size) / INITIALISE_PIXELS;
+    e->poses.seconds = step * n * POSES_STEPS * e->size.picture_pixels;
     if (!*project->set.poses) e->poses.seconds += step * threads * COLMAP_STEPS * n * fmax(1, n / 100);
-    e->render = (RunCost){n * (render + step * WRITE_STEPS * pixels), 0};
-    return 0;
+    double spent = e->ingest.seconds + e->poses.seconds + e->initialise.seconds;
+    return find_steps(project, e, step, spent + fs_estimate_now() - begin, err);
 }
 
 static const char *clock_text(double seconds, char text[24])
@@ -55,37 +95,50 @@ static const char *clock_text(double seconds, char text[24])
     return text;
 }
 
-int fs_estimate_run(FsProject *project, const char *photos, FsError *err)
+int fs_estimate_run(FsProject *project, const char *photos, double begin, FsError *err)
 {
     Estimate e = {0};
     FsError why = {0};
     bool begun = fs_file_exists(fs_file_at("%s/done/ingest.json", project->out).text);
     if (project->set.steps < LEAST_STEPS || (begun && !project->set.force)) return 0;
-    int rc = make(project, photos, &e, &why);
+    int rc = fs_ingest_estimate(project, photos, &e.size, &e.ingest, &why);
     if (rc == FS_ERR_INPUT) return 0; // ingest will say it
     if (rc < 0) {
         *err = why;
         return rc;
     }
+    double seconds = 0, bytes = find_bytes(project, &e);
+    MUST(fs_cost_check(&e.size, bytes, err));
+    MUST(find_seconds(project, &e, begin, err));
     const RunCost *part[] = {&e.ingest, &e.poses, &e.initialise, &e.train, &e.render};
-    double seconds = 0, bytes = 0, machine = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
     char text[6][24];
     for (int i = 0; i < 5; i++) {
         seconds += part[i]->seconds;
-        bytes = fmax(bytes, part[i]->bytes);
         clock_text(part[i]->seconds, text[i]);
     }
     fs_log_info(
         &project->log,
-        "estimate: %d photos as %d x %d pixels: about %s (ingest %s, poses %s%s, initialise %s, train %s, render "
-        "%s) and %.1f GB of memory",
+        "estimate: %d photos as %d x %d pixels: about %s (ingest %s, poses %s%s, initialise %s, train %s for %d "
+        "steps, render %s) and %.1f GB of memory",
         e.size.photos, e.size.width, e.size.height, clock_text(seconds, text[5]), text[0], text[1],
-        *project->set.poses ? "" : " roughly, by COLMAP", text[2], text[3], text[4], bytes / 1e9);
-    if (bytes < 0.9 * machine) return 0;
-    int long_edge = e.size.width > e.size.height ? e.size.width : e.size.height;
-    return fs_error_set(err, FS_ERR_INPUT,
-                        "%d photos at %d pixels need about %.1f GB of memory, this machine has %.1f: use a smaller "
-                        "--long-edge (%d), or fewer photos",
-                        e.size.photos, long_edge, bytes / 1e9, machine / 1e9,
-                        (int)(long_edge * sqrt(0.8 * machine / bytes)) / 10 * 10);
+        *project->set.poses ? "" : " roughly, by COLMAP", text[2], text[3], e.steps, text[4], bytes / 1e9);
+    return 0;
+}
+
+int fs_estimate_steps(FsProject *project, double begin, FsError *err)
+{
+    if (project->set.minutes == 0 || fs_project_take_steps(project)) return 0;
+    Estimate e = {0};
+    char text[24];
+    double step = 0;
+    bool alone = !(project->planned & FS_STAGE_RENDER);
+    MUST(fs_train_size(project, &e.size, err));
+    if (!alone) MUST(fs_train_reference(project, &step, err));
+    int rc = find_steps(project, &e, step, fs_estimate_now() - begin, err);
+    if (rc < 0 && (rc != FS_ERR_INPUT || alone)) return rc;
+    if (rc < 0) fs_log_warn(&project->log, "%s", err->message); // other stages took longer than was thought
+    project->set.steps = e.steps;
+    fs_log_info(&project->log, "train: %d steps in about %s, by --minutes %g", e.steps,
+                clock_text(e.train.seconds, text), project->set.minutes);
+    return 0;
 }

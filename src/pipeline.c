@@ -83,9 +83,19 @@ int fs_initialise(FsProject *project, FsError *err)
     return stage(project, "initialise", fs_initialise_run, err);
 }
 
+// begin: of all that the setting minutes is for.
+static int train_within(FsProject *project, double begin, FsError *err)
+{
+    unsigned failures = begin_stage(project, "train");
+    int steps = project->set.steps, rc = fs_estimate_steps(project, begin, err);
+    if (rc == 0) rc = fs_train_run(project, err);
+    project->set.steps = steps;
+    return fs_memory_end(failures, rc, err);
+}
+
 int fs_train(FsProject *project, FsError *err)
 {
-    return stage(project, "train", fs_train_run, err);
+    return train_within(project, fs_estimate_now(), err);
 }
 
 // After a stage that ran alone: the page is brought up to date where there is one.
@@ -119,12 +129,13 @@ int fs_export(FsProject *project, FsError *err)
 int fs_run(FsProject *project, const char *photos, FsError *err)
 {
     int rc;
+    double begin = fs_estimate_now();
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
-    TRY(fs_estimate_run(project, photos, err));
+    TRY(fs_estimate_run(project, photos, begin, err));
     TRY(fs_ingest(project, photos, err));
     TRY(fs_poses(project, err));
     TRY(fs_initialise(project, err));
-    TRY(fs_train(project, err));
+    TRY(train_within(project, begin, err));
     TRY(stage(project, "render", fs_render_run, err));
     TRY(stage(project, "export", fs_export_run, err));
     TRY(stage(project, NULL, fs_report_run, err));

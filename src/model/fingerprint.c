@@ -116,11 +116,11 @@ static void say_setting(char *text, size_t size, const char *name, const json_t 
     free(now_text);
 }
 
-// Where a file lies does not matter, its content is among the inputs.
-static bool is_same_input(const char *name, const json_t *a, const json_t *b)
+// Where a file lies does not matter, its content is among the inputs; nor what the steps were chosen by.
+static bool is_same_setting(const char *name, const json_t *a, const json_t *b)
 {
     bool file = strcmp(name, "poses") == 0 || strcmp(name, "flash-list") == 0;
-    return file && json_string_length(a) && json_string_length(b);
+    return json_equal(a, b) || strcmp(name, "minutes") == 0 || (file && json_string_length(a) && json_string_length(b));
 }
 
 bool fs_fingerprint_differs(const char *was_text, const char *now_text, char *text, size_t size)
@@ -134,7 +134,7 @@ bool fs_fingerprint_differs(const char *was_text, const char *now_text, char *te
     if (!differs) json_object_foreach(json_object_get(now, "settings"), name, value)
         {
             const json_t *then = json_object_get(settings, name);
-            if (json_equal(value, then) || is_same_input(name, value, then)) continue;
+            if (is_same_setting(name, value, then)) continue;
             say_setting(text, size, name, then, value);
             differs = true;
             break;

@@ -100,6 +100,33 @@ int fs_project_check(FsProject *project, unsigned stage, const char *was, const 
     return fs_error_input(err, "%s: %s; leave --resume to begin anew", path, what);
 }
 
+bool fs_project_take_steps(FsProject *project)
+{
+    static const char *const place[] = {"done/train.json", "checkpoint/state.json", "checkpoint.old/state.json"};
+    Settings *set = &project->set;
+    char what[400];
+    int wanted = set->steps;
+    for (int i = 0; i < 3; i++) {
+        json_t *root, *settings;
+        if (i ? !set->resume : set->force) continue;
+        fs_json_file_read(fs_file_at("%s/%s", project->out, place[i]).text, MAX_MARK_BYTES, &root, NULL);
+        const char *made_from = json_string_value(json_object_get(root, "made_from"));
+        char *was = made_from ? strdup(made_from) : root ? json_dumps(root, 0) : NULL;
+        json_decref(root);
+        settings = json_object_get(root = was ? json_loads(was, 0, NULL) : NULL, "settings");
+        bool same = json_number_value(json_object_get(settings, "minutes")) == set->minutes;
+        set->steps = (int)json_integer_value(json_object_get(settings, "steps"));
+        project->fingerprint_stage = 0;
+        same = same && !fs_fingerprint_differs(was, fs_project_fingerprint(project, FS_STAGE_TRAIN), what, sizeof what);
+        json_decref(root);
+        free(was);
+        if (same) return true;
+        set->steps = wanted;
+    }
+    project->fingerprint_stage = 0;
+    return false;
+}
+
 int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err)
 {
     int rc = 0;

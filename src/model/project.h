@@ -65,3 +65,6 @@ int fs_project_check_input(const FsProject *project, const char *path, FsError *
 // it beside the work; then see whether work of `was` belongs to it: an error that says what differs.
 const char *fs_project_fingerprint(FsProject *project, unsigned stage); // NULL when out of memory
 int fs_project_check(FsProject *project, unsigned stage, const char *was, const char *path, FsError *err);
+// Sets the steps to those of a training of the same minutes, settings and inputs: one that is done, or a checkpoint
+// that setting "resume" is to go on from. False where there is none.
+bool fs_project_take_steps(FsProject *project);

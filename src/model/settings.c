@@ -60,6 +60,8 @@ static const FsOption table[] = {
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
     INT("steps", steps, TRAIN, "3400", 1, 1000000, "N", "training steps"),
+    FLOAT("minutes", minutes, TRAIN, "0", 0, 1e6, "X",
+          "fewer steps, as many as let run (or train, alone) take X minutes on this machine; 0: as many as --steps"),
     INT("levels", levels, TRAIN, "3", 1, 8, "N",
         "sizes of the photos that training goes through, each half the next; 1: full size only"),
     INT("test-every", test_every, POSES, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
@@ -258,6 +260,9 @@ int fs_settings_set(FsSettings *settings, const char *name, const char *value, F
 {
     const FsOption *option = find(name);
     if (!option) return fs_error_set(err, FS_ERR_USAGE, "--%s: no such option", name);
+    if (strcmp(name, "steps") == 0 ? settings->minutes > 0
+                                   : strcmp(name, "minutes") == 0 && fs_settings_was_set(settings, "steps"))
+        return fs_error_set(err, FS_ERR_USAGE, "--minutes and --steps: give one of them, the other follows");
     int rc = set_option(settings, option, value, err);
     if (rc < 0) return rc;
     settings->was_set[option - table] = 1;

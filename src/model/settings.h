@@ -17,6 +17,7 @@ typedef struct FsSettings {
     int init_count;
     // train
     int steps, levels, test_every, checkpoint_every, progress_every, max_splats;
+    double minutes;
     bool resume;
     char *separation, *lighting, *geometry, *beta, *densify;
     double rgb_weight, dssim, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg, means_rate,

@@ -125,6 +125,8 @@ int fs_train_run(FsProject *project, FsError *err)
     if (!(trainer.threads = fs_threads_new(project->set.threads))) TRY(fs_error_memory(err));
     TRY(fs_views_load(&trainer, err));
     TRY(load_scene(&trainer, err));
+    RunSize size = fs_trainer_size(&trainer);
+    TRY(fs_cost_check(&size, fs_train_bytes(trainer.set, &size), err));
     TRY(fs_project_begin(project, FS_STAGE_TRAIN, NULL, 0, err));
     TRY(train_loop(&trainer, err));
     TRY(fs_checkpoint_write(&trainer, err));

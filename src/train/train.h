@@ -7,10 +7,23 @@
 
 int fs_train_run(FsProject *project, FsError *err);
 
-// What it will take (train_cost.c). render: seconds to render all layers of a view of that size at the end.
-int fs_train_estimate(const FsProject *project, const RunSize *size, RunCost *cost, double *render, FsError *err);
+// ---- what it will take (train_cost.c) ----
+
 double fs_train_bytes(const Settings *set, const RunSize *size);
+
+typedef struct TrainPace { // seconds on this machine, by trials
+    int splats[2];         // Gaussians per cloud: at the start, and when full
+    double step[8][2];     // a step at each halving of the photos, with so many
+    double render;         // all layers of a view at the end
+} TrainPace;
+int fs_train_time(const FsProject *project, const RunSize *size, TrainPace *pace, FsError *err);
+double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPace *pace, int steps);
+// The most steps that fit into so many seconds: at most those of the settings, and at least the fewest that are worth
+// it, whether they fit or not.
+int fs_train_steps(const Settings *set, const RunSize *size, const TrainPace *pace, double seconds);
 int fs_train_reference(const FsProject *project, double *seconds,
                        FsError *err); // of a step of one size: the machine's speed
+// Of the photos and the clouds that wait in the project folder.
+int fs_train_size(FsProject *project, RunSize *size, FsError *err);
 
 #endif

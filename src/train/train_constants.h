@@ -49,5 +49,6 @@ enum {
 #define FSGS_OPACITY_MIN 0.005f  // authors
 #define FSGS_RESET_OPACITY 0.05f // authors
 #define FSGS_SPLIT_SHRINK 1.6f   // 3DGS
+#define FSGS_GROWTH 2            // experiment  of a cloud in each round, as far as it may: for estimates
 
 #endif

@@ -4,13 +4,14 @@
 #include <string.h>
 #include <time.h>
 
+#include "base/file.h"
 #include "base/rng.h"
 #include "train/train.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
-enum { SAMPLES = 8, MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300 };
-#define ENOUGH_SECONDS 0.15 // of steps at a sample
+enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, LEAST_STEPS = 300 };
+#define ENOUGH_SECONDS 0.15 // of steps in a trial
 #define BESIDE_STEPS 1.26   // experiment  what real clouds take longer, and what is done between steps
 #define SPLAT_SIZE 2.4 // experiment  of made Gaussians, by the root of their number: steps take as long as real ones
 
@@ -43,10 +44,10 @@ fail:
     return rc;
 }
 
-static int make_cloud(Cloud *cloud, int n, int gains, FsError *err)
+static int make_cloud(Cloud *cloud, int n, Layer layer, int gains, FsError *err)
 {
     Rng rng = fs_rng_new(3);
-    MUST(fs_cloud_new(cloud, n, 3, gains, err));
+    MUST(fs_cloud_new(cloud, n, fs_layers[layer].channels, gains, err));
     for (int i = 0; i < n; i++) {
         float *mean = cloud->field[CLOUD_MEANS] + 3 * i, z = 2 + 4 * fs_rng_uniform(&rng);
         mean[0] = (fs_rng_uniform(&rng) - 0.5f) * z * 1.05f;
@@ -56,28 +57,41 @@ static int make_cloud(Cloud *cloud, int n, int gains, FsError *err)
         for (int k = 0; k < 3; k++) cloud->field[CLOUD_SCALES][3 * i + k] = size + 0.5f * fs_rng_normal(&rng);
         for (int k = 0; k < 4; k++) cloud->field[CLOUD_QUATS][4 * i + k] = fs_rng_normal(&rng);
         cloud->field[CLOUD_OPACITIES][i] = -2.5f + fs_rng_normal(&rng);
-        for (int k = 0; k < 3; k++) cloud->field[CLOUD_COLORS][3 * i + k] = fs_rng_uniform(&rng);
+        for (int k = 0, c = cloud->width[CLOUD_COLORS]; k < c; k++)
+            cloud->field[CLOUD_COLORS][c * i + k] = fs_rng_uniform(&rng);
     }
     return 0;
 }
 
-static int make_scene(Engine *engine, int n, Scene *scene, FsError *err)
+// Which layers have a cloud of their own.
+static bool has_cloud(const Settings *set, Layer layer)
+{
+    switch (layer) {
+    case LAYER_T_F: return strcmp(set->geometry, "shared") != 0;
+    case LAYER_R: return strcmp(set->separation, "none") != 0;
+    case LAYER_BETA: return strcmp(set->beta, "pane") != 0;
+    default: return true;
+    }
+}
+
+static int make_scene(Engine *engine, const Settings *set, int n, Scene *scene, FsError *err)
 {
     int rc, *neighbour = malloc(sizeof(int) * ENGINE_NEIGHBOURS * (size_t)n);
     if (!neighbour) return fs_error_memory(err);
     for (int i = 0; i < n * ENGINE_NEIGHBOURS; i++)
         neighbour[i] = (i / ENGINE_NEIGHBOURS + i % ENGINE_NEIGHBOURS + 1) % n;
-    *scene = (Scene){.shared_geometry = true,
-                     .pane_beta = true,
+    *scene = (Scene){.separation = fs_scene_separation(set->separation),
+                     .shared_geometry = !has_cloud(set, LAYER_T_F),
+                     .pane_beta = !has_cloud(set, LAYER_BETA),
                      .pane = {{0.5, 0, -0.866}, 0.1, 0.1},
                      .gain_color = {1.5, 1.4, 1.3},
                      .flash_distance = 3,
                      .extent = 0.5,
                      .flash_return = 0.1};
-    TRY(make_cloud(&scene->cloud[LAYER_T_N], n, 1, err));
-    TRY(make_cloud(&scene->cloud[LAYER_R], n, 0, err));
+    for (int l = 0; l < LAYERS; l++)
+        if (has_cloud(set, l)) TRY(make_cloud(&scene->cloud[l], n, l, l == LAYER_T_N && scene->shared_geometry, err));
     TRY(fs_engine_scene_up(engine, scene, err));
-    TRY(fs_engine_neighbours(engine, neighbour, err));
+    if (scene->shared_geometry) TRY(fs_engine_neighbours(engine, neighbour, err));
 fail:
     free(neighbour);
     return rc;
@@ -97,7 +111,7 @@ static int time_step(const FsProject *project, const RunSize *size, int n, doubl
         width, height, width, width, 0.5 * width, 0.5 * height, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
     int rc, steps = 0;
     TRY(fs_engine_new(&engine, set->device, set->cpu, set->threads, err));
-    TRY(make_scene(engine, n, &scene, err));
+    TRY(make_scene(engine, set, n, &scene, err));
     TRY(load_photos(engine, &camera, err));
     fs_schedule_step(set, &scene, set->steps / 2, &args);
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-9; // the clouds stay as they are
@@ -126,39 +140,108 @@ int fs_train_reference(const FsProject *project, double *seconds, FsError *err)
                      err);
 }
 
-// The size of a cloud at a step.
-static int splats_at(const Settings *set, const RunSize *size, int step)
+// The size of a cloud after a step.
+static int grown(const Settings *set, int budget, int n, int step)
 {
-    int n = set->init_count, budget = fs_schedule_budget(set, (double)size->width * size->height);
-    for (int s = 1; s <= step && strcmp(set->densify, "none") != 0; s++)
-        if (fs_schedule_relocates(set, s)) n = (int)fmax(n, fs_schedule_grown(set, budget, n, s));
+    if (strcmp(set->densify, "relocate") == 0 && fs_schedule_relocates(set, step))
+        n = (int)fmax(n, fs_schedule_grown(set, budget, n, step));
+    if (strcmp(set->densify, "fsgs") == 0 && fs_schedule_fsgs(step)) n = (int)fmax(n, fmin(FSGS_GROWTH * n, budget));
     return n;
+}
+
+static int first_splats(const Settings *set, const RunSize *size)
+{
+    return size->splats ? size->splats : set->init_count;
+}
+
+static int last_splats(const Settings *set, const RunSize *size)
+{
+    int n = first_splats(set, size), budget = fs_schedule_budget(set, (double)size->width * size->height);
+    for (int step = 1; step <= set->steps; step++) n = grown(set, budget, n, step);
+    return n;
+}
+
+static int long_edge(const RunSize *size)
+{
+    return size->width > size->height ? size->width : size->height;
 }
 
 double fs_train_bytes(const Settings *set, const RunSize *size)
 {
     double pixels = (double)size->width * size->height;
+    int clouds = 0;
+    for (int l = 0; l < LAYERS; l++) clouds += has_cloud(set, l);
     return BYTES_PROGRAM + pixels * (BYTES_VIEW * size->photos + BYTES_STEP) +
-           2 * BYTES_SPLAT * splats_at(set, size, set->steps);
+           clouds * BYTES_SPLAT * last_splats(set, size);
 }
 
-int fs_train_estimate(const FsProject *project, const RunSize *size, RunCost *cost, double *render, FsError *err)
+RunSize fs_trainer_size(const Trainer *trainer)
+{
+    RunSize size = {.photos = trainer->n_views};
+    for (int i = 0; i < trainer->n_views; i++) {
+        const Camera *camera = &trainer->views[i]->camera;
+        if ((double)camera->width * camera->height <= (double)size.width * size.height) continue;
+        size.width = camera->width;
+        size.height = camera->height;
+    }
+    for (int l = 0; l < LAYERS; l++)
+        if (trainer->scene.cloud[l].n > size.splats) size.splats = trainer->scene.cloud[l].n;
+    return size;
+}
+
+int fs_train_size(FsProject *project, RunSize *size, FsError *err)
+{
+    int rc;
+    Trainer trainer = {.project = project, .set = &project->set};
+    TRY(fs_views_load(&trainer, err));
+    TRY(fs_scene_read(&trainer.scene, fs_file_at("%s/start", project->out).text, err));
+    *size = fs_trainer_size(&trainer);
+fail:
+    fs_views_free(&trainer);
+    fs_scene_free(&trainer.scene);
+    return rc;
+}
+
+int fs_train_time(const FsProject *project, const RunSize *size, TrainPace *pace, FsError *err)
 {
     const Settings *set = &project->set;
-    *cost = (RunCost){0, fs_train_bytes(set, size)};
-    double seconds = 0;
-    int long_edge = size->width > size->height ? size->width : size->height, last_n = 0, last_halvings = -1;
-    for (int i = 0; i < SAMPLES; i++) {
-        int step = (int)((i + 0.5) * set->steps / SAMPLES), n = splats_at(set, size, step);
-        int halvings = fs_schedule_halvings(set, long_edge, step);
-        RunSize at = {0, size->width >> halvings, size->height >> halvings, 0};
-        bool end = i == SAMPLES - 1;
-        if (fs_log_cancelled(&project->log)) return fs_error_set(err, FS_ERR_CANCELLED, "cancelled before it started");
-        if (n != last_n || halvings != last_halvings || end)
-            MUST(time_step(project, &at, n, &seconds, end ? render : NULL, err));
-        cost->seconds += BESIDE_STEPS * seconds * set->steps / SAMPLES;
-        last_n = n;
-        last_halvings = halvings;
+    *pace = (TrainPace){.splats = {first_splats(set, size), last_splats(set, size)}};
+    for (int h = fs_schedule_halvings(set, long_edge(size), 0); h >= 0; h--) {
+        RunSize at = {.width = size->width >> h, .height = size->height >> h};
+        for (int k = 0; k < 2; k++) {
+            if (fs_log_cancelled(&project->log))
+                return fs_error_set(err, FS_ERR_CANCELLED, "cancelled before it started");
+            pace->step[h][k] = pace->step[h][0];
+            if (k == 0 || h == 0 || pace->splats[1] > pace->splats[0])
+                MUST(time_step(project, &at, pace->splats[k], &pace->step[h][k], k && !h ? &pace->render : NULL, err));
+        }
     }
     return 0;
+}
+
+double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPace *pace, int steps)
+{
+    Settings with = *set;
+    with.steps = steps;
+    int n = pace->splats[0], budget = fs_schedule_budget(set, (double)size->width * size->height);
+    double seconds = 0, more = fmax(pace->splats[1] - n, 1);
+    for (int step = 0; step < steps; step++) {
+        const double *at = pace->step[fs_schedule_halvings(&with, long_edge(size), step)];
+        seconds += at[0] + (at[1] - at[0]) * (n - pace->splats[0]) / more;
+        n = grown(&with, budget, n, step + 1);
+    }
+    return BESIDE_STEPS * seconds;
+}
+
+int fs_train_steps(const Settings *set, const RunSize *size, const TrainPace *pace, double seconds)
+{
+    int fit = LEAST_STEPS < set->steps ? LEAST_STEPS : set->steps, most = set->steps;
+    while (fit < most) {
+        int steps = (fit + most + 1) / 2;
+        if (fs_train_seconds(set, size, pace, steps) <= seconds)
+            fit = steps;
+        else
+            most = steps - 1;
+    }
+    return fit;
 }

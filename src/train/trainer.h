@@ -5,6 +5,7 @@
 
 #include "base/threads.h"
 #include "engine/engine.h"
+#include "model/cost.h"
 #include "model/dataset.h"
 #include "model/project.h"
 
@@ -42,6 +43,9 @@ int fs_schedule_halvings(const Settings *set, int long_edge, int step); // of th
 int fs_schedule_budget(const Settings *set, double pixels);             // Gaussians of a cloud, for photos of that size
 int fs_schedule_grown(const Settings *set, int budget, int n, int step); // relocation: a cloud of n after a round
 bool fs_schedule_fsgs(int step);                                         // fsgs.c
+
+// train_cost.c
+RunSize fs_trainer_size(const Trainer *trainer);
 
 // densify.c: relocation, growth, pruning, as the setting "densify" says; called after every step
 int fs_densify_step(Trainer *trainer, FsError *err);

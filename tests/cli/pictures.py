@@ -1,17 +1,23 @@
 """Small photos and camera models for the tests, written with nothing but the standard library."""
+import json
 import math
 import random
 import struct
 import zlib
 
 
-def png(width, height, pixel):
-    """PNG bytes of 8-bit RGB; pixel(x, y) -> (r, g, b)."""
+def png_of_rows(width, height, rows):
+    """PNG bytes of 8-bit RGB, of the bytes of its rows."""
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    rows = b"".join(b"\0" + bytes(c for x in range(width) for c in pixel(x, y)) for y in range(height))
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+    data = zlib.compress(b"".join(b"\0" + row for row in rows))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+def png(width, height, pixel):
+    """The same of pixel(x, y) -> (r, g, b)."""
+    return png_of_rows(width, height, [bytes(c for x in range(width) for c in pixel(x, y)) for y in range(height)])
 
 
 def photos(folder, n=6, width=48, height=32):
@@ -32,3 +38,25 @@ def model(folder, names, width=48, height=32):
     lines = [f"{i + 1} 1 0 0 0 {-0.05 * i} {0.02 * math.sin(i)} 0 1 {name}\n\n" for i, name in enumerate(names)]
     (folder / "images.txt").write_text("".join(lines))
     return folder
+
+
+def give_points(truth, n=200):
+    """Points with tracks for the model that synth writes without: then COLMAP is not needed."""
+    rng = random.Random(1)
+    cameras = json.loads((truth / "cameras.json").read_text())["images"]
+    first, points, seen = cameras[0]["w2c"], [], [[] for _ in cameras]
+    while len(points) < n:
+        z = rng.uniform(1.5, 4)
+        p = [rng.uniform(-.4, .4) * z - first[0][3], rng.uniform(-.3, .3) * z - first[1][3], z - first[2][3]]
+        x = [sum(first[r][k] * p[r] for r in range(3)) for k in range(3)]
+        track = ""
+        for k, c in enumerate(cameras):
+            q = [sum(c["w2c"][r][j] * x[j] for j in range(3)) + c["w2c"][r][3] for r in range(3)]
+            u, v = c["fx"] * q[0] / q[2] + c["cx"], c["fy"] * q[1] / q[2] + c["cy"]
+            if q[2] > 0 and 0 < u < c["width"] and 0 < v < c["height"]:
+                track += f" {k + 1} {len(seen[k])}"
+                seen[k].append(f"{u} {v} {len(points) + 1}")
+        points.append(f"{len(points) + 1} {x[0]} {x[1]} {x[2]} 128 128 128 0.5{track}\n")
+    (truth / "sparse/points3D.txt").write_text("".join(points))
+    lines = [l for l in (truth / "sparse/images.txt").read_text().splitlines() if l and not l.startswith("#")]
+    (truth / "sparse/images.txt").write_text("".join(f"{l}\n{' '.join(s)}\n" for l, s in zip(lines, seen)))

@@ -14,32 +14,11 @@ import unittest
 
 import common
 from common import FolderTest, run
+from pictures import give_points
 
 QUICK = ["--long-edge", 96, "--steps", 6, "--init-count", 300, "--max-splats", 400, "--checkpoint-every", 2,
          "--threads", 1]
 TRAIN = QUICK[2:4] + QUICK[6:]
-
-
-def give_points(truth, n=200):
-    """Points with tracks for the model that synth writes without: then COLMAP is not needed."""
-    rng = random.Random(1)
-    cameras = json.loads((truth / "cameras.json").read_text())["images"]
-    first, points, seen = cameras[0]["w2c"], [], [[] for _ in cameras]
-    while len(points) < n:
-        z = rng.uniform(1.5, 4)
-        p = [rng.uniform(-.4, .4) * z - first[0][3], rng.uniform(-.3, .3) * z - first[1][3], z - first[2][3]]
-        x = [sum(first[r][k] * p[r] for r in range(3)) for k in range(3)]
-        track = ""
-        for k, c in enumerate(cameras):
-            q = [sum(c["w2c"][r][j] * x[j] for j in range(3)) + c["w2c"][r][3] for r in range(3)]
-            u, v = c["fx"] * q[0] / q[2] + c["cx"], c["fy"] * q[1] / q[2] + c["cy"]
-            if q[2] > 0 and 0 < u < c["width"] and 0 < v < c["height"]:
-                track += f" {k + 1} {len(seen[k])}"
-                seen[k].append(f"{u} {v} {len(points) + 1}")
-        points.append(f"{len(points) + 1} {x[0]} {x[1]} {x[2]} 128 128 128 0.5{track}\n")
-    (truth / "sparse/points3D.txt").write_text("".join(points))
-    lines = [l for l in (truth / "sparse/images.txt").read_text().splitlines() if l and not l.startswith("#")]
-    (truth / "sparse/images.txt").write_text("".join(f"{l}\n{' '.join(s)}\n" for l, s in zip(lines, seen)))
 
 
 def look(path):

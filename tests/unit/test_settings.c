@@ -36,7 +36,7 @@ static void test_every_option_takes_its_own_text(void **state)
     for (size_t i = 0; i < n; i++) {
         char text[400], again[400];
         assert_int_equal(fs_settings_get(*state, options[i].name, text, sizeof text), 0);
-        set(*state, options[i].name, text);
+        if (strcmp(options[i].name, "minutes") != 0) set(*state, options[i].name, text); // not beside steps
         assert_int_equal(fs_settings_get(*state, options[i].name, again, sizeof again), 0);
         assert_string_equal(text, again);
         assert_true(options[i].stages != 0);
@@ -64,6 +64,20 @@ static void test_out_of_range_is_refused_and_changes_nothing(void **state)
     }
     assert_int_equal(fs_settings_set(*state, "none-such", "1", NULL), FS_ERR_USAGE);
     assert_true(fs_settings_get(*state, "none-such", NULL, 0) < 0);
+}
+
+static void test_minutes_or_steps(void **state)
+{
+    FsSettings *other = fs_settings_new();
+    FsError err = {0};
+    set(*state, "minutes", "2.5");
+    assert_int_equal(fs_settings_set(*state, "steps", "500", &err), FS_ERR_USAGE);
+    set(*state, "preset", "preview"); // whose steps are the most
+    set(other, "steps", "500");
+    assert_int_equal(fs_settings_set(other, "minutes", "2.5", &err), FS_ERR_USAGE);
+    assert_non_null(strstr(err.message, "--steps"));
+    assert_true(other->minutes == 0 && other->steps == 500 && ((FsSettings *)*state)->steps == 3000);
+    fs_settings_free(other);
 }
 
 static void test_what_the_user_sets_wins_over_presets(void **state)
@@ -128,6 +142,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_every_option_takes_its_own_text, setup, teardown),
         cmocka_unit_test_setup_teardown(test_out_of_range_is_refused_and_changes_nothing, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_minutes_or_steps, setup, teardown),
         cmocka_unit_test_setup_teardown(test_what_the_user_sets_wins_over_presets, setup, teardown),
         cmocka_unit_test(test_presets_exist),
         cmocka_unit_test_setup_teardown(test_copies_are_deep, setup, teardown),

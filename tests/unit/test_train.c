@@ -270,27 +270,56 @@ static void test_levels(void **state)
     fs_settings_free(set);
 }
 
-// Every photo once an epoch, shuffled, however many there are.
 static void test_cost(void **state)
 {
     (void)state;
     FsSettings *set = fs_settings_new();
-    RunSize size = {30, 1200, 800, 0}, large = {60, 2400, 1600, 0}, tiny = {4, 60, 40, 0};
-    assert_true(fs_train_bytes(set, &size) > 1.3e9 && fs_train_bytes(set, &size) < 2e9);
+    RunSize size = {30, 1200, 800, 0, 0}, large = {60, 2400, 1600, 0, 0}, tiny = {4, 120, 80, 0, 0};
+    double bytes = fs_train_bytes(set, &size);
+    assert_true(bytes > 1.3e9 && bytes < 2e9);
     assert_true(fs_train_bytes(set, &large) > 9.2e9); // the photos alone
+    size.splats = 2000000;                            // more than the budget: they stay
+    assert_true(fs_train_bytes(set, &size) > bytes + 2 * 1.8e6 * 300);
+
     FsProject project = {.set = *set};
     project.set.init_count = 500;
-    RunCost cost[2];
-    double render;
-    for (int i = 0; i < 2; i++) {
-        project.set.steps = i ? 200000 : 200;
-        assert_int_equal(fs_train_estimate(&project, &tiny, &cost[i], &render, NULL), 0);
-        assert_true(cost[i].bytes == fs_train_bytes(&project.set, &tiny) && render > 0);
-    }
-    assert_true(cost[0].seconds > 0.01 && cost[1].seconds > 100 * cost[0].seconds && cost[1].seconds < 1e5);
+    TrainPace pace;
+    assert_int_equal(fs_train_time(&project, &tiny, &pace, NULL), 0);
+    assert_true(pace.splats[0] == 500 && pace.splats[1] > 10000 && pace.render > 0 && pace.step[0][1] > 0);
     fs_settings_free(set);
 }
 
+// As many steps as fit, by a pace that is given: small photos take 1 ms, large ones 3 to 7 ms as clouds grow.
+static void test_steps_that_fit(void **state)
+{
+    (void)state;
+    FsSettings *set = settings("standard", "3400");
+    RunSize size = {30, 200, 150, 0, 1000};
+    assert_int_equal(fs_settings_set(set, "max-splats", "3000", NULL), 0);
+    assert_int_equal(fs_settings_set(set, "levels", "2", NULL), 0);
+    TrainPace pace = {.splats = {1000, 3000}, .step = {{3e-3, 7e-3}, {1e-3, 1e-3}}};
+    double all = fs_train_seconds(set, &size, &pace, 3400), before = 0;
+    assert_true(all > 1700 * (1e-3 + 6e-3) && all < 1.4 * 1700 * (1e-3 + 7e-3));
+    assert_int_equal(fs_train_steps(set, &size, &pace, all), 3400);
+    assert_int_equal(fs_train_steps(set, &size, &pace, 10 * all), 3400);
+    assert_int_equal(fs_train_steps(set, &size, &pace, -1), 300);
+    for (double seconds = 2; seconds < all; seconds *= 1.5) {
+        int steps = fs_train_steps(set, &size, &pace, seconds);
+        assert_true(steps > before && fs_train_seconds(set, &size, &pace, steps) <= seconds);
+        assert_true(fs_train_seconds(set, &size, &pace, steps + 10) > seconds);
+        before = steps;
+    }
+    fs_settings_free(set);
+
+    set = settings("paper", "5000"); // four clouds that grow from step 500 on
+    RunSize paper = {30, 1200, 800, 0, 0};
+    assert_true(fs_train_bytes(set, &paper) > 4 * 500000 * 300.0);
+    assert_int_equal(fs_settings_set(set, "steps", "400", NULL), 0);
+    assert_true(fs_train_bytes(set, &paper) < 30e6 + 0.96e6 * (40 * 30 + 280) + 4 * 360000 * 360.0);
+    fs_settings_free(set);
+}
+
+// Every photo once an epoch, shuffled, however many there are.
 static void test_order_of_photos(void **state)
 {
     (void)state;
@@ -356,10 +385,15 @@ static void test_loss_table(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_edit),       cmocka_unit_test(test_relocation_keeps_the_picture),
-        cmocka_unit_test(test_all_dead),   cmocka_unit_test(test_fsgs),
-        cmocka_unit_test(test_schedule),   cmocka_unit_test(test_levels),
-        cmocka_unit_test(test_cost),       cmocka_unit_test(test_order_of_photos),
+        cmocka_unit_test(test_edit),
+        cmocka_unit_test(test_relocation_keeps_the_picture),
+        cmocka_unit_test(test_all_dead),
+        cmocka_unit_test(test_fsgs),
+        cmocka_unit_test(test_schedule),
+        cmocka_unit_test(test_levels),
+        cmocka_unit_test(test_cost),
+        cmocka_unit_test(test_steps_that_fit),
+        cmocka_unit_test(test_order_of_photos),
         cmocka_unit_test(test_loss_table),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
