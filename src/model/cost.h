@@ -1,5 +1,4 @@
-// What a run will take, said before it starts: each stage knows its own share (fs_<stage>_estimate), estimate.c adds
-// up.
+// What a run will take, said before it starts: each stage knows its own share, estimate.c adds up.
 #pragma once
 
 #include "base/error.h"
