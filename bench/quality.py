@@ -4,9 +4,11 @@
 Trains every scene of --scenes (rendered captures with ground truth: capture/raw, truth) and a set of captures made by
 `flashsplat synth`, and lets `flashsplat evaluate` compare each with its truth at held-out and at capture views. What
 was measured before with the same program and the same options is taken from the folder --out and not run again.
+With --curve instead: how good it gets by how many seconds, a table and a plot.
 Contact sheets and the two difference variants need python3-opencv; without it they are left out.
 """
-import argparse, concurrent.futures, datetime, hashlib, json, os, pathlib, shutil, subprocess, sys, threading, time
+import argparse, concurrent.futures, copy, datetime, fnmatch, hashlib, json, os, pathlib, re, shutil, subprocess, sys
+import threading, time
 
 try:
     import cv2, numpy
@@ -28,7 +30,9 @@ VARIANTS = {  # name: (options of `run`, layers it has)
     "pseudo-pair": (None, ["T_N"]),  # gamma(F - N) of two scenes, one trained on flash photos only, one on the others
     "true-pair": (None, ["T_N"]),  # gamma(I_F - I_N) of the true composites: no training
 }
-SYNTH = {  # name: seed (it chooses the layout too), difficulties, folder of the photos
+SHARES = (1 / 8, 1 / 4, 1 / 2, 1)  # of the steps, --curve
+LARGE = "--width 1200 --height 800"
+SYNTH = {  # name: seed (it chooses the layout too), difficulties, folder of the photos; options of `synth`
     "synth-1": (1, "", "raw"),
     "synth-2": (2, "", "raw"),
     "synth-3": (3, "", "raw"),
@@ -47,6 +51,11 @@ SYNTH = {  # name: seed (it chooses the layout too), difficulties, folder of the
     "dark": (16, "dark", "raw"),
     "wide-path": (18, "wide-path", "raw"),
     "collapse": (19, "bright-near-room,wide-path,few-photos", "raw"),
+    "full-1": (41, "", "raw", LARGE),  # full-*: one of each layout, measured where --only names them
+    "full-2": (42, "", "raw", LARGE),
+    "full-3": (43, "", "raw", LARGE),
+    "full-4": (44, "dark", "raw", LARGE),
+    "full-5": (45, "bright-near-room,low-texture", "raw", LARGE),
 }
 
 
@@ -54,7 +63,7 @@ def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--flashsplat", default=str(ROOT / "build" / "flashsplat"), help="the program")
     p.add_argument("--scenes", default=str(ROOT.parent / "shared" / "scenes"), help="folder of captures with truth")
-    p.add_argument("--only", default="", help="names of scenes, comma-separated (default: all)")
+    p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-*)")
     p.add_argument("--variants", default="full", help="of " + ", ".join(VARIANTS))
     p.add_argument("--colmap", action="store_true", help="with COLMAP's poses too, measured at the capture views")
     p.add_argument("--jpeg", action="store_true", help="every scene from its JPEG files instead of RAW")
@@ -62,6 +71,7 @@ def arguments():
     p.add_argument("--options", default="--preset preview --long-edge 300", help="options of every run")
     p.add_argument("--synth-options", default="", help="options of every made capture, e.g. '--width 300 --height 200'")
     p.add_argument("--jobs", type=int, default=1, help="scenes at once, the cores shared out among them (default: 1)")
+    p.add_argument("--curve", action="store_true", help="measure after an eighth, a quarter, half and all of the steps")
     p.add_argument("--force", action="store_true", help="measure again what was measured before")
     return p.parse_args()
 
@@ -107,10 +117,10 @@ class Case:
         mark = self.scene.parent / f"{self.scene.name}.key"
         with MAKING.setdefault(str(self.scene), threading.Lock()):
             if not mark.is_file() or mark.read_text() != key:
-                seed, hard = self.recipe
+                seed, hard, *options = self.recipe
                 self.scene.parent.mkdir(parents=True, exist_ok=True)
                 call([args.flashsplat, "synth", "-o", self.scene, "--seed", seed, *(["--hard", hard] if hard else []),
-                      *args.synth_options.split(), *args.share], self.scene.parent / f"{self.scene.name}.log")
+                      *" ".join(options).split(), *args.synth_options.split(), *args.share], self.scene.parent / f"{self.scene.name}.log")
                 mark.write_text(key)
         return key
 
@@ -121,16 +131,17 @@ MAKING = {}
 def cases_of(args):
     only = [s for s in args.only.split(",") if s]
     found = {d.name: d for d in sorted(pathlib.Path(args.scenes).glob("*")) if (d / "truth" / "cameras.json").is_file()}
-    unknown = set(only) - set(found) - set(SYNTH)
+    unknown = [o for o in only if not fnmatch.filter([*found, *SYNTH], o)]
     if unknown:
         sys.exit(f"--only: no scene {', '.join(sorted(unknown))}; there are {', '.join([*found, *SYNTH])}")
     if not found:
         print(f"{args.scenes}: no captures there; only made ones are measured", file=sys.stderr)
     captures = pathlib.Path(args.out) / "captures"
     scenes = [(n, d, "raw", None) for n, d in found.items()]
-    scenes += [(n, captures / n, photos, (seed, hard)) for n, (seed, hard, photos) in SYNTH.items()]
+    scenes += [(n, captures / n, photos, (seed, hard, *options)) for n, (seed, hard, photos, *options) in SYNTH.items()]
     return [Case(args, n + ("-jpeg" if args.jpeg and photos == "raw" else ""), d, "jpeg" if args.jpeg else photos, true_poses, recipe)
-            for n, d, photos, recipe in scenes if not only or n in only
+            for n, d, photos, recipe in scenes
+            if (any(fnmatch.fnmatch(n, o) for o in only) if only else not n.startswith("full-"))
             for true_poses in ((True, False) if args.colmap else (True,))]
 
 
@@ -220,19 +231,58 @@ def measure(args, case, variant):
     return result
 
 
+def steps_of(args, options):
+    """The steps that the program takes with these options of `run`."""
+    p = argparse.ArgumentParser()
+    p.add_argument("--steps", type=int)
+    p.add_argument("--preset", default="standard")
+    given = p.parse_known_args([*args.options.split(), *options])[0]
+    help_text = subprocess.run([args.flashsplat, "run", "--help"], capture_output=True, text=True, check=True).stdout
+    preset = re.search(rf"(?m)^  {re.escape(given.preset)} .*--steps (\d+)", help_text)
+    return given.steps or int((preset or re.search(r"(?m)^  --steps N .*default: (\d+)", help_text))[1])
+
+
+def curve(args, case, variant):
+    """Figures after shares of the steps, each a schedule of its own, from one start; and the seconds from the photos to
+    the clouds: of the start as `run` took it once, and of each training with the look at what is done before it."""
+    options = VARIANTS[variant][0]
+    key = digest(args.program, case.ready(args), args.options, options, SHARES)
+    kept = case.base / f"{case.name}-{case.poses}-{variant}-curve.json"
+    if kept.is_file() and not args.force:
+        result = json.loads(kept.read_text())
+        if result["key"] == key:
+            return result
+    case = copy.copy(case)
+    case.out = case.base / kept.stem
+    shutil.rmtree(case.out, ignore_errors=True)
+    case.out.mkdir(parents=True)
+    done, views, start, points = case.out / "done", "held_out" if case.true_poses else "capture", 0, []
+    for share in SHARES:
+        steps, begin = max(1, round(share * steps_of(args, options))), time.time()
+        train(args, case, [*options, "--steps", steps], case.out / "renders" / str(steps))
+        seconds = (done / "train.json").stat().st_mtime - begin
+        points.append({"steps": steps, "seconds": start + seconds, "views": {views: evaluate(args, case, str(steps), views)}})
+        if not start:
+            start = (done / "initialise.json").stat().st_mtime - begin
+    result = {"key": key, "commit": args.commit, "views": views, "points": points}
+    kept.write_text(json.dumps(result, indent=1))
+    return result
+
+
 def figures(result, variant, views):
-    """What a row of the table shows: layer -> four numbers or None; depth error."""
+    """What a row of the table shows: layer -> five numbers or None; depth error."""
     method = result["views"][views]
     layers = {}
     for l in LAYERS:
         m = method["layers"].get(l)
         shown = m and m.get("n") and l in VARIANTS[variant][1]
-        layers[l] = [m[k] for k in ("psnr_gain", "ssim_gain", "psnr", "ssim")] if shown else None
+        names = ("psnr_gain", "ssim_gain", "ms_ssim_gain", "psnr", "ssim")
+        layers[l] = [m.get(k, float("nan")) for k in names] if shown else None
     return layers, method.get("depth_T", {}).get("median_relative_error")
 
 
 def cell(numbers):
-    return "{:.2f} / {:.3f} ({:.2f} / {:.3f})".format(*numbers) if numbers else "-"
+    return "{:.2f} / {:.3f} / {:.3f} ({:.2f} / {:.3f})".format(*numbers) if numbers else "-"
 
 
 def row(name, poses, variant, views, layers, depth, seconds, count):
@@ -265,8 +315,8 @@ def means(results, variants):
 
 def table(args, cases, results, failures):
     commits = sorted({r["commit"] for r in results.values()})
-    lines = [f"Commit {', '.join(commits)}, {datetime.date.today()}, `{args.options}`. PSNR in dB / SSIM: gain-fitted (raw); "
-             "depth: median relative error of T in %; s: seconds of the run on this machine, "
+    lines = [f"Commit {', '.join(commits)}, {datetime.date.today()}, `{args.options}`. PSNR in dB / SSIM / MS-SSIM: gain-fitted "
+             "(raw); depth: median relative error of T in %; s: seconds of the run on this machine, "
              f"{args.jobs} at once, stages that an earlier variant did left out.", "",
              "| scene | poses | variant | views | " + " | ".join(LAYERS) + " | depth | s | splats |", "|---" * 12 + "|"]
     for case in cases:
@@ -279,6 +329,41 @@ def table(args, cases, results, failures):
     notes = [f"- {n}, {p} poses, {v}: {w}" for (n, p, v), r in sorted(results.items()) for w in r["warnings"]]
     notes += [f"- failed: {f}" for f in failures]
     return lines + (["", "What the program said:", "", *notes] if notes else [])
+
+
+def label(case):
+    return case.name if case.true_poses else f"{case.name}, COLMAP"
+
+
+def curve_rows(args, cases, results):
+    """scene, variant, steps, seconds, figures of the layers, depth error; the last rows are means over the scenes."""
+    rows = []
+    for case in cases:
+        for v in args.variants:
+            r = results.get((case.name, case.poses, v))
+            rows += [(label(case), v, p["steps"], p["seconds"], *figures(p, v, r["views"])) for p in (r["points"] if r else [])]
+    for key in dict.fromkeys(row[1:3] for row in rows):
+        of = [row for row in rows if row[1:3] == key]
+        rows.append((f"mean of {len(of)}", *key, mean([r[3] for r in of]),
+                     {l: mean([r[4][l] for r in of]) for l in LAYERS}, mean([r[5] for r in of])))
+    return rows
+
+
+def write_curve(args, cases, results, failures):
+    rows, base = curve_rows(args, cases, results), pathlib.Path(args.out)
+    commits = ", ".join(sorted({r["commit"] for r in results.values()}))
+    lines = [f"Commit {commits}, {datetime.date.today()}, `{args.options}`. s: seconds from the photos to the clouds; PSNR in dB "
+             "/ SSIM / MS-SSIM: gain-fitted (raw); depth: median relative error of T in %.", "",
+             "| scene | variant | steps | s | " + " | ".join(LAYERS) + " | depth |", "|---" * 10 + "|"]
+    for scene, variant, steps, seconds, layers, depth in rows:
+        shown = f"{100 * depth:.1f}" if depth is not None else "-"
+        lines.append(f"| {scene} | {variant} | {steps} | {seconds:.0f} | " + " | ".join(cell(layers[l]) for l in LAYERS) + f" | {shown} |")
+    (base / "curve.md").write_text("\n".join(lines + [f"- failed: {f}" for f in failures]) + "\n")
+    names = ("scene", "variant", "steps", "seconds", "layers", "depth")
+    (base / "curve.json").write_text(json.dumps([dict(zip(names, row)) for row in rows], indent=1))
+    if rows:
+        subprocess.run([sys.executable, ROOT / "tools" / "plot_curve.py", base / "curve.json", base / "curve.svg"], check=True)
+    return lines
 
 
 def sheet(case, variant, path):
@@ -305,7 +390,7 @@ def sheet(case, variant, path):
 def run_case(args, case, results, failures, lock, cases):
     for variant in args.variants:
         try:
-            result = measure(args, case, variant)
+            result = (curve if args.curve else measure)(args, case, variant)
         except (Failed, OSError, ValueError, KeyError) as e:  # the other cases go on
             with lock:
                 failures.append(f"{case.name}, {case.poses} poses, {variant}: {e} (all of it: {case.log})")
@@ -313,6 +398,10 @@ def run_case(args, case, results, failures, lock, cases):
             continue
         with lock:
             results[case.name, case.poses, variant] = result
+            if args.curve:
+                lines = write_curve(args, cases, results, failures)
+                print("\n".join(l for l in lines if l.startswith(f"| {label(case)} | {variant} |")), flush=True)
+                continue
             for views in result["views"]:
                 print(row(case.name, case.poses, variant, views, *figures(result, variant, views), result["seconds"],
                           result["splats"]), flush=True)
@@ -329,7 +418,10 @@ def main():
             sys.exit(f"--variants: no variant '{v}'; known are {', '.join(VARIANTS)}")
     if cv2 is None:
         print("no python3-opencv: no contact sheets, no pseudo-pair, no true-pair", file=sys.stderr)
+    if cv2 is None or args.curve:
         args.variants = [v for v in args.variants if VARIANTS[v][0] is not None]
+    if args.curve and args.jobs > 1:
+        sys.exit("--curve: measures seconds, so one scene at a time (--jobs 1)")
     if not pathlib.Path(args.flashsplat).is_file():
         sys.exit(f"{args.flashsplat}: no program there; run `make` first or give --flashsplat")
     args.flashsplat = str(pathlib.Path(args.flashsplat).resolve())
@@ -343,10 +435,12 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
         for done in [pool.submit(run_case, args, c, results, failures, lock, cases) for c in cases]:
             done.result()
-    lines = table(args, cases, results, failures)
-    (base / "quality.md").write_text("\n".join(lines) + "\n")
+    name = "curve.md" if args.curve else "quality.md"
+    lines = (write_curve if args.curve else table)(args, cases, results, failures)
+    if not args.curve:
+        (base / name).write_text("\n".join(lines) + "\n")
     print("\n".join(line for line in lines if line.startswith("| mean")))
-    print(f"table: {base / 'quality.md'}; contact sheets beside it", file=sys.stderr)
+    print(f"table: {base / name}; {'plot' if args.curve else 'contact sheets'} beside it", file=sys.stderr)
     return 1 if failures else 0
 
 
