@@ -100,31 +100,39 @@ int fs_project_check(FsProject *project, unsigned stage, const char *was, const 
     return fs_error_input(err, "%s: %s; leave --resume to begin anew", path, what);
 }
 
+// `was`: settings and inputs of a training.
+static bool take_steps(FsProject *project, const json_t *was)
+{
+    Settings *set = &project->set;
+    const json_t *settings = json_object_get(was, "settings");
+    int wanted = set->steps, steps = (int)json_integer_value(json_object_get(settings, "steps"));
+    if (steps < 1 || json_number_value(json_object_get(settings, "minutes")) != set->minutes) return false;
+    char what[400], *text = json_dumps(was, 0);
+    set->steps = steps;
+    project->fingerprint_stage = 0;
+    const char *now = fs_project_fingerprint(project, FS_STAGE_TRAIN);
+    bool same = !fs_fingerprint_differs(text, now, what, sizeof what);
+    free(text);
+    if (!same) set->steps = wanted;
+    project->fingerprint_stage = 0;
+    return same;
+}
+
 bool fs_project_take_steps(FsProject *project)
 {
     static const char *const place[] = {"done/train.json", "checkpoint/state.json", "checkpoint.old/state.json"};
-    Settings *set = &project->set;
-    char what[400];
-    int wanted = set->steps;
-    for (int i = 0; i < 3; i++) {
-        json_t *root, *settings;
-        if (i ? !set->resume : set->force) continue;
-        fs_json_file_read(fs_file_at("%s/%s", project->out, place[i]).text, MAX_MARK_BYTES, &root, NULL);
-        const char *made_from = json_string_value(json_object_get(root, "made_from"));
-        char *was = made_from ? strdup(made_from) : root ? json_dumps(root, 0) : NULL;
+    bool taken = false;
+    for (int i = 0; i < 3 && !taken; i++) {
+        json_t *root = NULL;
+        if (i ? project->set.resume : !project->set.force)
+            fs_json_file_read(fs_file_at("%s/%s", project->out, place[i]).text, MAX_MARK_BYTES, &root, NULL);
+        const char *made_from = json_string_value(json_object_get(root, "made_from")); // a checkpoint's
+        json_t *was = made_from ? json_loads(made_from, 0, NULL) : json_incref(root);
+        taken = take_steps(project, was);
+        json_decref(was);
         json_decref(root);
-        settings = json_object_get(root = was ? json_loads(was, 0, NULL) : NULL, "settings");
-        bool same = json_number_value(json_object_get(settings, "minutes")) == set->minutes;
-        set->steps = (int)json_integer_value(json_object_get(settings, "steps"));
-        project->fingerprint_stage = 0;
-        same = same && !fs_fingerprint_differs(was, fs_project_fingerprint(project, FS_STAGE_TRAIN), what, sizeof what);
-        json_decref(root);
-        free(was);
-        if (same) return true;
-        set->steps = wanted;
     }
-    project->fingerprint_stage = 0;
-    return false;
+    return taken;
 }
 
 int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err)

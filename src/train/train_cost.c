@@ -10,7 +10,7 @@
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
-enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, LEAST_STEPS = 300 };
+enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_STEPS = 300 };
 #define ENOUGH_SECONDS 0.15 // of steps in a trial
 #define BESIDE_STEPS 1.26   // experiment  what real clouds take longer, and what is done between steps
 #define SPLAT_SIZE 2.4 // experiment  of made Gaussians, by the root of their number: steps take as long as real ones
@@ -235,7 +235,7 @@ double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPac
 
 int fs_train_steps(const Settings *set, const RunSize *size, const TrainPace *pace, double seconds)
 {
-    int fit = LEAST_STEPS < set->steps ? LEAST_STEPS : set->steps, most = set->steps;
+    int fit = FEWEST_STEPS < set->steps ? FEWEST_STEPS : set->steps, most = set->steps;
     while (fit < most) {
         int steps = (fit + most + 1) / 2;
         if (fs_train_seconds(set, size, pace, steps) <= seconds)
