@@ -19,7 +19,7 @@ enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_ST
 #define BYTES_PROGRAM 30e6
 #define BYTES_VIEW 40.0  // a pixel of a photo: itself, what SSIM needs of it, mask
 #define BYTES_STEP 280.0 // a pixel of the view that is rendered
-#define BYTES_SPLAT 360.0
+#define BYTES_SPLAT 600.0
 
 static double now(void)
 {

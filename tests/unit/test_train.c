@@ -315,7 +315,7 @@ static void test_steps_that_fit(void **state)
     RunSize paper = {30, 1200, 800, 0, 0};
     assert_true(fs_train_bytes(set, &paper) > 4 * 500000 * 300.0);
     assert_int_equal(fs_settings_set(set, "steps", "400", NULL), 0);
-    assert_true(fs_train_bytes(set, &paper) < 30e6 + 0.96e6 * (40 * 30 + 280) + 4 * 360000 * 360.0);
+    assert_true(fs_train_bytes(set, &paper) < 30e6 + 0.96e6 * (40 * 30 + 280) + 4 * 360000 * 600.0);
     fs_settings_free(set);
 }
 
