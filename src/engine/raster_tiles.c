@@ -1,30 +1,35 @@
-// The rasteriser by tiles: visible splats sorted by depth, listed by row of tiles, then by tile; tiles are jobs.
+// The rasteriser by tiles: for each splat the tiles that it touches, then, splats in order of depth, for each tile its
+// splats; tiles are jobs.
 #include "engine/raster_pass.h"
 
 #include <limits.h>
 #include <string.h>
 
-typedef struct BandEntry {
-    uint32_t splat, mask, tile_x;
-} BandEntry;
+typedef struct TileHit { // a splat in a tile; its number is that of the gradient record
+    uint32_t tile, mask;
+} TileHit;
+
+typedef struct Chunk { // RASTER_CHUNK splats
+    int n_visible;
+    uint32_t nearest, farthest; // keys
+    int64_t bound;              // hits that its boxes could make
+    int64_t first;              // its part of `hit`
+} Chunk;
 
 typedef struct TileLists {
-    int n, height, tiles_x, tiles_y;
+    int n, height, tiles_x, tiles_y, n_chunks;
     const Splat *splats;
-    uint32_t *order, *spare; // visible splats by depth
-    uint32_t *key, *spare_key;
-    int64_t *band_splat_start; // (tiles_y + 1) into band_splat
-    uint32_t *band_splat;      // visible splats of each row of tiles, by depth
-    int64_t *band_bound;       // (tiles_y + 1): start of the band's part of band_entry
-    BandEntry *band_entry;
-    int *band_entries; // (tiles_y): how many the band has
-    int64_t *band_at;  // (tiles_y): where list_job is
-    int *tile_start;   // (tiles + 1) into entry
-    int *tile_count;   // (tiles)
+    Chunk *chunk;
+    uint32_t *key, *id; // visible splats, each chunk's from the chunk's first place on; then all, by depth
+    uint32_t *spare_key, *spare_id;
+    int n_visible;
+    TileHit *hit;
+    int (*hits)[2];  // (n): a splat's first, and one past its last
+    int *count;      // (threads, tiles): hits that a thread found
+    int *tile_start; // (tiles + 1) into entry
+    int *tile_at[2]; // (tiles): where the next one from the front goes, and, plus one, from the back
     TileEntry *entry;
-    int n_entries;
-    int *slot_start; // (n + 1) into record
-    float *record;   // (n_entries, FS_RECORD) of gradients
+    float *record; // (hits, FS_RECORD) of gradients
     long *tile_pairs;
 } TileLists;
 
@@ -58,20 +63,17 @@ static int count_chunks(const RasterTask *task)
 {
     return task->work->chunks;
 }
-static int count_one(const RasterTask *task)
+static int count_ends(const RasterTask *task)
 {
-    return task->cloud->n > 0;
-}
-static int count_bands(const RasterTask *task)
-{
-    return task->work->tiles->tiles_y;
+    (void)task;
+    return 2;
 }
 static int count_tiles(const RasterTask *task)
 {
     return task->work->tiles->tiles_x * task->work->tiles->tiles_y;
 }
 
-// ---- phase 1: project ----
+// ---- phase 1: project, find the visible ----
 
 static void project_job(void *context, int job, int worker)
 {
@@ -80,116 +82,133 @@ static void project_job(void *context, int job, int worker)
     int own;
     RasterTask *task = task_of(run, job, &own);
     fs_raster_pass_project(task, run->pass->kernels, own);
-}
-
-// ---- phase 2: sort the visible by depth, list them by row of tiles ----
-
-static void radix_pass(const uint32_t *key, const uint32_t *value, uint32_t *key_out, uint32_t *value_out, int n,
-                       int shift)
-{
-    int start[2049] = {0};
-    for (int i = 0; i < n; i++) start[(key[i] >> shift & 2047) + 1]++;
-    for (int i = 0; i < 2048; i++) start[i + 1] += start[i];
-    for (int i = 0; i < n; i++) {
-        int to = start[key[i] >> shift & 2047]++;
-        key_out[to] = key[i];
-        value_out[to] = value[i];
-    }
-}
-
-static void sort_job(void *context, int job, int worker)
-{
-    (void)worker;
-    int own;
-    RasterTask *task = task_of(context, job, &own);
     TileLists *w = task->work->tiles;
-    int n = 0;
-    for (int i = 0; i < w->n; i++) {
+    Chunk *c = &w->chunk[own];
+    *c = (Chunk){.nearest = UINT32_MAX};
+    for (int i = own * RASTER_CHUNK, at = i, end = fs_raster_pass_chunk_end(task->work, own); i < end; i++) {
         const Splat *s = &w->splats[i];
+        uint32_t key;
+        memcpy(&key, &s->depth, sizeof key); // positive floats sort as integers
+        w->key[at] = key;
+        w->id[at] = (uint32_t)i;
         if (s->tile[0] == s->tile[2]) continue;
-        memcpy(&w->key[n], &s->depth, sizeof(float)); // positive floats sort as integers
-        w->order[n++] = (uint32_t)i;
-        for (int y = s->tile[1]; y < s->tile[3]; y++) {
-            w->band_splat_start[y + 1]++;
-            w->band_bound[y + 1] += s->tile[2] - s->tile[0];
+        at++;
+        c->n_visible++;
+        c->bound += (s->tile[2] - s->tile[0]) * (s->tile[3] - s->tile[1]);
+        c->nearest = key < c->nearest ? key : c->nearest;
+        c->farthest = key > c->farthest ? key : c->farthest;
+    }
+}
+
+// ---- phase 2: sort by depth; meanwhile, which rows of which tiles each splat touches ----
+
+enum { DIGIT = 11, DIGITS = 1 << DIGIT };
+
+// Moves n pairs to the places in the order of a digit.
+static void radix_pass(const uint32_t *from[2], uint32_t *to[2], int n, const int count[DIGITS], int shift)
+{
+    int start[DIGITS], sum = 0;
+    for (int d = 0; d < DIGITS; sum += count[d++]) start[d] = sum;
+    for (int i = 0; i < n; i++) {
+        int at = start[from[0][i] >> shift & (DIGITS - 1)]++;
+        to[0][at] = from[0][i];
+        to[1][at] = from[1][i];
+    }
+}
+
+// By the leading bits of depth, in two digits: what differs by less than a 2^-18th or so counts as equal.
+static void sort(TileLists *w)
+{
+    uint32_t nearest = UINT32_MAX, farthest = 0;
+    int count[2][DIGITS] = {0}, n = 0, drop = 0;
+    for (int c = 0; c < w->n_chunks; c++) {
+        nearest = w->chunk[c].nearest < nearest ? w->chunk[c].nearest : nearest;
+        farthest = w->chunk[c].farthest > farthest ? w->chunk[c].farthest : farthest;
+    }
+    while (farthest > nearest && (farthest - nearest) >> drop >> (2 * DIGIT)) drop++;
+    for (int c = 0; c < w->n_chunks; c++)
+        for (int i = c * RASTER_CHUNK, end = i + w->chunk[c].n_visible; i < end; i++, n++) {
+            uint32_t key = (w->key[i] - nearest) >> drop;
+            count[0][key & (DIGITS - 1)]++;
+            count[1][key >> DIGIT]++;
+            w->key[n] = key;
+            w->id[n] = w->id[i];
         }
-    }
-    radix_pass(w->key, w->order, w->spare_key, w->spare, n, 0);
-    radix_pass(w->spare_key, w->spare, w->key, w->order, n, 11);
-    radix_pass(w->key, w->order, w->spare_key, w->spare, n, 22);
-    task->n_visible = n;
-    for (int y = 0; y < w->tiles_y; y++) {
-        w->band_splat_start[y + 1] += w->band_splat_start[y];
-        w->band_bound[y + 1] += w->band_bound[y];
-    }
+    uint32_t *pairs[2] = {w->key, w->id}, *spare[2] = {w->spare_key, w->spare_id};
+    radix_pass((const uint32_t *[2]){w->key, w->id}, spare, n, count[0], 0);
+    radix_pass((const uint32_t *[2]){w->spare_key, w->spare_id}, pairs, n, count[1], DIGIT);
 }
 
-static void list_job(void *context, int job, int worker)
+static void cover_chunk(const RasterTask *task, const RasterKernels *kernels, int chunk, int worker)
 {
-    (void)worker;
-    int own;
-    RasterTask *task = task_of(context, job, &own);
     TileLists *w = task->work->tiles;
-    int64_t *at = w->band_at;
-    memcpy(at, w->band_splat_start, sizeof *at * (size_t)w->tiles_y);
-    for (int i = 0; i < task->n_visible; i++) {
-        uint32_t id = w->spare[i];
-        if (i + 16 < task->n_visible) __builtin_prefetch(&w->splats[w->spare[i + 16]]);
-        for (int y = w->splats[id].tile[1]; y < w->splats[id].tile[3]; y++) w->band_splat[at[y]++] = id;
-    }
-}
-
-// ---- phase 3: which rows of which tiles each splat touches ----
-
-static void band_job(void *context, int job, int worker)
-{
-    (void)worker;
-    Run *run = context;
-    int y;
-    TileLists *w = task_of(run, job, &y)->work->tiles;
-    BandEntry *out = w->band_entry + w->band_bound[y];
-    int *count = w->tile_count + y * w->tiles_x, rows = w->height - y * FS_TILE_H;
-    const uint32_t inside = rows < FS_TILE_H ? (1u << rows) - 1 : 0xffffffffu;
-    for (int64_t i = w->band_splat_start[y]; i < w->band_splat_start[y + 1]; i++) {
-        uint32_t id = w->band_splat[i];
-        const Splat *s = &w->splats[id];
-        if (i + 8 < w->band_splat_start[y + 1]) __builtin_prefetch(&w->splats[w->band_splat[i + 8]]);
-        uint32_t mask[64];
-        for (int x0 = s->tile[0]; x0 < s->tile[2]; x0 += 64) {
-            int tiles = s->tile[2] - x0 < 64 ? s->tile[2] - x0 : 64;
-            run->pass->kernels->raster->cover(s, x0 * FS_TILE_W, y * FS_TILE_H, tiles, FS_T_MIN, mask);
-            for (int k = 0; k < tiles; k++) {
-                if (!(mask[k] & inside)) continue;
-                *out++ = (BandEntry){id, mask[k] & inside, (uint32_t)(x0 + k)};
-                count[x0 + k]++;
+    const int left = w->height - (w->tiles_y - 1) * FS_TILE_H; // rows in the last row of tiles
+    int *count = w->count + (size_t)worker * (size_t)(w->tiles_x * w->tiles_y);
+    TileHit *out = w->hit + w->chunk[chunk].first;
+    for (int i = chunk * RASTER_CHUNK, end = fs_raster_pass_chunk_end(task->work, chunk); i < end; i++) {
+        const Splat *s = &w->splats[i];
+        w->hits[i][0] = (int)(out - w->hit);
+        for (int y = s->tile[1]; y < s->tile[3]; y++) {
+            const uint32_t inside = y + 1 == w->tiles_y ? 0xffffffffu >> (FS_TILE_H - left) : 0xffffffffu;
+            uint32_t mask[64];
+            for (int x0 = s->tile[0]; x0 < s->tile[2]; x0 += 64) {
+                int tiles = s->tile[2] - x0 < 64 ? s->tile[2] - x0 : 64;
+                kernels->cover(s, x0 * FS_TILE_W, y * FS_TILE_H, tiles, FS_T_MIN, mask);
+                for (int k = 0; k < tiles; k++) {
+                    const int tile = y * w->tiles_x + x0 + k, any = (mask[k] & inside) != 0;
+                    *out = (TileHit){(uint32_t)tile, mask[k] & inside};
+                    out += any;
+                    count[tile] += any;
+                }
             }
         }
+        w->hits[i][1] = (int)(out - w->hit);
     }
-    w->band_entries[y] = (int)(out - (w->band_entry + w->band_bound[y]));
+}
+
+static int count_sort_and_chunks(const RasterTask *task)
+{
+    return 1 + count_chunks(task);
+}
+
+static void cover_job(void *context, int job, int worker)
+{
+    const Run *run = context;
+    int own;
+    RasterTask *task = task_of(run, job, &own);
+    if (own == 0)
+        sort(task->work->tiles);
+    else
+        cover_chunk(task, run->pass->kernels->raster, own - 1, worker);
+}
+
+// ---- phase 3: the tiles' lists, the near half of the splats from the front on, the others from the back ----
+
+static void scatter(TileLists *w, int i, int end, int step)
+{
+    int *at = w->tile_at[step < 0];
+    for (; i != end; i += step) {
+        uint32_t id = w->id[i];
+        if ((unsigned)(i + 16 * step) < (unsigned)w->n_visible) { // they lie far apart
+            __builtin_prefetch(w->hits[w->id[i + 16 * step]]);
+            __builtin_prefetch(w->hit + w->hits[w->id[i + 8 * step]][0]);
+        }
+        for (int h = w->hits[id][0]; h < w->hits[id][1]; h++) {
+            uint32_t tile = w->hit[h].tile;
+            w->entry[step < 0 ? --at[tile] : at[tile]++] = (TileEntry){id, w->hit[h].mask, (uint32_t)h};
+        }
+    }
 }
 
 static void scatter_job(void *context, int job, int worker)
 {
     (void)worker;
-    int y;
-    TileLists *w = task_of(context, job, &y)->work->tiles;
-    int *at = w->tile_count + y * w->tiles_x;
-    memcpy(at, w->tile_start + y * w->tiles_x, sizeof(int) * (size_t)w->tiles_x);
-    const BandEntry *in = w->band_entry + w->band_bound[y];
-    for (int i = 0, n = w->band_entries[y]; i < n; i++)
-        w->entry[at[in[i].tile_x]++] = (TileEntry){in[i].splat, in[i].mask, 0};
-}
-
-// Numbers the gradient records by splat: what backward writes all over, the sums then read in order.
-static void number_records(TileLists *w)
-{
-    int *start = w->slot_start;
-    memset(start, 0, sizeof(int) * (size_t)(w->n + 1));
-    for (int i = 0; i < w->n_entries; i++) start[w->entry[i].splat + 1]++;
-    for (int i = 0; i < w->n; i++) start[i + 1] += start[i];
-    for (int i = 0; i < w->n_entries; i++) w->entry[i].slot = (uint32_t)start[w->entry[i].splat]++;
-    memmove(start + 1, start, sizeof(int) * (size_t)w->n); // back to starts
-    start[0] = 0;
+    int own;
+    TileLists *w = task_of(context, job, &own)->work->tiles;
+    if (own == 0)
+        scatter(w, 0, w->n_visible / 2, 1);
+    else
+        scatter(w, w->n_visible - 1, w->n_visible / 2 - 1, -1);
 }
 
 // ---- phase 4: forward ----
@@ -208,23 +227,12 @@ static RasterTile tile_of(const RasterTask *task, int tile)
                         .count = task->count};
 }
 
-static int count_forward(const RasterTask *task)
-{
-    return 1 + count_tiles(task);
-}
-
-// The first job of a task is not a tile: it does for backward what cannot be shared, while the others go on.
 static void forward_job(void *context, int job, int worker)
 {
     (void)worker;
     Run *run = context;
     int own;
     RasterTask *task = task_of(run, job, &own);
-    if (own == 0) {
-        if (task->train) number_records(task->work->tiles);
-        return;
-    }
-    own--;
     RasterTile tile = tile_of(task, own);
     fs_raster_pass_tile_forward(run->pass->kernels, task, &tile, &task->work->tiles->tile_pairs[own]);
 }
@@ -251,7 +259,7 @@ static void reduce_job(void *context, int job, int worker)
     const TileLists *lists = w->tiles;
     for (int i = own * RASTER_CHUNK, end = fs_raster_pass_chunk_end(w, own); i < end; i++) {
         float sum[FS_RECORD] = {0};
-        for (int p = lists->slot_start[i]; p < lists->slot_start[i + 1]; p++) {
+        for (int p = lists->hits[i][0]; p < lists->hits[i][1]; p++) {
             const float *record = lists->record + (size_t)p * FS_RECORD;
             for (int k = 0; k < FS_RECORD; k++) sum[k] += record[k];
         }
@@ -262,32 +270,34 @@ static void reduce_job(void *context, int job, int worker)
 
 // ---- memory, which grows between the phases ----
 
-static void set_up(RasterTask *task, const Camera *camera, float near)
+static void set_up(const RasterPass *pass, RasterTask *task, int n_threads)
 {
-    fs_raster_pass_set_up(task, camera, near);
+    const Camera *camera = pass->camera;
+    fs_raster_pass_set_up(task, camera, pass->near);
     Arena *a = &task->arena;
     TileLists *w = ARENA_NEW(a, TileLists, 1);
     if (!w) return;
     int n = task->cloud->n, tx = (camera->width + FS_TILE_W - 1) / FS_TILE_W;
     int ty = (camera->height + FS_TILE_H - 1) / FS_TILE_H;
-    *w = (TileLists){.n = n, .height = camera->height, .tiles_x = tx, .tiles_y = ty, .splats = task->work->splats};
+    *w = (TileLists){.n = n,
+                     .height = camera->height,
+                     .tiles_x = tx,
+                     .tiles_y = ty,
+                     .n_chunks = task->work->chunks,
+                     .splats = task->work->splats};
     task->work->tiles = w;
-    w->order = ARENA_NEW(a, uint32_t, n);
-    w->spare = ARENA_NEW(a, uint32_t, n);
+    w->chunk = ARENA_NEW(a, Chunk, w->n_chunks);
     w->key = ARENA_NEW(a, uint32_t, n);
+    w->id = ARENA_NEW(a, uint32_t, n);
     w->spare_key = ARENA_NEW(a, uint32_t, n);
-    w->band_splat_start = ARENA_NEW(a, int64_t, ty + 1);
-    w->band_bound = ARENA_NEW(a, int64_t, ty + 1);
-    w->band_entries = ARENA_NEW(a, int, ty);
-    w->band_at = ARENA_NEW(a, int64_t, ty);
+    w->spare_id = ARENA_NEW(a, uint32_t, n);
+    w->hits = (int(*)[2])fs_arena_alloc(a, sizeof(int[2]) * (size_t)n);
     w->tile_start = ARENA_NEW(a, int, tx *ty + 1);
-    w->tile_count = ARENA_NEW(a, int, tx *ty);
     w->tile_pairs = ARENA_NEW(a, long, tx *ty);
-    if (task->train) w->slot_start = ARENA_NEW(a, int, n + 1);
+    w->count = ARENA_NEW(a, int, n_threads *tx *ty);
+    for (int k = 0; k < 2; k++) w->tile_at[k] = ARENA_NEW(a, int, tx *ty);
     if (a->failed) return;
-    memset(w->band_splat_start, 0, sizeof(int64_t) * (size_t)(ty + 1));
-    memset(w->band_bound, 0, sizeof(int64_t) * (size_t)(ty + 1));
-    memset(w->tile_count, 0, sizeof(int) * (size_t)(tx * ty));
+    memset(w->count, 0, sizeof(int) * (size_t)(n_threads * tx * ty));
 }
 
 static int check_memory(const RasterPass *pass, FsError *err)
@@ -297,48 +307,55 @@ static int check_memory(const RasterPass *pass, FsError *err)
     return 0;
 }
 
-// Room for the lists of the rows of tiles.
-static int place_bands(const RasterPass *pass, FsError *err)
-{
-    for (int t = 0; t < pass->n; t++) {
-        TileLists *w = pass->task[t]->work->tiles;
-        if (w->band_bound[w->tiles_y] > INT_MAX)
-            return fs_error_set(err, FS_ERR_NUMERIC,
-                                "%lld places of splats in tiles, at most %d can be numbered; use a smaller --long-edge "
-                                "or --max-splats",
-                                (long long)w->band_bound[w->tiles_y], INT_MAX);
-        w->band_splat = ARENA_NEW(&pass->task[t]->arena, uint32_t, w->band_splat_start[w->tiles_y]);
-        w->band_entry = ARENA_NEW(&pass->task[t]->arena, BandEntry, w->band_bound[w->tiles_y]);
-    }
-    return check_memory(pass, err);
-}
-
-// Tile starts from tile counts; makes room for the entries.
-static void place_tiles(RasterTask *task)
+// Room for the hits, as many as the boxes could make.
+static int place_hits(RasterTask *task, FsError *err)
 {
     TileLists *w = task->work->tiles;
-    w->tile_start[0] = 0;
-    for (int t = 0; t < w->tiles_x * w->tiles_y; t++) w->tile_start[t + 1] = w->tile_start[t] + w->tile_count[t];
-    w->n_entries = w->tile_start[w->tiles_x * w->tiles_y];
-    w->entry = ARENA_NEW(&task->arena, TileEntry, w->n_entries);
-    if (!task->train) return;
-    w->record = ARENA_NEW(&task->arena, float, (size_t)w->n_entries *FS_RECORD);
+    int64_t bound = 0;
+    for (int c = 0; c < w->n_chunks; c++) {
+        w->chunk[c].first = bound;
+        bound += w->chunk[c].bound;
+        w->n_visible += w->chunk[c].n_visible;
+    }
+    task->n_visible = w->n_visible;
+    if (bound > INT_MAX)
+        return fs_error_set(err, FS_ERR_NUMERIC,
+                            "%lld places of splats in tiles, at most %d can be numbered; use a smaller --long-edge "
+                            "or --max-splats",
+                            (long long)bound, INT_MAX);
+    w->hit = ARENA_NEW(&task->arena, TileHit, bound + 1);
+    if (task->train) w->record = ARENA_NEW(&task->arena, float, (size_t)bound *FS_RECORD);
+    return 0;
+}
+
+// Where the tiles' lists begin; makes room for the entries.
+static void place_tiles(RasterTask *task, int n_threads)
+{
+    TileLists *w = task->work->tiles;
+    const int n_tiles = count_tiles(task);
+    int at = 0;
+    for (int t = 0; t < n_tiles; t++) {
+        w->tile_start[t] = w->tile_at[0][t] = at;
+        for (int k = 0; k < n_threads; k++) at += w->count[k * n_tiles + t];
+        w->tile_at[1][t] = at;
+    }
+    w->tile_start[n_tiles] = at;
+    w->entry = ARENA_NEW(&task->arena, TileEntry, at);
 }
 
 static int forward(const RasterPass *pass, FsError *err)
 {
-    int rc;
-    for (int t = 0; t < pass->n; t++) set_up(pass->task[t], pass->camera, pass->near);
+    int rc, n_threads = fs_threads_count(pass->threads);
+    for (int t = 0; t < pass->n; t++) set_up(pass, pass->task[t], n_threads);
     TRY(check_memory(pass, err));
     run_phase(pass, project_job, count_chunks);
-    run_phase(pass, sort_job, count_one);
-    TRY(place_bands(pass, err));
-    run_phase(pass, list_job, count_one);
-    run_phase(pass, band_job, count_bands);
-    for (int t = 0; t < pass->n; t++) place_tiles(pass->task[t]);
+    for (int t = 0; t < pass->n; t++) TRY(place_hits(pass->task[t], err));
     TRY(check_memory(pass, err));
-    run_phase(pass, scatter_job, count_bands);
-    run_phase(pass, forward_job, count_forward);
+    run_phase(pass, cover_job, count_sort_and_chunks);
+    for (int t = 0; t < pass->n; t++) place_tiles(pass->task[t], n_threads);
+    TRY(check_memory(pass, err));
+    run_phase(pass, scatter_job, count_ends);
+    run_phase(pass, forward_job, count_tiles);
     for (int t = 0; t < pass->n; t++) {
         RasterTask *task = pass->task[t];
         task->pairs = 0;
