@@ -12,7 +12,7 @@ enum { CHUNK = 2048 }; // Gaussians per job
 #define GAIN_MIN -3.0f       // log: a twentieth of the usual gain
 #define GAIN_MAX 5.0f        // in deep shade the flash gives a hundred times the light that was there
 #define COLOR_MAX 4.0f       // tone-mapped
-#define SEARCHES -2.1972246f // logit of the opacity, a tenth, above which Gaussians do not wander (explore)
+#define SEARCHES -2.52f // logit of the opacity above which Gaussians wander less than a thousandth (explore)
 
 // ---- over all clouds at once ----
 
@@ -83,9 +83,9 @@ static void explore(const Jobs *jobs, const Range *r)
         double quat[4] = {q[0], q[1], q[2], q[3]}, rot[9];
         fs_camera_quat_to_rotation(quat, rot);
         float local[3];
-        for (int k = 0; k < 3; k++) { // covariance times noise = R S^2 R^T n; R^T n is as normal as n
+        for (int k = 0; k < 3; k++) { // covariance times noise = R S^2 R^T n; R^T n is as random as n
             float e = expf(s[k]);
-            local[k] = e * e * fs_rng_normal(&rng) * size;
+            local[k] = e * e * fs_rng_bell(&rng) * size;
         }
         for (int k = 0; k < 3; k++)
             cloud->field[CLOUD_MEANS][3 * i + k] +=

@@ -20,7 +20,8 @@ FN real r_log2(real x) { return (real)log2((double)x); }
 FN real r_max(real a, real b) { return a > b ? a : b; }
 FN real r_min(real a, real b) { return a < b ? a : b; }
 FN real r_where(real a, real limit, real b) { return a <= limit && a >= -limit ? b : 0; }
-FN void put(real *v, int lane, float x) { v[lane] = (real)x; }
+FN real r_floor(real x) { return (real)floor((double)x); }
+FN real r_column(const float *p, int stride, int n) { return (void)stride, (void)n, (real)*p; }
 FN float get(const real *v, int lane) { return (float)v[lane]; }
 // clang-format on
 

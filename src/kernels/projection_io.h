@@ -1,15 +1,13 @@
 // Loads and stores around project_body.h: Gaussians of interleaved arrays into lanes and back. The includer defines
-// LANES, real and put(real*, lane, float), get(real*, lane).
+// LANES, real, r_floor, r_column (every stride-th of n floats) and get(real*, lane).
 
 FN void load_gaussians(const ProjectParams *params, int i, int n, Gaussian *g)
 {
-    for (int l = 0; l < LANES; l++) {
-        size_t j = (size_t)(i + (l < n ? l : 0));
-        for (int k = 0; k < 3; k++) put(&g->mean[k], l, params->means[3 * j + (size_t)k]);
-        for (int k = 0; k < 3; k++) put(&g->scale[k], l, params->scales[3 * j + (size_t)k]);
-        for (int k = 0; k < 4; k++) put(&g->quat[k], l, params->quats[4 * j + (size_t)k]);
-        put(&g->opacity, l, params->opacities[j]);
-    }
+    const size_t j = (size_t)i;
+    for (int k = 0; k < 3; k++) g->mean[k] = r_column(params->means + 3 * j + k, 3, n);
+    for (int k = 0; k < 3; k++) g->scale[k] = r_column(params->scales + 3 * j + k, 3, n);
+    for (int k = 0; k < 4; k++) g->quat[k] = r_column(params->quats + 4 * j + k, 4, n);
+    g->opacity = r_column(params->opacities + j, 1, n);
 }
 
 FN void forward_lanes(const ProjectCamera *cam, const ProjectParams *params, int i, int n, float t_min, Splat *splats)
@@ -24,8 +22,12 @@ FN void forward_lanes(const ProjectCamera *cam, const ProjectParams *params, int
     // t >= t_min is the ellipse d^T conic d <= reach; its half extents are sqrt(reach cov_xx), sqrt(reach cov_yy)
     real reach = r_max((l2 - r_set(t_min)) * r_set(2.0f / LOG2E), r_set(0));
     real rx = r_sqrt(reach * o.xx), ry = r_sqrt(reach * o.yy);
-    const float tiles_x = (float)((cam->width + FS_TILE_W - 1) / FS_TILE_W);
-    const float tiles_y = (float)((cam->height + FS_TILE_H - 1) / FS_TILE_H);
+    // tiles with pixel centres inside [x - rx, x + rx]
+    const real w = r_set(1.0f / FS_TILE_W), h = r_set(1.0f / FS_TILE_H), half = r_set(0.5f), zero = r_set(0);
+    const real tiles_x = r_set((float)((cam->width + FS_TILE_W - 1) / FS_TILE_W));
+    const real tiles_y = r_set((float)((cam->height + FS_TILE_H - 1) / FS_TILE_H));
+    real x0 = r_max(r_floor((x - rx - half) * w), zero), x1 = r_min(r_floor((x + rx - half) * w) + r_set(1), tiles_x);
+    real y0 = r_max(r_floor((y - ry - half) * h), zero), y1 = r_min(r_floor((y + ry - half) * h) + r_set(1), tiles_y);
     for (int l = 0; l < n; l++) {
         Splat *s = &splats[i + l];
         s->x = get(&x, l);
@@ -35,19 +37,12 @@ FN void forward_lanes(const ProjectCamera *cam, const ProjectParams *params, int
         s->c = get(&c, l);
         s->l = get(&l2, l);
         s->depth = get(&o.p[2], l);
-        float hx = get(&rx, l), hy = get(&ry, l);
-        // pixel centres inside [x - hx, x + hx]
-        float x0 = floorf((s->x - hx - 0.5f) / FS_TILE_W), x1 = floorf((s->x + hx - 0.5f) / FS_TILE_W) + 1;
-        float y0 = floorf((s->y - hy - 0.5f) / FS_TILE_H), y1 = floorf((s->y + hy - 0.5f) / FS_TILE_H) + 1;
-        x0 = x0 > 0 ? x0 : 0;
-        y0 = y0 > 0 ? y0 : 0;
-        x1 = x1 < tiles_x ? x1 : tiles_x;
-        y1 = y1 < tiles_y ? y1 : tiles_y;
-        bool visible = s->depth >= cam->near && hx > 0 && x0 < x1 && y0 < y1; // false for NaN too
-        s->tile[0] = visible ? (uint16_t)x0 : 0;
-        s->tile[1] = visible ? (uint16_t)y0 : 0;
-        s->tile[2] = visible ? (uint16_t)x1 : 0;
-        s->tile[3] = visible ? (uint16_t)y1 : 0;
+        bool visible = s->depth >= cam->near && get(&rx, l) > 0 && get(&x0, l) < get(&x1, l) &&
+                       get(&y0, l) < get(&y1, l); // false for NaN too
+        s->tile[0] = visible ? (uint16_t)get(&x0, l) : 0;
+        s->tile[1] = visible ? (uint16_t)get(&y0, l) : 0;
+        s->tile[2] = visible ? (uint16_t)get(&x1, l) : 0;
+        s->tile[3] = visible ? (uint16_t)get(&y1, l) : 0;
     }
 }
 
@@ -58,13 +53,7 @@ FN void backward_lanes(const ProjectCamera *cam, const ProjectParams *params, in
     Gaussian g, out;
     real m[6], d_z;
     bool any = false;
-    for (int l = 0; l < LANES; l++) {
-        size_t j = (size_t)(i + (l < n ? l : 0));
-        bool visible = splats[j].tile[0] < splats[j].tile[2];
-        any |= visible;
-        for (int k = 0; k < 6; k++) put(&m[k], l, visible ? from->moments[j * FS_RECORD + (size_t)k] : 0);
-        put(&d_z, l, visible ? from->d_depth[j] : 0);
-    }
+    for (int l = 0; l < n; l++) any |= splats[i + l].tile[0] < splats[i + l].tile[2];
     if (!any) {
         memset(d->means + 3 * (size_t)i, 0, sizeof(float) * 3 * (size_t)n);
         memset(d->scales + 3 * (size_t)i, 0, sizeof(float) * 3 * (size_t)n);
@@ -73,6 +62,8 @@ FN void backward_lanes(const ProjectCamera *cam, const ProjectParams *params, in
         return;
     }
     load_gaussians(params, i, n, &g);
+    for (int k = 0; k < 6; k++) m[k] = r_column(from->moments + (size_t)i * FS_RECORD + k, FS_RECORD, n);
+    d_z = r_column(from->d_depth + i, 1, n);
     project_back(cam, &g, m, d_z, &out);
     for (int l = 0; l < n; l++) {
         size_t j = (size_t)(i + l);

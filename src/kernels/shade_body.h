@@ -2,14 +2,11 @@
 FN void shade_lanes(const ShadeLight *light, const ShadeCloud *cloud, int i, int n, real alpha[3], real grow[3])
 {
     const float *means = cloud->means, *gains = cloud->gains;
-    real d2 = r_set(0), gain;
+    real d2 = r_set(0), gain = gains ? r_column(gains + i, 1, n) : r_set(0);
     for (int k = 0; k < 3; k++) {
-        real m;
-        for (int l = 0; l < LANES; l++) put(&m, l, means[3 * (size_t)(i + (l < n ? l : 0)) + (size_t)k]);
-        m = m - r_set(light->centre[k]);
+        real m = r_column(means + 3 * (size_t)i + k, 3, n) - r_set(light->centre[k]);
         d2 = d2 + m * m;
     }
-    for (int l = 0; l < LANES; l++) put(&gain, l, gains ? gains[i + (l < n ? l : 0)] : 0);
     real near2 = r_set(1e-4f * light->flash_distance * light->flash_distance);
     real fall = r_set(light->flash_distance * light->flash_distance) / r_max(d2, near2) * r_exp(gain);
     if (light->even) fall = r_exp(gain);
@@ -40,17 +37,17 @@ static void backward(const ShadeLight *light, const ShadeCloud *cloud, int begin
         int n = end - i < LANES ? end - i : LANES;
         real alpha[3], grow[3];
         shade_lanes(light, cloud, i, n, alpha, grow);
-        for (int l = 0; l < n; l++) {
-            if (d->gains) d->gains[i + l] = 0;
-            for (int k = 0; k < 3; k++) {
-                size_t j = 3 * (size_t)(i + l) + (size_t)k;
-                float a = get(&alpha[k], l), g = get(&grow[k], l);
-                float d_log_alpha = d_out[j] * cloud->colors[j] * FS_OPTICS_GAMMA * g * a / (1 + a);
-                d->colors[j] = d_out[j] * g;
-                if (d->gains) d->gains[i + l] += d_log_alpha;
-                d_tint[k] += (double)(d_log_alpha / light->tint[k]);
-            }
+        real d_gain = r_set(0);
+        for (int k = 0; k < 3; k++) {
+            size_t j = 3 * (size_t)i + (size_t)k;
+            real d_color = r_column(d_out + j, 3, n) * grow[k];
+            real d_log_alpha = d_color * r_column(cloud->colors + j, 3, n) * r_set(FS_OPTICS_GAMMA) * alpha[k] /
+                               (r_set(1) + alpha[k]);
+            d_gain = d_gain + d_log_alpha;
+            d_tint[k] += (double)(r_sum(d_log_alpha) / light->tint[k]);
+            for (int l = 0; l < n; l++) d->colors[j + 3 * (size_t)l] = get(&d_color, l);
         }
+        for (int l = 0; l < n && d->gains; l++) d->gains[i + l] = get(&d_gain, l);
     }
 }
 
@@ -61,14 +58,21 @@ static void enter(const ShadeLight *light, const ShadeCloud *cloud, const unsign
         int n = end - i < LANES ? end - i : LANES;
         real alpha[3], grow[3];
         shade_lanes(light, cloud, i, n, alpha, grow);
-        for (int l = 0; l < n; l++)
-            for (int k = 0; k < 3 && visible[i + l]; k++) {
-                size_t j = 3 * (size_t)(i + l) + (size_t)k;
-                float a = get(&alpha[k], l), g = get(&grow[k], l);
-                d->gains[i + l] -= d->colors[j] * cloud->colors[j] * FS_OPTICS_GAMMA * a / (1 + a);
-                d->colors[j] /= g;
-                cloud->colors[j] *= g;
+        real d_gain = r_set(0);
+        for (int k = 0; k < 3; k++) {
+            size_t j = 3 * (size_t)i + (size_t)k;
+            real color = r_column(cloud->colors + j, 3, n), d_color = r_column(d->colors + j, 3, n);
+            d_gain = d_gain - d_color * color * r_set(FS_OPTICS_GAMMA) * alpha[k] / (r_set(1) + alpha[k]);
+            d_color = d_color / grow[k];
+            color = color * grow[k];
+            for (int l = 0; l < n; l++) {
+                if (!visible[i + l]) continue;
+                d->colors[j + 3 * (size_t)l] = get(&d_color, l);
+                cloud->colors[j + 3 * (size_t)l] = get(&color, l);
             }
+        }
+        for (int l = 0; l < n; l++)
+            if (visible[i + l]) d->gains[i + l] += get(&d_gain, l);
     }
 }
 

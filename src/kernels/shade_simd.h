@@ -14,7 +14,8 @@ FN real r_set(float x) { return v_set(x); }
 FN real r_exp(real x) { return v_exp(x); }
 FN real r_pow(real x, float e) { return v_pow(x, e); }
 FN real r_max(real a, real b) { return v_max(a, b); }
-FN void put(real *v, int lane, float x) { ((float *)v)[lane] = x; }
+FN float r_sum(real a) { return v_sum(a); }
+FN real r_column(const float *p, int stride, int n) { return v_column(p, stride, n); }
 FN float get(const real *v, int lane) { return ((const float *)v)[lane]; }
 // clang-format on
 

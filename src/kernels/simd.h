@@ -6,6 +6,7 @@
 #ifndef FS_KERNELS_SIMD_H
 #define FS_KERNELS_SIMD_H
 
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -130,6 +131,31 @@ INLINE vf v_sel(vm m, vf a, vf b) { return (vf)vbslq_f32(m, (float32x4_t)a, (flo
 INLINE vf v_where(vm m, vf a) { return (vf)vandq_u32(m, (uint32x4_t)a); }
 INLINE float v_sum(vf a) { return vaddvq_f32((float32x4_t)a); }
 #endif
+
+INLINE vf v_floor(vf a)
+{
+#if VW == 16
+    return (vf)_mm512_roundscale_ps((__m512)a, 9);
+#elif VW == 8
+    return (vf)_mm256_floor_ps((__m256)a);
+#else
+    return (vf)vrndmq_f32((float32x4_t)a);
+#endif
+}
+
+// p[0], p[stride], ...: n of them, the lanes beyond are 0.
+INLINE vf v_column(const float *p, int stride, int n)
+{
+#if VW == 16
+    const __m512i at = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    return (vf)_mm512_mask_i32gather_ps(_mm512_setzero_ps(), vm_first(n),
+                                        _mm512_mullo_epi32(at, _mm512_set1_epi32(stride)), p, 4);
+#else
+    float column[VW] = {0};
+    for (int l = 0; l < VW && l < n; l++) column[l] = p[(size_t)l * (size_t)stride];
+    return v_load(column);
+#endif
+}
 
 INLINE vf v_abs(vf a) { return (vf)((vi)a & v_seti(0x7fffffff)); }
 // clang-format on
