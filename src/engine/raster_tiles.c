@@ -17,7 +17,7 @@ typedef struct Chunk { // RASTER_CHUNK splats
 } Chunk;
 
 typedef struct TileLists {
-    int n, height, tiles_x, tiles_y, n_chunks;
+    int height, tiles_x, tiles_y, n_chunks;
     const Splat *splats;
     Chunk *chunk;
     uint32_t *key, *id; // visible splats, each chunk's from the chunk's first place on; then all, by depth
@@ -94,7 +94,7 @@ static void project_job(void *context, int job, int worker)
         if (s->tile[0] == s->tile[2]) continue;
         at++;
         c->n_visible++;
-        c->bound += (s->tile[2] - s->tile[0]) * (s->tile[3] - s->tile[1]);
+        c->bound += (int64_t)(s->tile[2] - s->tile[0]) * (s->tile[3] - s->tile[1]);
         c->nearest = key < c->nearest ? key : c->nearest;
         c->farthest = key > c->farthest ? key : c->farthest;
     }
@@ -116,7 +116,7 @@ static void radix_pass(const uint32_t *from[2], uint32_t *to[2], int n, const in
     }
 }
 
-// By the leading bits of depth, in two digits: what differs by less than a 2^-18th or so counts as equal.
+// By depth, in two digits of what remains of its range: depths that differ by a 2^-19th or so count as equal.
 static void sort(TileLists *w)
 {
     uint32_t nearest = UINT32_MAX, farthest = 0;
@@ -279,8 +279,7 @@ static void set_up(const RasterPass *pass, RasterTask *task, int n_threads)
     if (!w) return;
     int n = task->cloud->n, tx = (camera->width + FS_TILE_W - 1) / FS_TILE_W;
     int ty = (camera->height + FS_TILE_H - 1) / FS_TILE_H;
-    *w = (TileLists){.n = n,
-                     .height = camera->height,
+    *w = (TileLists){.height = camera->height,
                      .tiles_x = tx,
                      .tiles_y = ty,
                      .n_chunks = task->work->chunks,

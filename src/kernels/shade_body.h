@@ -41,8 +41,8 @@ static void backward(const ShadeLight *light, const ShadeCloud *cloud, int begin
         for (int k = 0; k < 3; k++) {
             size_t j = 3 * (size_t)i + (size_t)k;
             real d_color = r_column(d_out + j, 3, n) * grow[k];
-            real d_log_alpha = d_color * r_column(cloud->colors + j, 3, n) * r_set(FS_OPTICS_GAMMA) * alpha[k] /
-                               (r_set(1) + alpha[k]);
+            real d_log_alpha =
+                d_color * r_column(cloud->colors + j, 3, n) * r_set(FS_OPTICS_GAMMA) * alpha[k] / (r_set(1) + alpha[k]);
             d_gain = d_gain + d_log_alpha;
             d_tint[k] += (double)(r_sum(d_log_alpha) / light->tint[k]);
             for (int l = 0; l < n; l++) d->colors[j + 3 * (size_t)l] = get(&d_color, l);
