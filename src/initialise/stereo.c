@@ -136,10 +136,9 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
     return sum;
 }
 
-int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsError *err)
+int fs_stereo_fuse(const DepthMaps *maps, bool reflected, int least, int below, PointList *points, FsError *err)
 {
     int rc = 0;
-    *points = (PointList){0};
     for (int k = 0; k < maps->n; k++) {
         const DepthMap *map = &maps->map[k];
         const float *layer = map->layer[reflected];
@@ -150,7 +149,8 @@ int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsE
             if (!(layer[i] > 0)) continue;
             fs_small_views_unproject(&map->camera, i % width + 0.5, (double)(i / width) + 0.5, 1 / (double)layer[i],
                                      xyz);
-            if (votes(maps->map, maps->n, k, reflected, xyz) >= 2) TRY(fs_points_append(points, xyz, err));
+            int sum = votes(maps->map, maps->n, k, reflected, xyz);
+            if (sum >= least && sum < below) TRY(fs_points_append(points, xyz, err));
         }
     }
     return 0;
@@ -200,8 +200,8 @@ fail:
     return rc;
 }
 
-int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, DepthMaps *maps, FsError *err)
+int fs_stereo_renew(const Start *start, const SmallViews *residual, DepthMaps *maps, FsError *err)
 {
-    const bool renew[2] = {!reflected, reflected};
-    return sweep_all(start, residual, renew, maps, err);
+    static const bool reflected[2] = {false, true};
+    return sweep_all(start, residual, reflected, maps, err);
 }

@@ -165,8 +165,8 @@ static void find_both(unsigned char *kind, Threads *threads, PointList *T, Point
     SparsePoints all = sparse(kind);
     const Start start = {.views = &views, .points = &all, .odds = &odds, .threads = threads, .log = &quiet};
     assert_int_equal(fs_stereo_find(&start, &maps, NULL), 0);
-    assert_int_equal(fs_stereo_fuse(&maps, false, T, NULL), 0);
-    assert_int_equal(fs_stereo_fuse(&maps, true, R, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&maps, false, 2, 100, T, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&maps, true, 2, 100, R, NULL), 0);
     fs_stereo_free(&maps);
 }
 
