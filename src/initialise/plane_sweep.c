@@ -7,7 +7,7 @@
 #include "base/linalg.h"
 #include "initialise/constants.h"
 
-enum { PLANES = 10 };
+enum { PLANES = 10, STEPS_A_JOB = 4 };
 
 void fs_plane_sweep_photos_free(SweepPhotos *photos)
 {
@@ -123,7 +123,7 @@ typedef struct Work {
     Warp warp[2 * SWEEP_GROUP_MAX];
     int n_warps;
     double middle_m[3], middle_t; // depth in the middle view times q: m . (x, y, 1) + q t
-    Sums *sums;                   // per worker (height, width)
+    Sums *sums;                   // per worker (STEPS_A_JOB, height, width)
     float *planes;                // per worker, planes_size()
 } Work;
 
@@ -187,33 +187,31 @@ static Four four_at(const float *p)
     return v;
 }
 
-// Adds one photo, seen at inverse depth q, to the sums of all grid pixels.
-static void add_photo(const Warp *warp, const Image *fine, double q, int width, int height, Sums *sums)
+// Adds one photo, seen at inverse depth q, to the sums of a row of grid pixels.
+static void add_photo(const Warp *warp, const Image *fine, double q, int y, int width, Sums *sums)
 {
     const double *m = warp->m, *t = warp->t;
     float most_x = (float)(fine->width - 1), most_y = (float)(fine->height - 1);
-    for (int y = 0; y < height; y++) {
-        double v = y + 0.5, row[3];
-        for (int k = 0; k < 3; k++) row[k] = m[3 * k + 1] * v + m[3 * k + 2] + q * t[k];
-        for (int x = 0; x < width; x++) {
-            double u = x + 0.5, p2 = m[6] * u + row[2];
-            if (!(p2 > 0)) continue;
-            double inverse = 1 / p2;
-            float px = (float)((m[0] * u + row[0]) * inverse - 0.5), py = (float)((m[3] * u + row[1]) * inverse - 0.5);
-            if (!(px >= 0 && py >= 0 && px < most_x && py < most_y)) continue;
-            int ix = (int)px, iy = (int)py;
-            float fx = px - (float)ix, fy = py - (float)iy;
-            const float *a = fine->px + 4 * ((size_t)iy * (size_t)fine->width + (size_t)ix),
-                        *b = a + 4 * (size_t)fine->width;
-            Four top = four_at(a), bottom = four_at(b);
-            top += (four_at(a + 4) - top) * fx;
-            bottom += (four_at(b + 4) - bottom) * fx;
-            top += (bottom - top) * fy;
-            if (top[3] < 0.999f) continue;
-            Sums *s = &sums[(size_t)y * (size_t)width + (size_t)x];
-            s->sum[warp->flash] += top;
-            s->own[warp->flash] += top * top;
-        }
+    double v = y + 0.5, row[3];
+    for (int k = 0; k < 3; k++) row[k] = m[3 * k + 1] * v + m[3 * k + 2] + q * t[k];
+    for (int x = 0; x < width; x++) {
+        double u = x + 0.5, p2 = m[6] * u + row[2];
+        if (!(p2 > 0)) continue;
+        double inverse = 1 / p2;
+        float px = (float)((m[0] * u + row[0]) * inverse - 0.5), py = (float)((m[3] * u + row[1]) * inverse - 0.5);
+        if (!(px >= 0 && py >= 0 && px < most_x && py < most_y)) continue;
+        int ix = (int)px, iy = (int)py;
+        float fx = px - (float)ix, fy = py - (float)iy;
+        const float *a = fine->px + 4 * ((size_t)iy * (size_t)fine->width + (size_t)ix),
+                    *b = a + 4 * (size_t)fine->width;
+        Four top = four_at(a), bottom = four_at(b);
+        top += (four_at(a + 4) - top) * fx;
+        bottom += (four_at(b + 4) - bottom) * fx;
+        top += (bottom - top) * fy;
+        if (top[3] < 0.999f) continue;
+        Sums *s = &sums[x];
+        s->sum[warp->flash] += top;
+        s->own[warp->flash] += top * top;
     }
 }
 
@@ -260,18 +258,13 @@ static size_t planes_size(const Camera *grid)
     return ((size_t)grid->height * (PLANES + 1) + 1) * (size_t)grid->width + 2 * SWEEP_BLUR_RADIUS;
 }
 
-static void step_job(void *context, int step, int worker)
+// A step's sums -> its scores.
+static void score_step(const Work *w, int step, double q, const Sums *sums, float *planes)
 {
-    Work *w = context;
     const PlaneSweep *sweep = w->sweep;
     int width = sweep->camera.width, height = sweep->camera.height;
     size_t n = (size_t)width * (size_t)height;
-    Sums *sums = w->sums + n * (size_t)worker;
-    float *planes = w->planes + planes_size(&sweep->camera) * (size_t)worker, *temp = planes + n * PLANES;
-    double q = (double)sweep->inverse_min + step * (double)sweep->inverse_step;
-    memset(sums, 0, sizeof *sums * n);
-    for (int k = 0; k < w->n_warps; k++)
-        add_photo(&w->warp[k], &w->photos->fine[w->warp[k].view], q, width, height, sums);
+    float *temp = planes + n * PLANES;
     spread(sums, n, planes);
     for (int k = 0; k < PLANES; k++)
         blur(planes + n * (size_t)k, temp, width, height, SWEEP_WINDOW_SIGMA, SWEEP_BLUR_RADIUS);
@@ -283,6 +276,27 @@ static void step_job(void *context, int step, int worker)
         size_t at = i * (size_t)sweep->steps + (size_t)step;
         score(p, odds, &sweep->score[0][at], &sweep->score[1][at]);
     }
+}
+
+// A few steps, row by row: they look at nearly the same places of the photos, which come from memory only once.
+static void steps_job(void *context, int job, int worker)
+{
+    Work *w = context;
+    const PlaneSweep *sweep = w->sweep;
+    int width = sweep->camera.width, height = sweep->camera.height, first = job * STEPS_A_JOB;
+    int count = sweep->steps - first < STEPS_A_JOB ? sweep->steps - first : STEPS_A_JOB;
+    size_t n = (size_t)width * (size_t)height;
+    Sums *sums = w->sums + n * STEPS_A_JOB * (size_t)worker;
+    double q[STEPS_A_JOB];
+    for (int s = 0; s < count; s++) q[s] = (double)sweep->inverse_min + (first + s) * (double)sweep->inverse_step;
+    memset(sums, 0, sizeof *sums * n * (size_t)count);
+    for (int y = 0; y < height; y++)
+        for (int k = 0; k < w->n_warps; k++)
+            for (int s = 0; s < count; s++)
+                add_photo(&w->warp[k], &w->photos->fine[w->warp[k].view], q[s], y, width,
+                          sums + n * (size_t)s + (size_t)y * (size_t)width);
+    for (int s = 0; s < count; s++)
+        score_step(w, first + s, q[s], sums + n * (size_t)s, w->planes + planes_size(&sweep->camera) * (size_t)worker);
 }
 
 static void set_middle(Work *w)
@@ -314,12 +328,12 @@ int fs_plane_sweep_run(const SweepPhotos *photos, int view, const DepthRange *ra
         (range->max - range->min) / (float)(range->steps - 1),
         {calloc(n * (size_t)range->steps, sizeof(float)), calloc(n * (size_t)range->steps, sizeof(float))}};
     Work w = {.photos = photos, .odds = odds, .sweep = sweep};
-    w.sums = aligned_alloc(64, sizeof *w.sums * n * workers);
+    w.sums = aligned_alloc(64, sizeof *w.sums * n * STEPS_A_JOB * workers);
     w.planes = malloc(sizeof(float) * planes_size(&sweep->camera) * workers);
     if (!sweep->score[0] || !sweep->score[1] || !w.sums || !w.planes) TRY(fs_error_memory(err));
     choose_photos(&w, view);
     set_middle(&w);
-    fs_threads_for(threads, range->steps, step_job, &w);
+    fs_threads_for(threads, (range->steps + STEPS_A_JOB - 1) / STEPS_A_JOB, steps_job, &w);
 fail:
     free(w.sums);
     free(w.planes);

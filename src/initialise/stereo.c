@@ -53,6 +53,7 @@ typedef struct Match { // the maps of swept views, a job each
     PlaneSweep *sweep;
     DepthMap *map;
     bool renew[2]; // transmitted, reflected
+    float apart;   // relative distance between the two surfaces of a ray at least
     bool failed;   // out of memory
 } Match;
 
@@ -69,7 +70,7 @@ static void keep_sure(const PlaneSweep *sweep, const float *score, float sure, f
     }
 }
 
-static bool match_layer(PlaneSweep *s, bool reflected, DepthMap *map)
+static bool match_layer(PlaneSweep *s, bool reflected, float apart, DepthMap *map)
 {
     static const struct {
         float small, large, sure;
@@ -78,7 +79,7 @@ static bool match_layer(PlaneSweep *s, bool reflected, DepthMap *map)
     float *score = s->score[reflected], *layer = map->layer[reflected];
     for (int i = 0; reflected && i < width * height; i++) // what is near the transmitted surface is that surface
         for (int d = 0; d < s->steps; d++)
-            if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < STEREO_APART * map->guess[i])
+            if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < apart * map->guess[i])
                 score[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
     const ScoreVolume volume = {score, width, height, s->steps};
     if (fs_semiglobal_choose(&volume, costs[reflected].small, costs[reflected].large, layer, NULL) < 0) return false;
@@ -101,7 +102,7 @@ static void match_job(void *context, int job, int worker)
     if (!map->guess) map->guess = malloc(sizeof(float) * n);
     bool done = map->layer[0] && map->layer[1] && map->guess;
     for (int k = 0; k < 2 && done; k++)
-        if (w->renew[k]) done = match_layer(s, k, map);
+        if (w->renew[k]) done = match_layer(s, k, w->apart, map);
     if (!done) __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
 }
 
@@ -172,7 +173,7 @@ static int sweep_all(const Start *start, const SmallViews *views, const bool ren
             TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], start->odds, start->threads, &sweep[k],
                                    err));
     }
-    Match match = {sweep, maps->map, {renew[0], renew[1]}, false};
+    Match match = {sweep, maps->map, {renew[0], renew[1]}, renew[0] ? STEREO_APART : RESIDUAL_APART, false};
     fs_threads_for(start->threads, maps->n, match_job, &match);
     if (match.failed) rc = fs_error_memory(err);
 fail:
