@@ -331,19 +331,19 @@ def table(args, cases, results, failures):
     return lines + (["", "What the program said:", "", *notes] if notes else [])
 
 
-def label(case):
-    return case.name if case.true_poses else f"{case.name}, COLMAP"
-
-
 def curve_rows(args, cases, results):
-    """scene, variant, steps, seconds, figures of the layers, depth error; the last rows are means over the scenes."""
-    rows = []
+    """scene, variant, steps, seconds, figures of the layers, depth error; the last rows are means over the scenes that
+    all variants have (true and COLMAP's poses each for themselves)."""
+    rows, whole = [], set()
     for case in cases:
+        name = "" if case.true_poses else ", COLMAP"
         for v in args.variants:
             r = results.get((case.name, case.poses, v))
-            rows += [(label(case), v, p["steps"], p["seconds"], *figures(p, v, r["views"])) for p in (r["points"] if r else [])]
-    for key in dict.fromkeys(row[1:3] for row in rows):
-        of = [row for row in rows if row[1:3] == key]
+            rows += [(case.name, v + name, p["steps"], p["seconds"], *figures(p, v, r["views"])) for p in (r["points"] if r else [])]
+        if all((case.name, case.poses, v) in results for v in args.variants):
+            whole |= {(case.name, v + name) for v in args.variants}
+    for key in dict.fromkeys(row[1:3] for row in rows if row[:2] in whole):
+        of = [row for row in rows if row[1:3] == key and row[:2] in whole]
         rows.append((f"mean of {len(of)}", *key, mean([r[3] for r in of]),
                      {l: mean([r[4][l] for r in of]) for l in LAYERS}, mean([r[5] for r in of])))
     return rows
@@ -400,7 +400,7 @@ def run_case(args, case, results, failures, lock, cases):
             results[case.name, case.poses, variant] = result
             if args.curve:
                 lines = write_curve(args, cases, results, failures)
-                print("\n".join(l for l in lines if l.startswith(f"| {label(case)} | {variant} |")), flush=True)
+                print("\n".join(l for l in lines if l.startswith(f"| {case.name} | {variant}{'' if case.true_poses else ', COLMAP'} |")), flush=True)
                 continue
             for views in result["views"]:
                 print(row(case.name, case.poses, variant, views, *figures(result, variant, views), result["seconds"],

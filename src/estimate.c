@@ -125,7 +125,7 @@ int fs_estimate_run(FsProject *project, const char *photos, double begin, FsErro
     return 0;
 }
 
-int fs_estimate_steps(FsProject *project, double begin, FsError *err)
+int fs_estimate_steps(FsProject *project, double begin, FsError *late, FsError *err)
 {
     if (project->set.minutes == 0 || fs_project_take_steps(project)) return 0;
     Estimate e = {0};
@@ -133,10 +133,13 @@ int fs_estimate_steps(FsProject *project, double begin, FsError *err)
     double step = 0;
     bool alone = !(project->planned & FS_STAGE_RENDER);
     MUST(fs_train_size(project, &e.size, err));
+    MUST(fs_cost_check(&e.size, fs_train_bytes(&project->set, &e.size), err)); // before trials of that size
     if (!alone) MUST(fs_train_reference(project, &step, err));
-    int rc = find_steps(project, &e, step, fs_estimate_now() - begin, err);
-    if (rc < 0 && (rc != FS_ERR_INPUT || alone)) return rc;
-    if (rc < 0) fs_log_warn(&project->log, "%s", err->message); // other stages took longer than was thought
+    int rc = find_steps(project, &e, step, fs_estimate_now() - begin, late);
+    if (rc < 0 && (rc != FS_ERR_INPUT || alone || !e.steps)) {
+        *err = *late;
+        return rc;
+    }
     project->set.steps = e.steps;
     fs_log_info(&project->log, "train: %d steps in about %s, by --minutes %g", e.steps,
                 clock_text(e.train.seconds, text), project->set.minutes);

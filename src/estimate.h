@@ -11,4 +11,5 @@ int fs_estimate_run(FsProject *project, const char *photos, double begin, FsErro
 
 // Right before training: sets the steps to as many as fit into what is left since `begin` of the setting minutes, the
 // stages after it (FsProject.planned) counted; or to those of a training of the same minutes that is there already.
-int fs_estimate_steps(FsProject *project, double begin, FsError *err);
+// late: why the minutes cannot be kept any more, where other stages of the same run took too long (a warning).
+int fs_estimate_steps(FsProject *project, double begin, FsError *late, FsError *err);

@@ -87,8 +87,10 @@ int fs_initialise(FsProject *project, FsError *err)
 static int train_within(FsProject *project, double begin, FsError *err)
 {
     unsigned failures = begin_stage(project, "train");
-    int steps = project->set.steps, rc = fs_estimate_steps(project, begin, err);
+    FsError late = {0};
+    int steps = project->set.steps, rc = fs_estimate_steps(project, begin, &late, err);
     if (rc == 0) rc = fs_train_run(project, err);
+    if (rc == 0 && late.code) fs_log_warn(&project->log, "%s", late.message); // after training let go of old warnings
     project->set.steps = steps;
     return fs_memory_end(failures, rc, err);
 }

@@ -7,7 +7,7 @@
 #include "base/linalg.h"
 #include "initialise/constants.h"
 
-enum { PLANES = 10, STEPS_A_JOB = 4 };
+enum { PLANES = 10, MOST_AT_ONCE = 4 };
 
 void fs_plane_sweep_photos_free(SweepPhotos *photos)
 {
@@ -121,9 +121,9 @@ typedef struct Work {
     const DepthOdds *odds;
     PlaneSweep *sweep;
     Warp warp[2 * SWEEP_GROUP_MAX];
-    int n_warps;
+    int n_warps, at_once;         // steps of depth in a job
     double middle_m[3], middle_t; // depth in the middle view times q: m . (x, y, 1) + q t
-    Sums *sums;                   // per worker (STEPS_A_JOB, height, width)
+    Sums *sums;                   // per worker (at_once, height, width)
     float *planes;                // per worker, planes_size()
 } Work;
 
@@ -283,11 +283,11 @@ static void steps_job(void *context, int job, int worker)
 {
     Work *w = context;
     const PlaneSweep *sweep = w->sweep;
-    int width = sweep->camera.width, height = sweep->camera.height, first = job * STEPS_A_JOB;
-    int count = sweep->steps - first < STEPS_A_JOB ? sweep->steps - first : STEPS_A_JOB;
+    int width = sweep->camera.width, height = sweep->camera.height, at_once = w->at_once;
+    int first = job * at_once, count = sweep->steps - first < at_once ? sweep->steps - first : at_once;
     size_t n = (size_t)width * (size_t)height;
-    Sums *sums = w->sums + n * STEPS_A_JOB * (size_t)worker;
-    double q[STEPS_A_JOB];
+    Sums *sums = w->sums + n * (size_t)at_once * (size_t)worker;
+    double q[MOST_AT_ONCE];
     for (int s = 0; s < count; s++) q[s] = (double)sweep->inverse_min + (first + s) * (double)sweep->inverse_step;
     memset(sums, 0, sizeof *sums * n * (size_t)count);
     for (int y = 0; y < height; y++)
@@ -327,13 +327,15 @@ int fs_plane_sweep_run(const SweepPhotos *photos, int view, const DepthRange *ra
         range->min,
         (range->max - range->min) / (float)(range->steps - 1),
         {calloc(n * (size_t)range->steps, sizeof(float)), calloc(n * (size_t)range->steps, sizeof(float))}};
-    Work w = {.photos = photos, .odds = odds, .sweep = sweep};
-    w.sums = aligned_alloc(64, sizeof *w.sums * n * STEPS_A_JOB * workers);
+    int at_once = range->steps / (int)workers; // so that each worker has a job
+    at_once = at_once < 1 ? 1 : at_once > MOST_AT_ONCE ? MOST_AT_ONCE : at_once;
+    Work w = {.photos = photos, .odds = odds, .sweep = sweep, .at_once = at_once};
+    w.sums = aligned_alloc(64, sizeof *w.sums * n * (size_t)at_once * workers);
     w.planes = malloc(sizeof(float) * planes_size(&sweep->camera) * workers);
     if (!sweep->score[0] || !sweep->score[1] || !w.sums || !w.planes) TRY(fs_error_memory(err));
     choose_photos(&w, view);
     set_middle(&w);
-    fs_threads_for(threads, (range->steps + STEPS_A_JOB - 1) / STEPS_A_JOB, steps_job, &w);
+    fs_threads_for(threads, (range->steps + at_once - 1) / at_once, steps_job, &w);
 fail:
     free(w.sums);
     free(w.planes);

@@ -161,7 +161,8 @@ fail:
 }
 
 // Sweeps the views and matches the scenes wanted, in the photos of `views`.
-static int sweep_all(const Start *start, const SmallViews *views, const bool renew[2], DepthMaps *maps, FsError *err)
+static int sweep_all(const Start *start, const SmallViews *views, const bool renew[2], float apart, DepthMaps *maps,
+                     FsError *err)
 {
     int rc = 0;
     PlaneSweep sweep[STEREO_VIEWS] = {0};
@@ -173,7 +174,7 @@ static int sweep_all(const Start *start, const SmallViews *views, const bool ren
             TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], start->odds, start->threads, &sweep[k],
                                    err));
     }
-    Match match = {sweep, maps->map, {renew[0], renew[1]}, renew[0] ? STEREO_APART : RESIDUAL_APART, false};
+    Match match = {sweep, maps->map, {renew[0], renew[1]}, apart, false};
     fs_threads_for(start->threads, maps->n, match_job, &match);
     if (match.failed) rc = fs_error_memory(err);
 fail:
@@ -194,7 +195,7 @@ int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
         maps->view[k] = order[k];
         TRY(find_range(start, order[k], &maps->range[k], err));
     }
-    TRY(sweep_all(start, views, both, maps, err));
+    TRY(sweep_all(start, views, both, STEREO_APART, maps, err));
 fail:
     free(order);
     if (rc < 0) fs_stereo_free(maps);
@@ -204,5 +205,5 @@ fail:
 int fs_stereo_renew(const Start *start, const SmallViews *residual, DepthMaps *maps, FsError *err)
 {
     static const bool reflected[2] = {false, true};
-    return sweep_all(start, residual, reflected, maps, err);
+    return sweep_all(start, residual, reflected, RESIDUAL_APART, maps, err);
 }

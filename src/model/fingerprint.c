@@ -109,7 +109,8 @@ char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage)
 
 static void say_setting(char *text, size_t size, const char *name, const json_t *was, const json_t *now)
 {
-    char *was_text = was ? json_dumps(was, JSON_ENCODE_ANY) : NULL, *now_text = json_dumps(now, JSON_ENCODE_ANY);
+    char *was_text = was ? json_dumps(was, JSON_ENCODE_ANY | JSON_REAL_PRECISION(9)) : NULL,
+         *now_text = json_dumps(now, JSON_ENCODE_ANY | JSON_REAL_PRECISION(9));
     snprintf(text, size, "--%s was %s and is %s now", name, was_text ? was_text : "not there",
              now_text ? now_text : "?");
     free(was_text);
@@ -131,10 +132,11 @@ bool fs_fingerprint_differs(const char *was_text, const char *now_text, char *te
     bool differs = !now || !json_is_object(settings) || !json_is_object(inputs);
     const char *name;
     snprintf(text, size, "nothing says what it was made from");
-    if (!differs) json_object_foreach(json_object_get(now, "settings"), name, value)
+    for (int steps = 0; steps < 2 && !differs; steps++) // these last: with --minutes they follow from the others
+        json_object_foreach(json_object_get(now, "settings"), name, value)
         {
             const json_t *then = json_object_get(settings, name);
-            if (is_same_setting(name, value, then)) continue;
+            if ((strcmp(name, "steps") == 0) != steps || is_same_setting(name, value, then)) continue;
             say_setting(text, size, name, then, value);
             differs = true;
             break;

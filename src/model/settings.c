@@ -260,8 +260,9 @@ int fs_settings_set(FsSettings *settings, const char *name, const char *value, F
 {
     const FsOption *option = find(name);
     if (!option) return fs_error_set(err, FS_ERR_USAGE, "--%s: no such option", name);
-    if (strcmp(name, "steps") == 0 ? settings->minutes > 0
-                                   : strcmp(name, "minutes") == 0 && fs_settings_was_set(settings, "steps"))
+    if (strcmp(name, "steps") == 0
+            ? settings->minutes > 0
+            : strcmp(name, "minutes") == 0 && strtod(value, NULL) > 0 && fs_settings_was_set(settings, "steps"))
         return fs_error_set(err, FS_ERR_USAGE, "--minutes and --steps: give one of them, the other follows");
     int rc = set_option(settings, option, value, err);
     if (rc < 0) return rc;

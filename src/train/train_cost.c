@@ -17,9 +17,10 @@ enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_ST
 
 // Bytes, measured on captures of 300 to 2400 pixels.
 #define BYTES_PROGRAM 30e6
-#define BYTES_VIEW 40.0  // a pixel of a photo: itself, what SSIM needs of it, mask
-#define BYTES_STEP 280.0 // a pixel of the view that is rendered
-#define BYTES_SPLAT 600.0
+#define BYTES_VIEW 40.0   // a pixel of a photo: itself, what SSIM needs of it, mask
+#define BYTES_STEP 280.0  // a pixel of the view that is rendered
+#define BYTES_SHEET 450.0 // a pixel of a view, for contact sheets
+#define BYTES_SPLAT 740.0
 
 static double now(void)
 {
@@ -171,7 +172,7 @@ double fs_train_bytes(const Settings *set, const RunSize *size)
     double pixels = (double)size->width * size->height;
     int clouds = 0;
     for (int l = 0; l < LAYERS; l++) clouds += has_cloud(set, l);
-    return BYTES_PROGRAM + pixels * (BYTES_VIEW * size->photos + BYTES_STEP) +
+    return BYTES_PROGRAM + pixels * (BYTES_VIEW * size->photos + BYTES_STEP + (set->progress_every ? BYTES_SHEET : 0)) +
            clouds * BYTES_SPLAT * last_splats(set, size);
 }
 

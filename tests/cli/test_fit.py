@@ -64,6 +64,7 @@ class Fit(FolderTest):
             self.assertIn("train: done already", run(*same).stdout)
         (out / "done/train.json").unlink()
         self.assertEqual(self.steps_said(run(*train, "--resume"), r"from the checkpoint at step (\d+)"), steps)
+        self.assert_fails(run(*train, "--resume", "--dssim", 0.3), 1, "--dssim was 0.25 and is 0.3")
         self.least_minutes(*train[:-2])  # other minutes are another training
 
     def test_run_fits(self):
@@ -74,6 +75,14 @@ class Fit(FolderTest):
         process = run(*job, "--minutes", 30)  # never more than the preset's
         self.assertEqual(self.steps_said(process, r"estimate: .* for (\d+) steps"), 3400)
         self.assertEqual(self.steps_said(process, r"train: (\d+) steps in about"), 3400)
+
+    def test_minutes_gone_by_training(self):
+        out = self.dir / "out"
+        shutil.copytree(self.start, out)  # so that no estimate comes first
+        process = run("run", self.scene / "capture/raw", "-o", out, *self.poses, *START, "--minutes", 1e-3)
+        self.assertEqual(self.steps_said(process, r"train: (\d+) steps in about"), 300)
+        for text in (process.stderr, (out / "warnings/train.txt").read_text(), (out / "index.html").read_text()):
+            self.assertIn("--minutes 0.001", text)
 
     def test_minutes_or_steps(self):
         for words in (["--minutes", 1, "--steps", 500], ["--steps", 500, "--minutes", 1]):
