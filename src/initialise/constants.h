@@ -26,8 +26,6 @@ enum {
     STEREO_VIEWS = 8,             // -          swept at most
     STEREO_STEPS_MIN = 32,        // -          of depth
     STEREO_STEPS_MAX = 128,       // -
-    STEREO_VOTES = 2,             // -          of a dense point at least: a view that agrees has two
-    STEREO_VOTES_SURE = 12,       // experiment of a mirrored point that no sparse ones need be near
     COLORS_TURNS = 3,             // -          in which the two scenes are freed from each other
     SEEDS_SURFACE_POINTS = 25000, // -          that a surface is drawn from at most
     COLORED_FEWEST = 8,           // -          points of a kind below which its depth is guessed
@@ -86,8 +84,6 @@ enum {
 #define COLORS_ALPHA_NOISE 0.15f // -          gains near or below this tell little
 #define COLORED_GUESS_FARTHER 2.0f // -          a mirrored scene without points is this many times as far as the other
 #define RESIDUAL_SEEDS_PER_PIXEL 1.0f // -          of the scene that is subtracted
-#define RESIDUAL_APART 0.12f          // experiment as STEREO_APART, where T is subtracted
-#define RESIDUAL_DEPTH_WEIGHT 0.4f    // experiment of the odds for T by depth where T is subtracted
 #define BLOB_OPACITY 0.5f             // experiment at the start; faint blobs that hide each other hold the start up
 #define BLOB_SIZE 0.6f                // experiment in distances to the neighbours
 #define BLOB_PAPER_OPACITY 0.1f       // paper      with separate geometry

@@ -53,7 +53,6 @@ typedef struct Match { // the maps of swept views, a job each
     PlaneSweep *sweep;
     DepthMap *map;
     bool renew[2]; // transmitted, reflected
-    float apart;   // relative distance between the two surfaces of a ray at least
     bool failed;   // out of memory
 } Match;
 
@@ -70,7 +69,7 @@ static void keep_sure(const PlaneSweep *sweep, const float *score, float sure, f
     }
 }
 
-static bool match_layer(PlaneSweep *s, bool reflected, float apart, DepthMap *map)
+static bool match_layer(PlaneSweep *s, bool reflected, DepthMap *map)
 {
     static const struct {
         float small, large, sure;
@@ -79,7 +78,7 @@ static bool match_layer(PlaneSweep *s, bool reflected, float apart, DepthMap *ma
     float *score = s->score[reflected], *layer = map->layer[reflected];
     for (int i = 0; reflected && i < width * height; i++) // what is near the transmitted surface is that surface
         for (int d = 0; d < s->steps; d++)
-            if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < apart * map->guess[i])
+            if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < STEREO_APART * map->guess[i])
                 score[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
     const ScoreVolume volume = {score, width, height, s->steps};
     if (fs_semiglobal_choose(&volume, costs[reflected].small, costs[reflected].large, layer, NULL) < 0) return false;
@@ -102,7 +101,7 @@ static void match_job(void *context, int job, int worker)
     if (!map->guess) map->guess = malloc(sizeof(float) * n);
     bool done = map->layer[0] && map->layer[1] && map->guess;
     for (int k = 0; k < 2 && done; k++)
-        if (w->renew[k]) done = match_layer(s, k, w->apart, map);
+        if (w->renew[k]) done = match_layer(s, k, map);
     if (!done) __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
 }
 
@@ -137,9 +136,10 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
     return sum;
 }
 
-int fs_stereo_fuse(const DepthMaps *maps, bool reflected, int least, int below, PointList *points, FsError *err)
+int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsError *err)
 {
     int rc = 0;
+    *points = (PointList){0};
     for (int k = 0; k < maps->n; k++) {
         const DepthMap *map = &maps->map[k];
         const float *layer = map->layer[reflected];
@@ -150,8 +150,7 @@ int fs_stereo_fuse(const DepthMaps *maps, bool reflected, int least, int below, 
             if (!(layer[i] > 0)) continue;
             fs_small_views_unproject(&map->camera, i % width + 0.5, (double)(i / width) + 0.5, 1 / (double)layer[i],
                                      xyz);
-            int sum = votes(maps->map, maps->n, k, reflected, xyz);
-            if (sum >= least && sum < below) TRY(fs_points_append(points, xyz, err));
+            if (votes(maps->map, maps->n, k, reflected, xyz) >= 2) TRY(fs_points_append(points, xyz, err));
         }
     }
     return 0;
@@ -161,8 +160,7 @@ fail:
 }
 
 // Sweeps the views and matches the scenes wanted, in the photos of `views`.
-static int sweep_all(const Start *start, const SmallViews *views, const bool renew[2], float apart, DepthMaps *maps,
-                     FsError *err)
+static int sweep_all(const Start *start, const SmallViews *views, const bool renew[2], DepthMaps *maps, FsError *err)
 {
     int rc = 0;
     PlaneSweep sweep[STEREO_VIEWS] = {0};
@@ -174,7 +172,7 @@ static int sweep_all(const Start *start, const SmallViews *views, const bool ren
             TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], start->odds, start->threads, &sweep[k],
                                    err));
     }
-    Match match = {sweep, maps->map, {renew[0], renew[1]}, apart, false};
+    Match match = {sweep, maps->map, {renew[0], renew[1]}, false};
     fs_threads_for(start->threads, maps->n, match_job, &match);
     if (match.failed) rc = fs_error_memory(err);
 fail:
@@ -195,15 +193,15 @@ int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
         maps->view[k] = order[k];
         TRY(find_range(start, order[k], &maps->range[k], err));
     }
-    TRY(sweep_all(start, views, both, STEREO_APART, maps, err));
+    TRY(sweep_all(start, views, both, maps, err));
 fail:
     free(order);
     if (rc < 0) fs_stereo_free(maps);
     return rc;
 }
 
-int fs_stereo_renew(const Start *start, const SmallViews *residual, DepthMaps *maps, FsError *err)
+int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, DepthMaps *maps, FsError *err)
 {
-    static const bool reflected[2] = {false, true};
-    return sweep_all(start, residual, reflected, RESIDUAL_APART, maps, err);
+    const bool renew[2] = {!reflected, reflected};
+    return sweep_all(start, residual, renew, maps, err);
 }

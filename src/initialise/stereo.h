@@ -23,10 +23,9 @@ typedef struct DepthMaps {
 void fs_stereo_free(DepthMaps *maps);
 // From the classified points and what their depths tell. May come out empty.
 int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err);
-// Finds the mirrored scene's surfaces once more, in photos that the transmitted one was subtracted from.
-int fs_stereo_renew(const Start *start, const SmallViews *residual, DepthMaps *maps, FsError *err);
-// Depth fusion: appends the points with votes from `least` to less than `below`; two a view that agrees, less those of
-// views that look through the point.
-int fs_stereo_fuse(const DepthMaps *maps, bool reflected, int least, int below, PointList *points, FsError *err);
+// Finds one scene's surfaces once more, in photos that the other scene was subtracted from.
+int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, DepthMaps *maps, FsError *err);
+// Depth fusion: the points on which views agree.
+int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsError *err);
 
 #endif
