@@ -37,7 +37,10 @@ bool fs_colormap_range(const Image *image, double low, double high, float *low_v
 {
     size_t n = fs_image_values(image), kept = 0;
     float *values = malloc(sizeof *values * (n ? n : 1));
-    if (!values) return false;
+    if (!values) {
+        fs_error_memory(NULL);
+        return false;
+    }
     for (size_t i = 0; i < n; i++)
         if (image->px[i] > 0 && isfinite(image->px[i])) values[kept++] = image->px[i];
     if (kept) {

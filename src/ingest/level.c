@@ -10,7 +10,10 @@ static double median(const double *value, int n)
 {
     double *sorted = malloc((size_t)(n > 0 ? n : 1) * sizeof *sorted), m = 0;
     int k = 0;
-    if (!sorted) return 0;
+    if (!sorted) {
+        fs_error_memory(NULL);
+        return 0;
+    }
     for (int i = 0; i < n; i++)
         if (value[i] > 0) sorted[k++] = value[i];
     if (k) {
