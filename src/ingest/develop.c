@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "base/file.h"
-#include "ingest/photos.h"
+#include "ingest/develop.h"
 
 // Upright working image and mask (1 = trusted).
 static int level(PhotoFile *photo, const PhotoSizes *sizes, Image *working, Image *mask, FsError *err)
@@ -43,7 +43,7 @@ static int write_features(const PhotoFile *photo, Image *image, const char *dir,
 void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, int long_edge)
 {
     FsError *err = &photo->failure;
-    PhotoSizes sizes = {.n = 2, .size = {{.long_edge = long_edge}, {.long_edge = FS_PHOTOS_FEATURES_EDGE}}};
+    PhotoSizes sizes = {.n = 2, .size = {{.long_edge = long_edge}, {.long_edge = FS_DEVELOP_FEATURES_EDGE}}};
     Image *working = &sizes.size[0].rgb, *mask = &sizes.size[0].clipped, *features = &sizes.size[1].rgb;
     FilePath path = fs_file_at("%s/%s", photos->folder, photo->file);
     int rc;

@@ -10,7 +10,7 @@
 #include "base/json_file.h"
 #include "base/owned.h"
 #include "image/raw.h"
-#include "ingest/photos.h"
+#include "ingest/develop.h"
 
 typedef struct Work {
     const FsProject *project;
@@ -170,7 +170,7 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     fs_photos_read_headers(&photos, threads);
     TRY(fs_photos_drop_failed(&photos, log, err));
     TRY(fs_photos_find_flash(&photos, &project->set, log, err));
-    TRY(fs_photos_level(&photos, log, err));
+    TRY(fs_level_photos(&photos, log, err));
     TRY(begin(project, &photos, dir.text, err));
     TRY(develop_all(project, &photos, dir.text, threads, err));
     TRY(fs_photos_drop_failed(&photos, log, err));
@@ -207,7 +207,7 @@ int fs_ingest_estimate(const FsProject *project, const char *folder, RunSize *si
     fs_develop_photo(&photos, photo, dir.text, project->set.long_edge);
     int n = at_once(&photos, fs_threads_count(threads), &largest);
     int width = photo->orig_width, height = photo->orig_height;
-    fs_image_limit(FS_PHOTOS_FEATURES_EDGE, &width, &height);
+    fs_image_limit(FS_DEVELOP_FEATURES_EDGE, &width, &height);
     *size = (RunSize){photos.n, photo->width, photo->height, (double)width * height};
     *cost = (RunCost){(now() - begin) * ceil((double)photos.n / n), 30e6 + n * largest};
     if (photo->failure.code) TRY(fs_error_set(err, FS_ERR_INPUT, "%s", photo->failure.message));

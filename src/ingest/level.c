@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "base/order.h"
-#include "ingest/photos.h"
+#include "ingest/develop.h"
 
 // Of the n values that are above 0; the lower one of two in the middle, so that it is some photo's own. 0: none.
 static double median(const double *value, int n)
@@ -81,7 +81,7 @@ static void level_exposure(Photos *photos, double *value, const Log *log)
         fs_log_warn(log, "%d of %d photos do not tell their exposure: taken to be the median", unknown, photos->n);
 }
 
-int fs_photos_level(Photos *photos, const Log *log, FsError *err)
+int fs_level_photos(Photos *photos, const Log *log, FsError *err)
 {
     double *value = calloc((size_t)photos->n + 1, sizeof *value);
     if (!value) return fs_error_memory(err);

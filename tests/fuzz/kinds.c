@@ -21,7 +21,7 @@
 #include "image/profile.h"
 #include "image/raw.h"
 #include "info/info.h"
-#include "ingest/photos.h"
+#include "model/photos.h"
 #include "model/cameras_file.h"
 #include "model/project.h"
 #include "model/scene.h"

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "ingest/photos.h"
+#include "model/photos.h"
 
 #define MAX_LIST_BYTES (1 << 20)
 

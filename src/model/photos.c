@@ -1,5 +1,5 @@
 // Finds the photos of a folder.
-#include "ingest/photos.h"
+#include "model/photos.h"
 
 #include <errno.h>
 #include <jansson.h>

@@ -44,10 +44,3 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err);
 // Flash or not: by EXIF, or by the settings flash-glob and flash-list. An error unless both kinds are there.
 int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, FsError *err);
 int fs_photos_check_groups(const Photos *photos, FsError *err);
-// One white balance and one exposure for the whole capture, by medians; warns where the photos differ.
-int fs_photos_level(Photos *photos, const Log *log, FsError *err);
-
-#define FS_PHOTOS_FEATURES_EDGE 1600 // pixels; longer side of the pictures in which poses looks for features
-// One photo to its working image and mask: writes <dir>/<name>.tif, <dir>/<name>_mask.png and
-// <dir>/features/<name>.png; fills the photo's sizes and figures, or its failure.
-void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, int long_edge);
