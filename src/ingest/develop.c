@@ -45,7 +45,7 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     FsError *err = &photo->failure;
     PhotoSizes sizes = {.n = 2, .size = {{.long_edge = long_edge}, {.long_edge = FS_DEVELOP_FEATURES_EDGE}}};
     Image *working = &sizes.size[0].rgb, *mask = &sizes.size[0].clipped, *features = &sizes.size[1].rgb;
-    FilePath path = fs_file_at("%s/%s", photos->folder, photo->file);
+    FilePath path = fs_photos_path(photos, photo);
     int rc;
     TRY(fs_photo_read(path.text, photos->white_balance, &sizes, &photo->encoded, err));
     TRY(level(photo, &sizes, working, mask, err));

@@ -103,7 +103,7 @@ static void put_matrix(json_t *root, const Photos *photos)
 {
     for (int i = 0; i < photos->n; i++) {
         RawInfo info = {0};
-        FilePath path = fs_file_at("%s/%s", photos->folder, photos->photo[i].file);
+        FilePath path = fs_photos_path(photos, &photos->photo[i]);
         bool known = photos->photo[i].kind == PHOTO_RAW && fs_raw_read_info(path.text, &info, NULL) == 0;
         if (!known || info.srgb_from_camera[0] == 0) continue;
         json_t *matrix = json_array();
@@ -168,7 +168,6 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     if (!threads) TRY(fs_error_memory(err));
     TRY(fs_photos_scan(&photos, folder, log, err));
     fs_photos_read_headers(&photos, threads);
-    TRY(fs_photos_drop_failed(&photos, log, err));
     TRY(fs_photos_find_flash(&photos, &project->set, log, err));
     TRY(fs_level_photos(&photos, log, err));
     TRY(begin(project, &photos, dir.text, err));

@@ -1,4 +1,4 @@
-// Which photos were taken with the flash: bit 0 of the EXIF field, or the user's word.
+// Which photos were taken with the flash: bit 0 of the EXIF field, the name of their folder, or the user's word.
 #include <fnmatch.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,62 +15,109 @@ static int mark_by_glob(Photos *photos, const char *glob, FsError *err)
     int matched = 0;
     for (int i = 0; i < photos->n; i++) {
         PhotoFile *photo = &photos->photo[i];
-        if (fnmatch(glob, photo->file, FNM_EXTMATCH) == 0) photo->flash = 1, matched++;
+        bool inside = fnmatch(glob, fs_file_name(photo->file), FNM_EXTMATCH) == 0;
+        if (inside || fnmatch(glob, photo->file, FNM_EXTMATCH) == 0) photo->flash = 1, matched++;
     }
     if (matched) return 0;
     return fs_error_input(err, "%s: no photo's name matches --flash-glob '%s' (the first photo is %s)", photos->folder,
                           glob, photos->photo[0].file);
 }
 
-// A line of the list names a photo with or without its extension, or by the file that was dropped for a RAW one.
-static bool is_named(const PhotoFile *photo, const char *line)
+// How well a line of the list names a photo: by its file, without its extension, and in whatever case; 0: not at all. A
+// JPEG that was left out for a RAW file is that file.
+static int likeness(const PhotoFile *photo, const char *line)
 {
-    if (strcmp(line, photo->file) == 0 || strcmp(line, photo->name) == 0) return true;
-    char *stem = fs_file_stem(line);
-    bool same =
-        stem && strcmp(stem, photo->name) == 0 && strcmp(fs_file_name(line), line) == 0 && fs_file_has_ext(line, "jpg");
+    const char *file = fs_file_name(photo->file), *name = fs_file_name(line);
+    char *own = fs_file_stem(file), *stem = fs_photo_kind(name) < 0 ? strdup(name) : fs_file_stem(name);
+    int like = 0;
+    if (!own || !stem)
+        fs_error_memory(NULL);
+    else if (strcmp(line, photo->file) == 0 || strcmp(line, photo->name) == 0)
+        like = 5;
+    else if (strcmp(name, file) == 0)
+        like = 4;
+    else if (strcmp(stem, own) == 0)
+        like = 3;
+    else if (strcasecmp(name, file) == 0)
+        like = 2;
+    else if (strcasecmp(stem, own) == 0)
+        like = 1;
+    free(own);
     free(stem);
-    return same;
+    return like;
 }
 
-static int mark_by_list(Photos *photos, const char *path, const Log *log, FsError *err)
+static int mark_line(Photos *photos, const char *list, char *line, FsError *err)
 {
-    char *text, *rest;
-    size_t size;
-    int named = 0, lost = 0;
-    MUST(fs_file_read(path, MAX_LIST_BYTES, &text, &size, err));
-    char first_lost[100] = "";
-    for (char *line = strtok_r(text, "\r\n", &rest); line; line = strtok_r(NULL, "\r\n", &rest)) {
-        line[strcspn(line, "#")] = 0;
-        line += strspn(line, " \t");
-        for (size_t n = strlen(line); n > 0 && strchr(" \t", line[n - 1]); n--) line[n - 1] = 0;
-        if (!*line) continue;
-        int found = 0;
-        for (int i = 0; i < photos->n; i++)
-            if (is_named(&photos->photo[i], line)) photos->photo[i].flash = 1, found = 1;
-        named += found;
-        if (!found && !lost++) snprintf(first_lost, sizeof first_lost, "%s", line);
+    int best = 0, n = 0;
+    PhotoFile *named = NULL;
+    for (char *p = line; *p; p++)
+        if (*p == '\\') *p = '/'; // a path of Windows
+    for (int i = 0; i < photos->n; i++) {
+        int like = likeness(&photos->photo[i], line);
+        if (like == 0 || like < best) continue;
+        n = like > best ? 1 : n + 1;
+        best = like;
+        named = &photos->photo[i];
     }
-    free(text);
-    if (!named)
-        return fs_error_input(err, "%s: names no photo of %s (the first photo there is %s)", path, photos->folder,
-                              photos->photo[0].file);
-    if (lost)
-        fs_log_warn(log, "%s: %d of its names are no photos of %s, e.g. %s", path, lost, photos->folder, first_lost);
+    if (n == 0)
+        return fs_error_input(err, "%s: '%s' is no photo of %s (the first one there is %s): correct the list", list,
+                              line, photos->folder, photos->photo[0].file);
+    if (n > 1)
+        return fs_error_input(err, "%s: '%s' may be %d photos of %s, e.g. %s: write it as it is there", list, line, n,
+                              photos->folder, named->file);
+    named->flash = 1;
     return 0;
 }
 
-static int mark_by_exif(Photos *photos, FsError *err)
+static int mark_by_list(Photos *photos, const char *path, FsError *err)
 {
-    int unknown = 0;
+    char *text, *rest, *from;
+    size_t size;
+    int rc = 0, named = 0;
+    MUST(fs_file_read(path, MAX_LIST_BYTES, &text, &size, err));
+    if (memchr(text, 0, size))
+        TRY(fs_error_input(err, "%s: not a text of one photo's name per line; save it as UTF-8", path));
+    from = strncmp(text, "\xef\xbb\xbf", 3) == 0 ? text + 3 : text; // byte-order mark
+    for (char *line = strtok_r(from, "\r\n", &rest); line; line = strtok_r(NULL, "\r\n", &rest)) {
+        line[strcspn(line, "#")] = 0;
+        line += strspn(line, " \t\"");
+        for (size_t n = strlen(line); n > 0 && strchr(" \t\"", line[n - 1]); n--) line[n - 1] = 0;
+        if (!*line) continue;
+        TRY(mark_line(photos, path, line, err));
+        named++;
+    }
+    if (!named)
+        TRY(fs_error_input(err, "%s: names no photo of %s (the first photo there is %s)", path, photos->folder,
+                           photos->photo[0].file));
+fail:
+    free(text);
+    return rc;
+}
+
+// EXIF, but for photos in a folder whose name says it.
+static int mark_by_itself(Photos *photos, const Log *log, FsError *err)
+{
+    int unknown = 0, differ = 0;
+    const PhotoFile *odd = NULL;
     for (int i = 0; i < photos->n; i++) {
         PhotoFile *photo = &photos->photo[i];
-        photo->flash = fs_exif_flash_fired(&photo->exif);
+        if (photo->failure.code) continue;
+        int exif = photo->flash = fs_exif_flash_fired(&photo->exif);
+        if (photo->folder_says >= 0) {
+            photo->flash = photo->folder_says;
+            if (exif >= 0 && exif != photo->flash) differ++, odd = photo;
+        }
         if (photo->flash >= 0) continue;
         unknown++;
-        fs_error_input(&photo->failure, "%s/%s: its EXIF does not tell whether the flash fired: %s", photos->folder,
-                       photo->file, what_to_do);
+        fs_error_input(&photo->failure, "%s: its EXIF does not tell whether the flash fired: %s",
+                       fs_photos_path(photos, photo).text, what_to_do);
     }
+    if (differ)
+        fs_log_warn(log,
+                    "the folders of %d photos say the opposite of their EXIF (e.g. %s): the folders are believed; name "
+                    "the flash photos with --flash-list where that is wrong",
+                    differ, odd->file);
     if (unknown < photos->n) return 0;
     return fs_error_input(err, "%s: none of the %d photos tells (EXIF Flash) whether the flash fired: %s",
                           photos->folder, photos->n, what_to_do);
@@ -102,17 +149,21 @@ int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, Fs
     if (by_glob || by_list) {
         for (int i = 0; i < photos->n; i++) photos->photo[i].flash = 0;
         if (by_glob) MUST(mark_by_glob(photos, set->flash_glob, err));
-        if (by_list) MUST(mark_by_list(photos, set->flash_list, log, err));
-    } else {
-        if (photos->n >= 2) MUST(mark_by_exif(photos, err));
-        MUST(fs_photos_drop_failed(photos, log, err));
+        if (by_list) MUST(mark_by_list(photos, set->flash_list, err));
+    } else if (photos->n >= 2) {
+        MUST(mark_by_itself(photos, log, err));
     }
+    MUST(fs_photos_drop_failed(photos, log, err));
     MUST(fs_photos_check_groups(photos, err));
-    int flash = 0;
-    for (int i = 0; i < photos->n; i++) flash += photos->photo[i].flash;
+    int flash = 0, sorted = 0;
+    for (int i = 0; i < photos->n; i++) {
+        flash += photos->photo[i].flash;
+        sorted += photos->photo[i].folder_says >= 0;
+    }
     fs_log_info(log, "%d photos: %d with flash, %d without (%s)", photos->n, flash, photos->n - flash,
                 by_glob   ? "--flash-glob"
                 : by_list ? "--flash-list"
+                : sorted  ? "their folders and EXIF"
                           : "EXIF");
     return 0;
 }

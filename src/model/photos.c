@@ -1,20 +1,17 @@
-// Finds the photos of a folder.
+// The photos of a capture: one a view, with what their headers say.
 #include "model/photos.h"
 
-#include <errno.h>
-#include <jansson.h>
+#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
 #include "base/hash.h"
-#include "base/owned.h"
 #include "image/photo.h"
-
-static const char formats[] = "RAW (DNG, CR2, CR3, NEF, ARW, RAF, ORF, RW2...), JPEG, PNG or TIFF";
 
 static void free_photo(PhotoFile *photo)
 {
+    free(photo->path);
     free(photo->file);
     free(photo->name);
     *photo = (PhotoFile){0};
@@ -28,12 +25,16 @@ void fs_photos_free(Photos *photos)
     *photos = (Photos){0};
 }
 
-// Where photos were freed.
-static void close_gaps(Photos *photos)
+FilePath fs_photos_path(const Photos *photos, const PhotoFile *photo)
+{
+    return fs_file_at("%s/%s", photos->folder, photo->path);
+}
+
+void fs_photos_close_gaps(Photos *photos)
 {
     int kept = 0;
     for (int i = 0; i < photos->n; i++)
-        if (photos->photo[i].file) photos->photo[kept++] = photos->photo[i];
+        if (photos->photo[i].path) photos->photo[kept++] = photos->photo[i];
     photos->n = kept;
 }
 
@@ -42,74 +43,144 @@ static int compare_photos(const void *a, const void *b)
     const PhotoFile *s = a, *t = b;
     int by_name = strcmp(s->name, t->name);
     if (by_name) return by_name;
-    return s->kind != t->kind ? (int)s->kind - (int)t->kind : strcmp(s->file, t->file);
+    return s->kind != t->kind ? (int)s->kind - (int)t->kind : strcmp(s->path, t->path);
+}
+
+static size_t folder_length(const PhotoFile *photo)
+{
+    return (size_t)(fs_file_name(photo->path) - photo->path);
+}
+
+static bool same_folder(const PhotoFile *a, const PhotoFile *b)
+{
+    size_t n = folder_length(a);
+    return n == folder_length(b) && strncmp(a->path, b->path, n) == 0;
+}
+
+// Photos of one name that are not the same shot twice: the second of them; NULL: none.
+static const PhotoFile *find_clash(const Photos *photos, const PhotoFile **first)
+{
+    *first = photos->photo;
+    for (const PhotoFile *photo = *first + 1; photo < photos->photo + photos->n; photo++) {
+        if (strcmp((*first)->name, photo->name) != 0)
+            *first = photo;
+        else if ((*first)->kind != PHOTO_RAW || photo->kind != PHOTO_JPEG ||
+                 (*first)->folder_says != photo->folder_says)
+            return photo;
+    }
+    return NULL;
+}
+
+// "flash/IMG_1.DNG" and "noflash/IMG_1.DNG" are the views flash_IMG_1 and noflash_IMG_1.
+static int add_folders(Photos *photos, FsError *err)
+{
+    for (int i = 0; i < photos->n; i++) {
+        PhotoFile *photo = &photos->photo[i];
+        char *whole = fs_file_path("%.*s%s", (int)folder_length(photo), photo->path, photo->name);
+        char *name = whole ? fs_photos_view_name(whole) : NULL;
+        free(whole);
+        if (!name) return fs_error_memory(err);
+        free(photo->name);
+        photo->name = name;
+    }
+    qsort(photos->photo, (size_t)photos->n, sizeof *photos->photo, compare_photos);
+    return 0;
 }
 
 // Photos of one name stand together, RAW first.
 static int drop_doubles(Photos *photos, const Log *log, FsError *err)
 {
     int doubles = 0;
-    PhotoFile *last = photos->photo;
-    for (PhotoFile *photo = last + 1; photo < photos->photo + photos->n; photo++) {
+    const PhotoFile *last, *clash = find_clash(photos, &last);
+    if (clash && !same_folder(clash, last)) {
+        MUST(add_folders(photos, err));
+        clash = find_clash(photos, &last);
+    }
+    if (clash)
+        return fs_error_input(err, "%s: %s and %s would both become the view %s: rename or remove one of them",
+                              photos->folder, last->file, clash->file, clash->name);
+    last = photos->photo;
+    for (PhotoFile *photo = photos->photo + 1; photo < photos->photo + photos->n; photo++) {
         if (strcmp(last->name, photo->name) != 0) {
             last = photo;
             continue;
         }
-        if (last->kind != PHOTO_RAW || photo->kind != PHOTO_JPEG)
-            return fs_error_input(err, "%s: %s and %s would both become the view %s: rename or remove one of them",
-                                  photos->folder, last->file, photo->file, photo->name);
         doubles++;
         free_photo(photo);
     }
-    close_gaps(photos);
+    fs_photos_close_gaps(photos);
     if (doubles) fs_log_info(log, "%d photos are there as RAW and as JPEG: the RAW files are used", doubles);
     return 0;
 }
 
-// Views are listed as JSON.
-static int check_name(const char *folder, const char *name, FsError *err)
+// The name of what "IMG_1 (1)", "IMG_1 copy 2", "IMG_1 - Copy" or "Copy of IMG_1" is a copy of; NULL: it is none.
+static char *copied_name(const char *name)
 {
-    json_t *text = json_string(name);
-    if (!text && errno == ENOMEM) return fs_error_memory(err);
-    if (!text) return fs_error_input(err, "%s/%s: a name that is not UTF-8: rename it", folder, name);
-    json_decref(text);
-    return 0;
+    size_t n = strlen(name);
+    if (strncasecmp(name, "copy of ", 8) == 0 && n > 8) return strdup(name + 8);
+    if (n > 3 && name[n - 1] == ')') { // a number in brackets
+        size_t k = n - 1;
+        while (k > 0 && isdigit((unsigned char)name[k - 1])) k--;
+        if (k == n - 1 || k < 2 || name[k - 1] != '(') return NULL;
+        for (n = k - 1; n > 1 && name[n - 1] == ' ';) n--;
+    } else { // a number behind "copy"
+        while (n > 0 && isdigit((unsigned char)name[n - 1])) n--;
+        while (n > 0 && name[n - 1] == ' ') n--;
+        if (n < 6 || strncasecmp(name + n - 4, "copy", 4) != 0 || !strchr(" -_", name[n - 5])) return NULL;
+    }
+    if (n > 5 && strncasecmp(name + n - 4, "copy", 4) == 0 && strchr(" -_", name[n - 5])) n -= 4;
+    while (n > 1 && strchr(" -_", name[n - 1])) n--;
+    return strndup(name, n);
+}
+
+static bool same_content(const Photos *photos, const PhotoFile *a, const PhotoFile *b)
+{
+    uint64_t hash[2] = {FS_HASH_EMPTY, FS_HASH_EMPTY}, size[2];
+    return fs_hash_file(fs_photos_path(photos, a).text, true, &hash[0], &size[0]) == 0 &&
+           fs_hash_file(fs_photos_path(photos, b).text, true, &hash[1], &size[1]) == 0 && size[0] == size[1] &&
+           hash[0] == hash[1];
+}
+
+// One shot under two names would count twice.
+static void drop_copies(Photos *photos, const Log *log)
+{
+    int dropped = 0, n = photos->n;
+    const char *example = NULL;
+    for (int i = 0; i < n; i++) {
+        PhotoFile *photo = &photos->photo[i];
+        char *name = copied_name(photo->name);
+        for (int k = 0; name && k < n; k++) {
+            const PhotoFile *of = &photos->photo[k];
+            if (k == i || !of->path || strcmp(of->name, name) != 0 || !same_folder(of, photo)) continue;
+            if ((of->kind == PHOTO_RAW && photo->kind != PHOTO_RAW) || same_content(photos, of, photo)) {
+                dropped++;
+                example = of->file;
+                free_photo(photo);
+            } else {
+                fs_log_warn(log, "%s seems to be another version of %s: take one away if they are one shot",
+                            photo->file, of->file);
+            }
+            break;
+        }
+        free(name);
+    }
+    fs_photos_close_gaps(photos);
+    if (dropped) fs_log_info(log, "%d photos are copies of others (e.g. of %s): left out", dropped, example);
 }
 
 int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *err)
 {
     *photos = (Photos){.folder = strdup(folder), .white_balance = {1, 1, 1}};
-    FileList list = {0};
-    int rc = 0, others = 0;
-    const char *other = NULL;
+    int rc = 0;
     if (!photos->folder) return fs_error_memory(err);
     for (size_t n = strlen(photos->folder); n > 1 && photos->folder[n - 1] == '/'; n--) photos->folder[n - 1] = 0;
     if (fs_file_exists(folder) && !fs_file_is_dir(folder))
         TRY(fs_error_input(err, "%s: is a file, expected the folder that holds the photos", folder));
-    TRY(fs_file_list(folder, &list, err));
-    photos->photo = calloc((size_t)list.n + 1, sizeof *photos->photo);
-    if (!photos->photo) TRY(fs_error_memory(err));
-    for (int i = 0; i < list.n; i++) {
-        int kind = fs_photo_kind(list.name[i]);
-        FilePath path = fs_file_at("%s/%s", folder, list.name[i]);
-        if (kind < 0 || fs_owned_is_result(path.text)) { // photos and results in one folder
-            others++, other = list.name[i];
-            continue;
-        }
-        TRY(check_name(folder, list.name[i], err));
-        PhotoFile *photo = &photos->photo[photos->n++];
-        *photo = (PhotoFile){
-            .file = strdup(list.name[i]), .name = fs_file_stem(list.name[i]), .kind = (PhotoKind)kind, .gain = 1};
-        if (!photo->file || !photo->name) TRY(fs_error_memory(err));
-    }
-    if (photos->n == 0)
-        TRY(fs_error_input(err, "%s: no photos (%d other files%s%s): expected %s", folder, others,
-                           other ? ", e.g. " : "", other ? other : "", formats));
-    if (others) fs_log_info(log, "%s: %d files that are not photos left out, e.g. %s", folder, others, other);
+    TRY(fs_photos_list(photos, log, err));
     qsort(photos->photo, (size_t)photos->n, sizeof *photos->photo, compare_photos);
     TRY(drop_doubles(photos, log, err));
+    drop_copies(photos, log);
 fail:
-    fs_file_list_free(&list);
     if (rc < 0) fs_photos_free(photos);
     return rc;
 }
@@ -126,8 +197,8 @@ void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char te
 {
     uint64_t hash = FS_HASH_EMPTY;
     for (int i = 0; i < photos->n; i++) {
-        FilePath path = fs_file_at("%s/%s", photos->folder, photos->photo[i].file);
-        hash = add_file(hash, path.text, photos->photo[i].file);
+        const PhotoFile *photo = &photos->photo[i];
+        hash = add_file(hash, fs_photos_path(photos, photo).text, photo->path);
     }
     if (flash_list && *flash_list) hash = add_file(hash, flash_list, "flash list");
     snprintf(text, 17, "%016llx", (unsigned long long)hash);
@@ -138,8 +209,8 @@ static void read_header(void *context, int i, int worker)
     (void)worker;
     Photos *photos = context;
     PhotoFile *photo = &photos->photo[i];
-    FilePath path = fs_file_at("%s/%s", photos->folder, photo->file);
-    fs_photo_read_info(path.text, &photo->exif, photo->white_balance, &photo->memory, &photo->failure);
+    fs_photo_read_info(fs_photos_path(photos, photo).text, &photo->exif, photo->white_balance, &photo->memory,
+                       &photo->failure);
 }
 
 void fs_photos_read_headers(Photos *photos, Threads *threads)
@@ -175,6 +246,6 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
         fs_log_warn(log, "left out: %s", photo->failure.message);
         free_photo(photo);
     }
-    close_gaps(photos);
+    fs_photos_close_gaps(photos);
     return 0;
 }

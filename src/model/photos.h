@@ -1,15 +1,18 @@
 // The photos of a capture, from file names to what is known of each.
 #pragma once
 
+#include "base/file.h"
 #include "base/threads.h"
 #include "image/photo.h"
 #include "model/project.h"
 
 typedef struct PhotoFile {
-    char *file; // name in the photos' folder
-    char *name; // the view's: without extension
+    char *path; // on disk, below the photos' folder
+    char *file; // the same as people read it: UTF-8
+    char *name; // the view's: without folder and extension
     PhotoKind kind;
     ExifInfo exif;
+    int folder_says;         // flash, by the name of its folder: 1 with, 0 without, -1 nothing
     int flash;               // 1 fired, 0 not, -1 unknown
     double white_balance[3]; // as shot, green 1; 0 unknown (RAW only)
     double memory;           // bytes that reading it takes
@@ -31,8 +34,13 @@ typedef struct Photos {
 } Photos;
 
 void fs_photos_free(Photos *photos);
-// The photos in `folder`: a RAW file is taken where a JPEG has the same name; other equal names are an error.
+// The photos in `folder`, and where it has none those in its subfolders: a RAW file is taken where a JPEG has the same
+// name, copies ("IMG_1 (1).JPG") are left out; other equal names get their folder's before them, or are an error.
 int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *err);
+int fs_photos_list(Photos *photos, const Log *log, FsError *err); // for scan: every file of photos->folder
+char *fs_photos_view_name(const char *path); // UTF-8, not too long for a file name, no folder; NULL: out of memory
+FilePath fs_photos_path(const Photos *photos, const PhotoFile *photo);
+void fs_photos_close_gaps(Photos *photos); // drops the photos without a path
 // Of the names and contents of the photos and of the list of flash photos (may be NULL): tells whether anything changed
 // since the last time.
 void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17]);
@@ -41,6 +49,7 @@ void fs_photos_read_headers(Photos *photos, Threads *threads);
 // Drops the photos that failed, each with a warning; an error when that leaves fewer than two thirds.
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err);
 
-// Flash or not: by EXIF, or by the settings flash-glob and flash-list. An error unless both kinds are there.
+// Flash or not: by EXIF, the name of the folder, or the settings flash-glob and flash-list; then drops the photos that
+// failed. An error unless both kinds are there.
 int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, FsError *err);
 int fs_photos_check_groups(const Photos *photos, FsError *err);

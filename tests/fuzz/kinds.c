@@ -271,7 +271,7 @@ static int read_flash_list(const char *dir, FsError *err)
     Photos photos = {.folder = (char *)dir, .photo = photo, .n = 3};
     for (int i = 0; i < 3; i++) {
         snprintf(file[i], sizeof file[i], "%s.dng", names[i]);
-        photo[i].name = names[i], photo[i].file = file[i];
+        photo[i].name = names[i], photo[i].file = photo[i].path = file[i];
     }
     Settings set = {.flash_list = path};
     int rc = fs_photos_find_flash(&photos, &set, &(const Log){0}, err);

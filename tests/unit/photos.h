@@ -60,7 +60,10 @@ static inline void copy_photo(const char *from, const char *to) // from PHOTOS t
     char *data;
     size_t size;
     assert_int_equal(fs_file_read(given(from), 1 << 20, &data, &size, NULL), 0);
-    assert_int_equal(fs_file_write(temp(to), data, size, NULL), 0);
+    FILE *f = fopen(temp(to), "wb"); // fs_file_write takes no name as long as the system does
+    assert_non_null(f);
+    assert_int_equal(fwrite(data, 1, size, f), size);
+    assert_int_equal(fclose(f), 0);
     free(data);
 }
 

@@ -1,102 +1,12 @@
 // The ingest stage: what it makes of a folder of photos, and what it says about folders it cannot use.
-#include "photos.h"
+#include "ingest_run.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include "image/image.h"
 #include "synth/photo_file.h"
-
-static char said[20000];
-static int polls_left = 1000000;
-
-static void on_log(void *user, FsLogLevel level, const char *message)
-{
-    (void)user;
-    size_t used = strlen(said);
-    if (level != FS_LOG_DEBUG)
-        snprintf(said + used, sizeof said - used, "%s%s\n", level == FS_LOG_WARN ? "W " : "", message);
-}
-
-static bool on_poll(void *user)
-{
-    (void)user;
-    return --polls_left < 0;
-}
-
-// Runs ingest on <scratch>/<photos> with "name=value" settings.
-static int ingest(const char *photos, const char *const settings[], FsError *err)
-{
-    FsSettings *set = fs_settings_new();
-    FsProject *project;
-    FsCallbacks callbacks = {.log = on_log, .cancelled = on_poll};
-    for (; settings && *settings; settings++) {
-        char name[40];
-        const char *equals = strchr(*settings, '=');
-        snprintf(name, sizeof name, "%.*s", (int)(equals - *settings), *settings);
-        assert_int_equal(fs_settings_set(set, name, equals + 1, NULL), 0);
-    }
-    said[0] = 0;
-    assert_int_equal(fs_project_open(&project, temp("out"), set, &callbacks, NULL), 0);
-    *err = (FsError){0};
-    int rc = fs_ingest(project, temp(photos), err);
-    assert_null(strchr(err->message, '\n'));
-    fs_project_close(project);
-    fs_settings_free(set);
-    return rc;
-}
-
-static void expect_error(const char *photos, const char *const settings[], const char *words)
-{
-    FsError err;
-    if (ingest(photos, settings, &err) != FS_ERR_INPUT || !strstr(err.message, words))
-        fail_msg("expected an error with '%s', got '%s'", words, err.message);
-}
-
-static void expect_good(const char *photos, const char *const settings[], const char *words)
-{
-    FsError err;
-    if (ingest(photos, settings, &err) != 0) fail_msg("%s", err.message);
-    if (words && !strstr(said, words)) fail_msg("expected '%s', it said: %s", words, said);
-    assert_true(fs_file_exists(temp("out/done/ingest.json")));
-}
-
-static void fill(const char *const pairs[][2])
-{
-    fs_file_remove_tree(temp("photos"));
-    fs_file_remove_tree(temp("out"));
-    assert_int_equal(fs_file_mkdirs(temp("photos"), NULL), 0);
-    for (; pairs && (*pairs)[0]; pairs++) {
-        char to[100];
-        snprintf(to, sizeof to, "photos/%s", (*pairs)[1]);
-        copy_photo((*pairs)[0], to);
-    }
-}
-
-#define FILL(...) fill((const char *const[][2]){__VA_ARGS__, {NULL, NULL}})
-#define SET(...) ((const char *const[]){__VA_ARGS__, NULL})
-#define FOUR                                                                                                           \
-    {"flash.dng", "A_1.DNG"}, {"ambient.dng", "A_2.DNG"}, {"flash.dng", "A_3.DNG"},                                    \
-    {                                                                                                                  \
-        "ambient.dng", "A_4.DNG"                                                                                       \
-    }
-
-static json_t *photo_entry(json_t *root, const char *name)
-{
-    size_t i;
-    json_t *entry;
-    json_array_foreach(json_object_get(root, "photos"), i,
-                       entry) if (strcmp(json_string_value(json_object_get(entry, "name")), name) == 0) return entry;
-    fail_msg("no photo %s", name);
-    return NULL;
-}
-
-static double figure(json_t *entry, const char *key)
-{
-    return json_number_value(json_object_get(entry, key));
-}
 
 static void test_good(void **state)
 {
@@ -205,11 +115,27 @@ static void test_flash_state(void **state)
     expect_error("photos", SET("flash-glob=o*"), "only flash photos");
     char setting[200], *list = strdup(temp("list.txt"));
     snprintf(setting, sizeof setting, "flash-list=%s", list);
-    assert_int_equal(fs_file_write(list, "# with flash\r\n on_1 \r\non_2.png# and so on\n\nlost.tif\n", 52, NULL), 0);
-    expect_good("photos", SET(setting), "2 with flash, 1 without (--flash-list)");
-    assert_non_null(strstr(said, "1 of its names are no photos"));
-    assert_int_equal(fs_file_write(list, "nobody\n", 7, NULL), 0);
-    expect_error("photos", SET(setting), "names no photo");
+    static const struct {
+        const char *text, *error; // NULL: on_1 and on_2
+    } lists[] = {{"# with flash\r\n on_1 \r\non_2.png# and so on\n\n", NULL},
+                 {"\xef\xbb\xbfon_1.tif\non_2.png\n", NULL}, // byte-order mark
+                 {"ON_1.TIF\nOn_2", NULL},
+                 {"C:\\Users\\me\\on_1.tif\r\n\"/home/me/photos/on_2.png\"\r\n", NULL},
+                 {"on_1.NEF\non_2.jpeg\n", NULL}, // the other file of the shot
+                 {"on_1\nlost.tif\n", "'lost.tif' is no photo"},
+                 {"nobody\n", "'nobody' is no photo"},
+                 {"on\n", "'on' is no photo"},
+                 {"# on_1\n", "names no photo"},
+                 {"\xff\xfeo\0n\0", "save it as UTF-8"}};
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
+        size_t n = i + 1 < sizeof lists / sizeof *lists ? strlen(lists[i].text) : 6;
+        assert_int_equal(fs_file_write(list, lists[i].text, n, NULL), 0);
+        if (lists[i].error)
+            expect_error("photos", SET(setting), lists[i].error);
+        else
+            expect_good("photos", SET(setting), "2 with flash, 1 without (--flash-list)");
+        fs_file_remove_tree(temp("out"));
+    }
     unlink(list);
     expect_error("photos", SET(setting), "list.txt");
     free(list);

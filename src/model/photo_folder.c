@@ -1,0 +1,169 @@
+// Which files of a folder are photos, what each is called as a view, and what the folder's name says of the flash.
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/hash.h"
+#include "base/memory.h"
+#include "base/owned.h"
+#include "model/photos.h"
+
+#define MAX_DEPTH 3  // of folders: DCIM/100CANON/flash
+#define MAX_NAME 160 // bytes of a view's: files are called so, with something behind it
+#define MAX_PHOTOS 100000
+
+static const char formats[] = "RAW (DNG, CR2, CR3, NEF, ARW, RAF, ORF, RW2...), JPEG, PNG or TIFF";
+
+typedef struct Search {
+    Photos *photos;
+    int others;
+    char other[100]; // one of these
+} Search;
+
+// ---- names ----
+
+// Bytes of the UTF-8 character that begins here, 0: there is none.
+static size_t utf8_length(const unsigned char *p)
+{
+    size_t n = *p < 0x80                 ? 1
+               : *p >= 0xc2 && *p < 0xe0 ? 2
+               : *p >= 0xe0 && *p < 0xf0 ? 3
+               : *p >= 0xf0 && *p < 0xf5 ? 4
+                                         : 0;
+    for (size_t i = 1; i < n; i++)
+        if ((p[i] & 0xc0) != 0x80) return 0;
+    bool overlong = (*p == 0xe0 && p[1] < 0xa0) || (*p == 0xf0 && p[1] < 0x90);
+    bool surrogate = *p == 0xed && p[1] >= 0xa0, beyond = *p == 0xf4 && p[1] >= 0x90;
+    return overlong || surrogate || beyond ? 0 : n;
+}
+
+// What is not UTF-8 is taken for Latin-1, as old cards and archives have it.
+static char *as_utf8(const char *text)
+{
+    char *out = malloc(2 * strlen(text) + 1), *to = out;
+    const unsigned char *p = (const unsigned char *)text;
+    while (out && *p) {
+        size_t n = utf8_length(p);
+        if (n == 0) {
+            *to++ = (char)(0xc0 | *p >> 6);
+            *to++ = (char)(0x80 | (*p & 0x3f));
+            p++;
+        }
+        for (size_t i = 0; i < n; i++) *to++ = (char)*p++;
+    }
+    if (out) *to = 0;
+    return out;
+}
+
+char *fs_photos_view_name(const char *path)
+{
+    char *name = as_utf8(path);
+    if (!name) return NULL;
+    for (char *p = name; *p; p++)
+        if (*p == '/') *p = '_';
+    size_t n = strlen(name);
+    if (n > MAX_NAME) {
+        uint64_t hash = fs_hash_text(FS_HASH_EMPTY, name);
+        n = MAX_NAME - 9;
+        while ((name[n] & 0xc0) == 0x80) n--;
+        snprintf(name + n, 10, "~%08x", (unsigned)hash);
+    }
+    return name;
+}
+
+// "flash", "No-Flash 2", "without flash": 1, 0, 0; -1: neither.
+static int what_it_says(const char *folder)
+{
+    static const char *const words[2][4] = {{"noflash", "withoutflash", "flashoff", "ambient"},
+                                            {"flash", "withflash", "flashon", "flashphotos"}};
+    char letters[32] = "";
+    size_t n = 0;
+    for (const char *p = folder; *p && n + 1 < sizeof letters; p++)
+        if (isalpha((unsigned char)*p)) letters[n++] = (char)tolower((unsigned char)*p);
+    for (int flash = 0; flash < 2; flash++)
+        for (int i = 0; i < 4; i++)
+            if (strcmp(letters, words[flash][i]) == 0) return flash;
+    return -1;
+}
+
+// ---- files ----
+
+static int add_photo(Photos *photos, const char *path, int kind, int says, FsError *err)
+{
+    if (photos->n == MAX_PHOTOS)
+        return fs_error_input(err, "%s: more than %d photos: expected those of one capture", photos->folder,
+                              MAX_PHOTOS);
+    MUST(fs_memory_grow(&photos->photo, photos->n, sizeof *photos->photo, err));
+    PhotoFile *photo = &photos->photo[photos->n++];
+    char *stem = fs_file_stem(path);
+    *photo = (PhotoFile){.path = strdup(path), .file = as_utf8(path), .kind = (PhotoKind)kind, .gain = 1};
+    photo->folder_says = says;
+    photo->name = stem ? fs_photos_view_name(stem) : NULL;
+    free(stem);
+    return photo->path && photo->file && photo->name ? 0 : fs_error_memory(err);
+}
+
+// The files right in a folder, below the photos' one ("" or with a slash at its end).
+static int search(Search *s, const char *below, int says, FsError *err)
+{
+    FileList list = {0};
+    int rc = 0;
+    FilePath folder = fs_file_at("%s/%s", s->photos->folder, below);
+    TRY(fs_file_list(*below ? folder.text : s->photos->folder, &list, err));
+    for (int i = 0; i < list.n; i++) {
+        int kind = fs_photo_kind(list.name[i]);
+        FilePath path = fs_file_at("%s%s", below, list.name[i]),
+                 whole = fs_file_at("%s/%s", s->photos->folder, path.text);
+        if (kind < 0 || fs_owned_is_result(whole.text)) { // photos and results in one folder
+            s->others++;
+            snprintf(s->other, sizeof s->other, "%s", list.name[i]);
+        } else {
+            TRY(add_photo(s->photos, path.text, kind, says, err));
+        }
+    }
+fail:
+    fs_file_list_free(&list);
+    return rc;
+}
+
+// Not the results of another run, nor what is made with a truth beside it.
+static bool is_ours(const char *folder)
+{
+    return fs_file_exists(fs_file_at("%s/" FS_OWNED_DIR, folder).text);
+}
+
+static int search_below(Search *s, const char *below, int says, int depth, FsError *err)
+{
+    FileList list = {0};
+    int rc = 0;
+    FilePath folder = fs_file_at("%s/%s", s->photos->folder, below);
+    if (depth == 0 || is_ours(folder.text) || fs_file_list(folder.text, &list, NULL) < 0) return 0;
+    for (int i = 0; i < list.n; i++) {
+        FilePath inner = fs_file_at("%s%s/", below, list.name[i]);
+        FilePath whole = fs_file_at("%s/%s", s->photos->folder, inner.text);
+        int inner_says = what_it_says(list.name[i]);
+        if (!fs_file_is_dir(whole.text) || is_ours(whole.text)) continue;
+        if (inner_says < 0) inner_says = says;
+        TRY(search(s, inner.text, inner_says, err));
+        TRY(search_below(s, inner.text, inner_says, depth - 1, err));
+    }
+fail:
+    fs_file_list_free(&list);
+    return rc;
+}
+
+int fs_photos_list(Photos *photos, const Log *log, FsError *err)
+{
+    Search s = {.photos = photos};
+    MUST(search(&s, "", -1, err));
+    if (photos->n == 0) {
+        MUST(search_below(&s, "", -1, MAX_DEPTH, err));
+        if (photos->n) fs_log_info(log, "%s: no photos; %d in its subfolders are taken", photos->folder, photos->n);
+    }
+    if (photos->n == 0)
+        return fs_error_input(err, "%s: no photos (%d other files%s%s): expected %s", photos->folder, s.others,
+                              *s.other ? ", e.g. " : "", s.other, formats);
+    if (s.others)
+        fs_log_info(log, "%s: %d files that are not photos left out, e.g. %s", photos->folder, s.others, s.other);
+    return 0;
+}

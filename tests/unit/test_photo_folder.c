@@ -1,0 +1,130 @@
+// Photos as people keep them: in subfolders, under any names, twice.
+#include "ingest_run.h"
+
+// The view's flash state, as ingest wrote it.
+static void expect_view(const char *name, const char *file, bool flash)
+{
+    json_t *root = json_load_file(temp("out/ingest.json"), 0, NULL), *entry = photo_entry(root, name);
+    assert_string_equal(json_string_value(json_object_get(entry, "file")), file);
+    assert_int_equal(json_is_true(json_object_get(entry, "flash")), flash);
+    assert_true(fs_file_exists(fs_file_at("%s/out/linear/%s.tif", scratch, name).text));
+    json_decref(root);
+}
+
+static void test_subfolders(void **state)
+{
+    (void)state;
+    FILL({"flash.dng", "DCIM/100CANON/IMG_1.DNG"}, {"ambient.dng", "DCIM/100CANON/IMG_2.DNG"},
+         {"ambient.dng", "DCIM/101CANON/IMG_3.DNG"}, {"make.py", "MISC/notes.txt"});
+    expect_good("photos", NULL, "no photos; 3 in its subfolders are taken");
+    assert_non_null(strstr(said, "1 with flash, 2 without (EXIF)"));
+    expect_view("IMG_3", "DCIM/101CANON/IMG_3.DNG", false);
+    expect_good("photos", NULL, "skipped");
+    copy_photo("flash.dng", "photos/DCIM/100CANON/IMG_2.DNG"); // what lies there counts
+    expect_good("photos", NULL, "2 with flash, 1 without");
+    // a folder that has photos of its own is not left
+    copy_photo("flash.dng", "photos/A.DNG");
+    copy_photo("ambient.dng", "photos/B.DNG");
+    expect_good("photos", NULL, "1 with flash, 1 without");
+    // the camera began to count again
+    FILL({"flash.dng", "100CANON/IMG_1.DNG"}, {"ambient.dng", "101CANON/IMG_1.DNG"});
+    expect_good("photos", NULL, "1 with flash");
+    expect_view("100CANON_IMG_1", "100CANON/IMG_1.DNG", true);
+    expect_view("101CANON_IMG_1", "101CANON/IMG_1.DNG", false);
+    // the two files of one shot
+    FILL({"flash.dng", "raw/IMG_1.DNG"}, {"ambient.dng", "raw/IMG_2.DNG"}, {"rgb.jpg", "jpeg/IMG_1.JPG"});
+    expect_good("photos", NULL, "1 photos are there as RAW and as JPEG");
+    FILL({"make.py", "a/notes.txt"}, {"flash.dng", "a/b/c/d/too deep.dng"});
+    expect_error("photos", NULL, "no photos");
+}
+
+static void test_own_results_are_no_photos(void **state)
+{
+    (void)state;
+    FILL({"flash.dng", "IMG_1.DNG"}, {"ambient.dng", "IMG_2.DNG"});
+    expect_good("photos", NULL, "1 with flash");
+    expect_error("out", NULL, "no photos");
+    expect_good("", NULL, "2 in its subfolders are taken"); // those beside the results
+}
+
+static void test_folders_that_say_flash(void **state)
+{
+    (void)state;
+    static const char *const names[][2] = {{"flash", "noflash"}, {"Flash", "No-Flash"}, {"with flash", "ambient"}};
+    for (int i = 0; i < 3; i++) {
+        char file[4][60];
+        for (int k = 0; k < 4; k++) snprintf(file[k], sizeof file[k], "%s/%d.tif", names[i][k & 1], 1 + k / 2);
+        FILL({"rgb16.tif", file[0]}, {"rgb16.tif", file[1]}, {"rgb16.tif", file[2]}, {"rgb16.tif", file[3]});
+        expect_good("photos", NULL, "2 with flash, 2 without (their folders and EXIF)");
+        expect_view(i == 0 ? "flash_1" : i == 1 ? "Flash_1" : "with flash_1", file[0], true);
+        expect_view(i == 0 ? "noflash_2" : i == 1 ? "No-Flash_2" : "ambient_2", file[3], false);
+    }
+    FILL({"flash.dng", "flash/A.DNG"}, {"ambient.dng", "flash/B.DNG"}, {"ambient.dng", "noflash/C.DNG"});
+    expect_good("photos", NULL, "W the folders of 1 photos say the opposite of their EXIF (e.g. flash/B.DNG)");
+    assert_non_null(strstr(said, "2 with flash, 1 without"));
+    expect_good("photos", SET("flash-glob=A*"), "1 with flash, 2 without (--flash-glob)"); // the user's word
+    assert_int_equal(fs_file_write(temp("list.txt"), "b.jpg\n", 6, NULL), 0);
+    char setting[600];
+    snprintf(setting, sizeof setting, "flash-list=%s", temp("list.txt"));
+    expect_good("photos", SET(setting), "1 with flash, 2 without (--flash-list)");
+    expect_view("B", "flash/B.DNG", true);
+    // a name that two photos have
+    FILL({"flash.dng", "x/A.DNG"}, {"ambient.dng", "y/A.DNG"});
+    assert_int_equal(fs_file_write(temp("list.txt"), "A.DNG\n", 6, NULL), 0);
+    expect_error("photos", SET(setting), "may be 2 photos");
+    assert_int_equal(fs_file_write(temp("list.txt"), "x/A.DNG\n", 8, NULL), 0);
+    expect_good("photos", SET(setting), "1 with flash, 1 without");
+}
+
+static void test_names(void **state)
+{
+    (void)state;
+    char lengthy[2][260], view[200];
+    for (int i = 0; i < 2; i++) { // differ at their ends only
+        memset(lengthy[i], 'x', 250);
+        snprintf(lengthy[i] + 250, 10, "%d.DNG", i);
+    }
+    FILL({"flash.dng", "caf\xe9 \xff.DNG"}, {"ambient.dng", "\xe2\x82\xac \xc3\xa9.DNG"}, {"ambient.dng", lengthy[0]},
+         {"flash.dng", lengthy[1]});
+    expect_good("photos", NULL, "2 with flash, 2 without");
+    expect_view("caf\xc3\xa9 \xc3\xbf", "caf\xc3\xa9 \xc3\xbf.DNG", true);
+    expect_view("\xe2\x82\xac \xc3\xa9", "\xe2\x82\xac \xc3\xa9.DNG", false);
+    json_t *root = json_load_file(temp("out/ingest.json"), 0, NULL);
+    for (int i = 0, seen = 0; i < 4; i++) {
+        const char *name =
+            json_string_value(json_object_get(json_array_get(json_object_get(root, "photos"), i), "name"));
+        if (name[0] != 'x') continue;
+        assert_true(strlen(name) < 170);
+        if (seen++) assert_string_not_equal(name, view);
+        snprintf(view, sizeof view, "%s", name);
+    }
+    json_decref(root);
+}
+
+static void test_copies(void **state)
+{
+    (void)state;
+    FILL({"flash.dng", "IMG_1.DNG"}, {"ambient.dng", "IMG_2.DNG"}, {"flash.dng", "IMG_1 (1).DNG"},
+         {"ambient.dng", "IMG_2 copy.DNG"}, {"ambient.dng", "IMG_2 - Copy (2).DNG"}, {"flash.dng", "Copy of IMG_1.DNG"},
+         {"rgb.jpg", "IMG_1(2).jpg"});
+    expect_good("photos", NULL, "5 photos are copies of others");
+    assert_non_null(strstr(said, "2 photos: 1 with flash, 1 without"));
+    assert_null(strstr(said, "W "));
+    // one that is not the same, and names that only look like copies
+    FILL({"flash.dng", "IMG_1.DNG"}, {"gbrg.dng", "IMG_1 (1).DNG"}, {"ambient.dng", "Glass (1).DNG"},
+         {"flash.dng", "Glass (2).DNG"}, {"flash.dng", "copy.DNG"}, {"ambient.dng", "(3).DNG"});
+    expect_good("photos", NULL, "W IMG_1 (1).DNG seems to be another version of IMG_1.DNG");
+    assert_non_null(strstr(said, "6 photos: 3 with flash"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_subfolders),
+        cmocka_unit_test(test_own_results_are_no_photos),
+        cmocka_unit_test(test_folders_that_say_flash),
+        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_copies),
+    };
+    return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
+}
