@@ -57,13 +57,23 @@ SYNTH = {  # name: seed (it chooses the layout too), difficulties, folder of the
     "full-4": (44, "dark", "raw", LARGE),
     "full-5": (45, "bright-near-room,low-texture", "raw", LARGE),
 }
+# Faults of real captures: the same small capture without and with each of them alone and all together, where --only
+# names them. Of JPEG files only those that change them.
+FIELD_SEED, FIELD_SIZE = 31, "--width 300 --height 200 --photos 24"
+FAULTS = ("flash-jitter", "drift", "shutter", "vignetting", "white-balance", "under", "distortion", "shake", "defocus", "all")
+FIELD = {"field-none": ("", "raw"), **{f"field-{f}": (f, "raw") for f in FAULTS},
+         "field-none-jpeg": ("", "jpeg"), "field-jpeg": ("jpeg", "jpeg"), "field-jpeg-white-balance": ("jpeg,white-balance", "jpeg"),
+         "field-jpeg-vignetting": ("jpeg,vignetting", "jpeg"), "field-all-jpeg": ("all", "jpeg")}
+SYNTH.update({name: (FIELD_SEED, "", photos, FIELD_SIZE + (f" --field {faults}" if faults else ""))
+              for name, (faults, photos) in FIELD.items()})
+ONLY_NAMED = ("full-*", "field-*")
 
 
 def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--flashsplat", default=str(ROOT / "build" / "flashsplat"), help="the program")
     p.add_argument("--scenes", default=str(ROOT.parent / "shared" / "scenes"), help="folder of captures with truth")
-    p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-*)")
+    p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-* and field-*)")
     p.add_argument("--variants", default="full", help="of " + ", ".join(VARIANTS))
     p.add_argument("--colmap", action="store_true", help="with COLMAP's poses too, measured at the capture views")
     p.add_argument("--jpeg", action="store_true", help="every scene from its JPEG files instead of RAW")
@@ -109,6 +119,11 @@ class Case:
         self.out = self.base / f"{name}-{self.poses}"
         self.log = self.base / f"{name}-{self.poses}.log"
 
+    def lens_model(self):
+        """The true poses with the lens that the photos were taken with."""
+        lens = self.scene / "truth" / "sparse_opencv"
+        return lens if lens.is_dir() and not self.photos.name.endswith("-clean") else self.scene / "truth" / "sparse"
+
     def ready(self, args):
         """Makes the capture where it is a made one and what is there is of another recipe."""
         if not self.recipe:
@@ -141,7 +156,7 @@ def cases_of(args):
     scenes += [(n, captures / n, photos, (seed, hard, *options)) for n, (seed, hard, photos, *options) in SYNTH.items()]
     return [Case(args, n + ("-jpeg" if args.jpeg and photos == "raw" else ""), d, "jpeg" if args.jpeg else photos, true_poses, recipe)
             for n, d, photos, recipe in scenes
-            if (any(fnmatch.fnmatch(n, o) for o in only) if only else not n.startswith("full-"))
+            if (any(fnmatch.fnmatch(n, o) for o in only) if only else not any(fnmatch.fnmatch(n, o) for o in ONLY_NAMED))
             for true_poses in ((True, False) if args.colmap else (True,))]
 
 
@@ -154,7 +169,7 @@ def train(args, case, options, renders):
     """One whole run and its renders; (seconds, splat counts, warnings)."""
     begin = time.monotonic()
     # --poses may be off by a capture's pose noise; the views to render are exact.
-    poses = ["--poses", case.scene / "truth" / "sparse"] if case.true_poses else []
+    poses = ["--poses", case.lens_model()] if case.true_poses else []
     warnings = call([args.flashsplat, "run", case.photos, "-o", case.out, *poses, *args.options.split(), *options,
                      *args.share], case.log)
     seconds = time.monotonic() - begin

@@ -139,6 +139,9 @@ static const FsOption table[] = {
     STRING("hard", synth_hard, SYNTH, "", "LIST",
            "difficulties, comma-separated: weak-flash, strong-reflection, few-photos, low-texture, depth-overlap, "
            "frame, flash-return, bright-near-room, dark, wide-path, pose-noise"),
+    STRING("field", synth_field, SYNTH, "", "LIST",
+           "faults of a real capture, comma-separated, NAME or NAME=STRENGTH; all: every one of flash-jitter, drift, "
+           "shutter, vignetting, jpeg, white-balance, under, distortion, shake, defocus"),
 };
 #define N_OPTIONS (sizeof table / sizeof *table)
 

@@ -34,7 +34,7 @@ typedef struct FsSettings {
     // synth
     int synth_photos, synth_held_out, synth_width, synth_height;
     double synth_alpha, synth_reflection;
-    char *synth_hard;
+    char *synth_hard, *synth_field;
     unsigned char was_set[128]; // per row of the table: set by the user, not by default or preset
 } Settings;
 

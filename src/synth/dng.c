@@ -9,12 +9,12 @@
 static const double xyz_to_srgb[9] = {3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108,
                                       0.0415560, 0.0556434,  -0.2040259, 1.0572252};
 
-static bool write_picture(TIFF *tif, const Mosaic *m)
+static bool write_picture(TIFF *tif, const Mosaic *m, const float chosen[3])
 {
     const double neutral[3] = SENSOR_NEUTRAL;
     float matrix[9], balance[3], exposure = 0.0f;
     for (int i = 0; i < 9; i++) matrix[i] = (float)(xyz_to_srgb[i] * neutral[i / 3]);
-    for (int i = 0; i < 3; i++) balance[i] = (float)neutral[i];
+    for (int i = 0; i < 3; i++) balance[i] = (float)neutral[i] / chosen[i];
     const float black[1] = {SENSOR_BLACK};
     const uint32_t white[1] = {SENSOR_WHITE}, area[4] = {0, 0, (uint32_t)m->height, (uint32_t)m->width};
     const uint16_t pair[2] = {2, 2}, one[2] = {1, 1};
@@ -59,16 +59,18 @@ static bool write_exif(TIFF *tif, const ShotInfo *info, uint64_t *offset)
 {
     char time[20];
     fs_photo_file_time(info, time);
-    const uint16_t iso[1] = {SHOT_ISO};
-    return TIFFCreateEXIFDirectory(tif) == 0 && TIFFSetField(tif, EXIFTAG_EXPOSURETIME, 1.0 / SHOT_EXPOSURE_S) &&
-           TIFFSetField(tif, EXIFTAG_FNUMBER, SHOT_F_NUMBER) && TIFFSetField(tif, EXIFTAG_EXPOSUREPROGRAM, 1) &&
-           TIFFSetField(tif, EXIFTAG_ISOSPEEDRATINGS, 1, iso) && TIFFSetField(tif, EXIFTAG_EXIFVERSION, "0230") &&
-           TIFFSetField(tif, EXIFTAG_DATETIMEORIGINAL, time) && TIFFSetField(tif, EXIFTAG_DATETIMEDIGITIZED, time) &&
+    const uint16_t iso[1] = {(uint16_t)info->exposure.iso};
+    return TIFFCreateEXIFDirectory(tif) == 0 && TIFFSetField(tif, EXIFTAG_EXPOSURETIME, 1.0 / info->exposure.shutter) &&
+           TIFFSetField(tif, EXIFTAG_FNUMBER, info->exposure.f_number) &&
+           TIFFSetField(tif, EXIFTAG_EXPOSUREPROGRAM, 1) && TIFFSetField(tif, EXIFTAG_ISOSPEEDRATINGS, 1, iso) &&
+           TIFFSetField(tif, EXIFTAG_EXIFVERSION, "0230") && TIFFSetField(tif, EXIFTAG_DATETIMEORIGINAL, time) &&
+           TIFFSetField(tif, EXIFTAG_DATETIMEDIGITIZED, time) &&
            TIFFSetField(tif, EXIFTAG_FLASH, info->flash ? 9 : 16) &&
            TIFFSetField(tif, EXIFTAG_FOCALLENGTH, info->focal_mm) && TIFFSetField(tif, EXIFTAG_COLORSPACE, 1) &&
            TIFFSetField(tif, EXIFTAG_PIXELXDIMENSION, (uint32_t)info->width) &&
            TIFFSetField(tif, EXIFTAG_PIXELYDIMENSION, (uint32_t)info->height) &&
-           TIFFSetField(tif, EXIFTAG_EXPOSUREMODE, 1) && TIFFSetField(tif, EXIFTAG_WHITEBALANCE, 1) &&
+           TIFFSetField(tif, EXIFTAG_EXPOSUREMODE, 1) &&
+           TIFFSetField(tif, EXIFTAG_WHITEBALANCE, !info->exposure.automatic) &&
            TIFFSetField(tif, EXIFTAG_FOCALLENGTHIN35MMFILM, info->focal_35mm) && TIFFWriteCustomDirectory(tif, offset);
 }
 
@@ -79,8 +81,8 @@ int fs_dng_write(const char *path, const Mosaic *mosaic, const ShotInfo *info, F
     TIFF *tif = t.tiff;
     uint64_t exif = 0;
     // The picture's directory is written with room for the place of the EXIF directory, which follows it.
-    bool ok = write_picture(tif, mosaic) && name_camera(tif, info) && TIFFSetField(tif, TIFFTAG_EXIFIFD, exif) &&
-              TIFFWriteDirectory(tif) && write_exif(tif, info, &exif) && TIFFSetDirectory(tif, 0) &&
-              TIFFSetField(tif, TIFFTAG_EXIFIFD, exif) && TIFFRewriteDirectory(tif);
+    bool ok = write_picture(tif, mosaic, info->exposure.balance) && name_camera(tif, info) &&
+              TIFFSetField(tif, TIFFTAG_EXIFIFD, exif) && TIFFWriteDirectory(tif) && write_exif(tif, info, &exif) &&
+              TIFFSetDirectory(tif, 0) && TIFFSetField(tif, TIFFTAG_EXIFIFD, exif) && TIFFRewriteDirectory(tif);
     return fs_tiff_file_commit(&t, ok, err);
 }

@@ -74,10 +74,10 @@ size_t fs_photo_file_exif(const ShotInfo *info, unsigned char block[FS_PHOTO_FIL
         {0x0131, ASCII, SHOT_SOFTWARE, 0, 0}, {0x0132, ASCII, time, 0, 0},       {0x8769, LONG, NULL, 0, 0},
     };
     const Entry shot[] = {
-        {0x829a, RATIONAL, NULL, 1, SHOT_EXPOSURE_S},
-        {0x829d, RATIONAL, NULL, (unsigned)lround(10 * SHOT_F_NUMBER), 10},
+        {0x829a, RATIONAL, NULL, 1, (unsigned)info->exposure.shutter},
+        {0x829d, RATIONAL, NULL, (unsigned)lround(10 * info->exposure.f_number), 10},
         {0x8822, SHORT, NULL, 1, 0}, // exposure set by hand
-        {0x8827, SHORT, NULL, SHOT_ISO, 0},
+        {0x8827, SHORT, NULL, (unsigned)info->exposure.iso, 0},
         {0x9000, UNDEFINED, "0230", 0, 0},
         {0x9003, ASCII, time, 0, 0},
         {0x9004, ASCII, time, 0, 0},
@@ -89,7 +89,7 @@ size_t fs_photo_file_exif(const ShotInfo *info, unsigned char block[FS_PHOTO_FIL
         {0xa002, LONG, NULL, (unsigned)info->width, 0},
         {0xa003, LONG, NULL, (unsigned)info->height, 0},
         {0xa402, SHORT, NULL, 1, 0},
-        {0xa403, SHORT, NULL, 1, 0},
+        {0xa403, SHORT, NULL, !info->exposure.automatic, 0},
         {0xa405, SHORT, NULL, (unsigned)info->focal_35mm, 0},
     };
     const int n = (int)(sizeof main / sizeof *main);

@@ -4,9 +4,7 @@
 
 #include <stdlib.h>
 
-#include "image/tone.h"
-
-#define FULL_WELL 14000.0f // electrons at SENSOR_WHITE
+#define FULL_WELL 14000.0f // electrons at SENSOR_WHITE, ISO 200
 #define READ_NOISE 4.0f    // electrons
 
 static const float neutral[3] = SENSOR_NEUTRAL;
@@ -22,18 +20,19 @@ static int bayer_color(int x, int y) // RGGB
     return (y & 1) + (x & 1);
 }
 
-int fs_sensor_expose(const Image *linear, Rng rng, Mosaic *mosaic, FsError *err)
+int fs_sensor_expose(const Image *linear, int iso, Rng rng, Mosaic *mosaic, FsError *err)
 {
     int w = linear->width, h = linear->height;
+    float full = FULL_WELL * 200 / (float)iso;
     *mosaic = (Mosaic){w, h, malloc((size_t)w * (size_t)h * sizeof *mosaic->px)};
     if (!mosaic->px) return fs_error_memory(err);
     for (int y = 0; y < h; y++)
         for (int x = 0; x < w; x++) {
             int c = bayer_color(x, y);
-            float electrons = linear->px[((size_t)y * (size_t)w + (size_t)x) * 3 + (size_t)c] * neutral[c] * FULL_WELL;
+            float electrons = linear->px[((size_t)y * (size_t)w + (size_t)x) * 3 + (size_t)c] * neutral[c] * full;
             electrons = electrons < 0 ? 0 : electrons;
             electrons += sqrtf(electrons + READ_NOISE * READ_NOISE) * fs_rng_normal(&rng);
-            float value = SENSOR_BLACK + electrons / FULL_WELL * (SENSOR_WHITE - SENSOR_BLACK) + 0.5f;
+            float value = SENSOR_BLACK + electrons / full * (SENSOR_WHITE - SENSOR_BLACK) + 0.5f;
             mosaic->px[(size_t)y * (size_t)w + (size_t)x] = (uint16_t)(value < 0              ? 0
                                                                        : value > SENSOR_WHITE ? SENSOR_WHITE
                                                                                               : value);
@@ -83,7 +82,15 @@ static void demosaic(const Mosaic *m, int x, int y, float rgb[3])
     }
 }
 
-int fs_sensor_develop(const Mosaic *mosaic, Image *image, FsError *err)
+double fs_sensor_clipped(const Mosaic *mosaic)
+{
+    size_t n = (size_t)mosaic->width * (size_t)mosaic->height, full = 0;
+    for (size_t i = 0; i < n; i++) full += mosaic->px[i] >= SENSOR_WHITE;
+    return (double)full / (double)n;
+}
+
+int fs_sensor_develop(const Mosaic *mosaic, const float balance[3], const CameraStyle *style, Image *image,
+                      FsError *err)
 {
     MUST(fs_image_new(image, mosaic->width, mosaic->height, 3, err));
     for (int y = 0; y < mosaic->height; y++)
@@ -91,9 +98,9 @@ int fs_sensor_develop(const Mosaic *mosaic, Image *image, FsError *err)
             float *p = fs_image_at(image, x, y);
             demosaic(mosaic, x, y, p);
             for (int c = 0; c < 3; c++) {
-                float linear = p[c] / (SENSOR_WHITE - SENSOR_BLACK) / neutral[c];
-                p[c] = fs_tone_srgb_encode(linear < 0 ? 0 : linear > 1 ? 1 : linear);
+                float linear = p[c] / (SENSOR_WHITE - SENSOR_BLACK) / neutral[c] * balance[c];
+                p[c] = linear < 0 ? 0 : linear > 1 ? 1 : linear;
             }
         }
-    return 0;
+    return fs_style_apply(style, image, err);
 }

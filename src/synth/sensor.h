@@ -4,7 +4,7 @@
 #include <stdint.h>
 
 #include "base/rng.h"
-#include "image/image.h"
+#include "synth/style.h"
 
 #define SENSOR_BLACK 512
 #define SENSOR_WHITE 16383
@@ -21,7 +21,9 @@ typedef struct Mosaic {
 } Mosaic;
 
 void fs_sensor_mosaic_free(Mosaic *mosaic);
-// linear: white-balanced, 1.0 = green pixels full.
-int fs_sensor_expose(const Image *linear, Rng rng, Mosaic *mosaic, FsError *err);
-// Demosaiced, white-balanced, sRGB-coded.
-int fs_sensor_develop(const Mosaic *mosaic, Image *image, FsError *err);
+// linear: white-balanced, 1.0 = green pixels full. The higher the ISO, the fewer electrons fill them.
+int fs_sensor_expose(const Image *linear, int iso, Rng rng, Mosaic *mosaic, FsError *err);
+double fs_sensor_clipped(const Mosaic *mosaic); // share of the pixels that are full
+// Demosaiced, white-balanced (balance: what the camera thinks right, of what is right), coded in the camera's style.
+int fs_sensor_develop(const Mosaic *mosaic, const float balance[3], const CameraStyle *style, Image *image,
+                      FsError *err);

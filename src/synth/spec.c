@@ -108,5 +108,5 @@ int fs_spec_read(Spec *spec, const FsSettings *settings, FsError *err)
         if (length) MUST(apply_word(spec, p, length, err));
         p += length + (p[length] == ',');
     }
-    return 0;
+    return fs_field_read(&spec->field, settings->synth_field, err);
 }

@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "model/settings.h"
+#include "synth/field.h"
 
 typedef struct Spec {
     unsigned seed;
@@ -19,6 +20,7 @@ typedef struct Spec {
     float path_scale;    // scales the path
     float follow;        // how far the aim moves with the camera: 0 stays, 1 as far
     bool frame;          // the pane's frame is in view
+    Field field;         // what is wrong with the photos
     bool pose_noise;     // truth/sparse carries the usual error of structure-from-motion
 } Spec;
 

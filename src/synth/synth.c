@@ -6,7 +6,7 @@
 
 #include "base/file.h"
 #include "base/owned.h"
-#include "synth/photo_file.h"
+#include "synth/nuisance.h"
 #include "synth/truth_files.h"
 
 typedef struct Synth {
@@ -18,8 +18,11 @@ typedef struct Synth {
     Threads *threads;
     Shot *shot;
     int n;
+    Nuisance nuisance;
     const Log *log;
 } Synth;
+
+#define ALL_LAYERS ((1u << TRACE_LAYERS) - 1)
 
 static int prepare(Synth *s, FsError *err)
 {
@@ -30,6 +33,8 @@ static int prepare(Synth *s, FsError *err)
     MUST(fs_bake_ambient(&s->layout.room, s->threads, err));
     MUST(fs_path_plan(&s->layout, &s->spec, &s->shot, err));
     s->n = s->spec.photos + s->spec.held_out;
+    float distance = vec_length(vec_sub(s->layout.look_at, s->layout.stand));
+    MUST(fs_nuisance_draw(&s->nuisance, &s->spec, s->shot, distance, err));
     return fs_trace_balance(&s->layout, &s->spec, s->shot, s->threads, &s->lighting, err);
 }
 
@@ -41,23 +46,32 @@ static int make_folders(const Synth *s, FsError *err)
     for (int i = 0; i < 2; i++) MUST(fs_owned_open(fs_file_at("%s/%s", s->out, folders[i]).text, "capture", err));
     for (int i = 0; i < 2; i++) fs_owned_remove(fs_file_at("%s/%s/.", s->out, folders[i]).text);
     for (int i = 0; i < 4; i++) MUST(fs_file_mkdirs(fs_file_at("%s/%s", s->out, folders[i]).text, err));
-    return fs_truth_files_cameras(s->truth.text, s->layout.name, s->shot, s->n, &s->spec, err);
+    MUST(fs_truth_files_cameras(s->truth.text, s->layout.name, s->shot, s->n, &s->spec, err));
+    const Lens *lens = &s->nuisance.lens;
+    return lens->width ? fs_truth_files_sparse(s->truth.text, s->shot, s->n, &s->spec, lens, err) : 0;
 }
 
 // Exposes a view's light and writes it as a RAW and a JPEG file.
-static int write_photo(const Synth *s, int number, const Image *light, FsError *err)
+static int write_photo(Synth *s, int number, const Image *light, FsError *err)
 {
     const Shot *shot = &s->shot[number];
     int rc;
     Mosaic mosaic = {0};
     Image picture = {0};
     int side = s->spec.width > s->spec.height ? s->spec.width : s->spec.height;
-    ShotInfo info = {shot->flash,    number + 1, s->spec.width,
-                     s->spec.height, 23.9,       (int)(36.0 * shot->camera.fx / side + 0.5)};
+    ShotInfo info = {shot->flash,
+                     number + 1,
+                     s->spec.width,
+                     s->spec.height,
+                     23.9,
+                     (int)(36.0 * shot->camera.fx / side + 0.5),
+                     s->nuisance.photo[number].exposure};
     unsigned char exif[FS_PHOTO_FILE_EXIF];
-    TRY(fs_sensor_expose(light, fs_rng_new(s->spec.seed * 100003ull + (unsigned)number), &mosaic, err));
+    TRY(fs_sensor_expose(light, info.exposure.iso, fs_rng_new(s->spec.seed * 100003ull + (unsigned)number), &mosaic,
+                         err));
     TRY(fs_dng_write(fs_file_at("%s/capture/raw/%s.DNG", s->out, shot->name).text, &mosaic, &info, err));
-    TRY(fs_sensor_develop(&mosaic, &picture, err));
+    s->nuisance.photo[number].clipped = fs_sensor_clipped(&mosaic);
+    TRY(fs_sensor_develop(&mosaic, info.exposure.balance, &s->nuisance.style, &picture, err));
     TRY(fs_jpeg_write(fs_file_at("%s/capture/jpeg/%s.JPG", s->out, shot->name).text, &picture, 95, exif,
                       fs_photo_file_exif(&info, exif), err));
 fail:
@@ -66,24 +80,56 @@ fail:
     return rc;
 }
 
-static int make_view(const Synth *s, int number, FsError *err)
+// A photo of an ideal camera is the sum of the layers that its lighting shows.
+static int make_ideal_photo(Synth *s, int number, const Traced *traced, FsError *err)
+{
+    bool flash = s->shot[number].flash;
+    const Image *r = &traced->layer[flash ? TRACE_R_F : TRACE_R_N];
+    Image light = {0};
+    MUST(fs_image_copy(&light, &traced->layer[flash ? TRACE_T_F : TRACE_T_N], err));
+    for (size_t i = 0; i < fs_image_values(&light); i++) light.px[i] += r->px[i];
+    int rc = write_photo(s, number, &light, err);
+    fs_image_free(&light);
+    return rc;
+}
+
+// One with faults has gains on each light, and rays of its own where its lens is not a pinhole.
+static int make_field_photo(Synth *s, int number, Traced *traced, FsError *err)
+{
+    unsigned want = s->shot[number].flash ? ALL_LAYERS : 1u << TRACE_T_N | 1u << TRACE_R_N;
+    Optics store;
+    const Optics *optics = fs_nuisance_optics(&s->nuisance, number, &store);
+    TraceRequest request = {&s->shot[number].camera, optics, want, number};
+    Image light = {0};
+    int rc;
+    if (optics || !s->shot[number].truth) {
+        fs_trace_free(traced);
+        TRY(fs_trace_view(&s->layout, &s->spec, &s->lighting, request, s->threads, traced, err));
+    }
+    TRY(fs_nuisance_gather(&s->nuisance, number, s->shot[number].flash, traced, &light, err));
+    TRY(write_photo(s, number, &light, err));
+fail:
+    fs_image_free(&light);
+    return rc;
+}
+
+static int make_view(Synth *s, int number, FsError *err)
 {
     const Shot *shot = &s->shot[number];
-    TraceLayer t = shot->flash ? TRACE_T_F : TRACE_T_N, r = shot->flash ? TRACE_R_F : TRACE_R_N;
-    unsigned want = shot->truth ? (1u << TRACE_LAYERS) - 1 : 1u << t | 1u << r;
-    Traced traced;
+    bool field = s->spec.field.any;
+    unsigned want = shot->flash ? 1u << TRACE_T_F | 1u << TRACE_R_F : 1u << TRACE_T_N | 1u << TRACE_R_N;
+    TraceRequest request = {&shot->camera, NULL, shot->truth ? ALL_LAYERS : want, number};
+    Traced traced = {0};
     Image depth = {0}, beta = {0};
-    int rc = fs_trace_view(&s->layout, &s->spec, &s->lighting, (TraceRequest){&shot->camera, want, number}, s->threads,
-                           &traced, err);
-    if (rc < 0) return rc;
+    int rc = 0;
+    if (shot->truth || !field)
+        TRY(fs_trace_view(&s->layout, &s->spec, &s->lighting, request, s->threads, &traced, err));
     if (shot->truth) TRY(fs_truth_files_layers(s->truth.text, shot, &traced, err));
     if (shot->held_out) {
         TRY(fs_trace_geometry(&s->layout, &s->lighting, &shot->camera, s->threads, &depth, &beta, err));
         TRY(fs_truth_files_geometry(s->truth.text, shot, &depth, &beta, err));
     } else {
-        Image *light = &traced.layer[t];
-        for (size_t i = 0; i < fs_image_values(light); i++) light->px[i] += traced.layer[r].px[i];
-        TRY(write_photo(s, number, light, err));
+        TRY(field ? make_field_photo(s, number, &traced, err) : make_ideal_photo(s, number, &traced, err));
     }
 fail:
     fs_trace_free(&traced);
@@ -107,12 +153,14 @@ int fs_synth_run(const char *out, const FsSettings *settings, const Log *log, Fs
             TRY(fs_error_set(err, FS_ERR_CANCELLED, "%s: stopped after %d of %d views", out, i, s.n));
         TRY(make_view(&s, i, err));
     }
+    if (s.spec.field.any) TRY(fs_nuisance_write(&s.nuisance, s.truth.text, s.layout.name, s.shot, s.spec.seed, err));
     fs_log_progress(log, "synth", s.n, s.n, "");
     fs_log_info(log, "synth: %d photos in %s/capture/raw and jpeg, ground truth in %s", s.spec.photos, out,
                 s.truth.text);
 fail:
     fs_threads_free(s.threads);
     fs_layout_free(&s.layout);
+    fs_nuisance_free(&s.nuisance);
     free(s.shot);
     return rc;
 }

@@ -16,7 +16,12 @@ typedef struct View {
     float fx, fy, cx, cy;
     float spread; // width of a sample at distance 1
     Vec flash, mirrored_flash;
+    const Optics *optics;
 } View;
+
+typedef struct Ray {
+    Vec from, d; // d has unit length
+} Ray;
 
 // What a sample met: a primitive's number, NOTHING or UNKNOWN. Where the first samples of a pixel met the same, the
 // others are tried on it first, which saves nearly all of the search.
@@ -64,16 +69,31 @@ static float reflectance(float cosine, float n)
 
 static Vec pixel_ray(const View *v, float x, float y)
 {
-    return vec_unit(
-        vec_add(v->ahead, vec_add(vec_scale(v->right, (x - v->cx) / v->fx), vec_scale(v->down, (y - v->cy) / v->fy))));
+    float u = (x - v->cx) / v->fx, w = (y - v->cy) / v->fy;
+    double ray[2], pixel[2] = {(double)x, (double)y};
+    if (v->optics && v->optics->lens.width && fs_lens_unproject(&v->optics->lens, pixel, ray)) {
+        u = (float)ray[0];
+        w = (float)ray[1];
+    }
+    return vec_unit(vec_add(v->ahead, vec_add(vec_scale(v->right, u), vec_scale(v->down, w))));
 }
 
-// How far along d the pane is; huge when the ray does not meet it.
-static float pane_distance(const View *v, Vec d)
+// A ray of a lens with an opening: from some place in it to what the pinhole's ray meets where it is sharp.
+static Ray pupil_ray(const View *v, Vec d, Rng *rng)
+{
+    if (!v->optics || v->optics->aperture <= 0) return (Ray){v->eye, d};
+    float a = 6.2831853f * fs_rng_uniform(rng), r = v->optics->aperture * sqrtf(fs_rng_uniform(rng));
+    Vec from = vec_mad(vec_mad(v->eye, v->right, r * cosf(a)), v->down, r * sinf(a));
+    Vec sharp = vec_mad(v->eye, d, v->optics->focus / vec_dot(d, v->ahead));
+    return (Ray){from, vec_unit(vec_sub(sharp, from))};
+}
+
+// How far along the ray the pane is; huge when the ray does not meet it.
+static float pane_distance(const View *v, Ray ray)
 {
     const Layout *l = v->layout;
-    float away = vec_dot(d, l->pane_normal);
-    return away < -1e-4f ? vec_dot(vec_sub(l->pane_point, v->eye), l->pane_normal) / away : 1e9f;
+    float away = vec_dot(ray.d, l->pane_normal);
+    return away < -1e-4f ? vec_dot(vec_sub(l->pane_point, ray.from), l->pane_normal) / away : 1e9f;
 }
 
 // Light that a flash at the end of `to` (from the point) sends to it: cosine, distance and beam; 0 from behind.
@@ -91,11 +111,12 @@ static bool search(const World *world, Vec o, Vec d, int guess, Hit *hit)
 }
 
 // jitter: of the flash, NULL without flash.
-static void shade_behind(const View *v, Vec d, const Hit *hit, const Vec *jitter, float through, int shadow, Sample *s)
+static void shade_behind(const View *v, Ray ray, const Hit *hit, const Vec *jitter, float through, int shadow,
+                         Sample *s)
 {
     const World *w = &v->layout->behind;
     const Surface *surface = fs_world_surface_of(w, hit);
-    Vec at = vec_mad(v->eye, d, hit->t), normal = fs_world_normal(w, hit);
+    Vec d = ray.d, at = vec_mad(ray.from, d, hit->t), normal = fs_world_normal(w, hit);
     if (vec_dot(normal, d) > 0) normal = vec_scale(normal, -1);
     Vec albedo = fs_world_albedo(w, hit, v->spread * hit->t);
     Vec plain = vec_scale(vec_mul(albedo, fs_world_ambient(w, hit)), v->light->behind * through);
@@ -118,10 +139,10 @@ static void shade_behind(const View *v, Vec d, const Hit *hit, const Vec *jitter
     s->layer[TRACE_T_F] = sum;
 }
 
-static void shade_room(const View *v, Vec d, float distance, bool flash, float beta, int guess, Sample *s)
+static void shade_room(const View *v, Ray ray, float distance, bool flash, float beta, int guess, Sample *s)
 {
     const World *w = &v->layout->room;
-    Vec from = vec_mad(v->eye, d, distance), back = vec_reflect(d, v->layout->pane_normal);
+    Vec from = vec_mad(ray.from, ray.d, distance), back = vec_reflect(ray.d, v->layout->pane_normal);
     Hit hit;
     if (!search(w, from, back, guess, &hit)) return;
     s->met.room = hit.prim;
@@ -144,17 +165,18 @@ static Sample take_sample(const View *v, float x, float y, unsigned want, Met gu
 {
     Sample s = {.met = {NOTHING, NOTHING, UNKNOWN}};
     float a = 6.2831853f * fs_rng_uniform(rng), r = 0.012f * sqrtf(fs_rng_uniform(rng)); // the flash is 24 mm wide
-    Vec jitter = vec_mad(vec_scale(v->right, r * cosf(a)), v->down, r * sinf(a)), d = pixel_ray(v, x, y);
-    float pane = pane_distance(v, d);
+    Vec jitter = vec_mad(vec_scale(v->right, r * cosf(a)), v->down, r * sinf(a));
+    Ray ray = pupil_ray(v, pixel_ray(v, x, y), rng);
+    float pane = pane_distance(v, ray);
     Hit hit;
-    bool found = search(&v->layout->behind, v->eye, d, guess.behind, &hit);
+    bool found = search(&v->layout->behind, ray.from, ray.d, guess.behind, &hit);
     s.met.behind = hit.prim;
     bool bare = pane > 1e8f || (found && fs_world_surface_of(&v->layout->behind, &hit)->in_front);
-    float beta = bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
+    float beta = bare ? 0.0f : reflectance(vec_dot(ray.d, v->layout->pane_normal), v->light->refraction);
     if (found && want & (1 << TRACE_T_N | 1 << TRACE_T_F))
-        shade_behind(v, d, &hit, want & 1 << TRACE_T_F ? &jitter : NULL, 1 - beta, guess.shadow, &s);
+        shade_behind(v, ray, &hit, want & 1 << TRACE_T_F ? &jitter : NULL, 1 - beta, guess.shadow, &s);
     if (!bare && want & (1 << TRACE_R_N | 1 << TRACE_R_F))
-        shade_room(v, d, pane, want & 1 << TRACE_R_F, beta, guess.room, &s);
+        shade_room(v, ray, pane, want & 1 << TRACE_R_F, beta, guess.room, &s);
     return s;
 }
 
@@ -233,6 +255,7 @@ int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighti
     for (int l = 0; l < TRACE_LAYERS; l++)
         if (want & 1u << l) TRY(fs_image_new(&traced->layer[l], camera->width, camera->height, 3, err));
     View view = view_of(layout, lighting, camera);
+    view.optics = request.optics;
     Job job = {.view = &view, .want = want, .traced = traced, .width = camera->width};
     job.seed = ((uint64_t)spec->seed << 48) ^ ((uint64_t)(unsigned)request.number << 32);
     fs_threads_for(threads, camera->height, row_job, &job);
@@ -298,8 +321,8 @@ int fs_trace_balance(const Layout *layout, const Spec *spec, const Shot *shot, T
     for (int i = 0; i < views; i++) { // means of all layers over a few of the photos, at a small size
         Camera small = fs_camera_limited(&shot[i * n / views].camera, PROBE_WIDTH);
         Traced traced;
-        MUST(fs_trace_view(layout, spec, &unit, (TraceRequest){&small, (1 << TRACE_LAYERS) - 1, 100000 + i}, threads,
-                           &traced, err));
+        MUST(fs_trace_view(layout, spec, &unit, (TraceRequest){&small, NULL, (1 << TRACE_LAYERS) - 1, 100000 + i},
+                           threads, &traced, err));
         for (int l = 0; l < TRACE_LAYERS; l++) mean[l] += mean_of(&traced.layer[l]) / views;
         fs_trace_free(&traced);
     }

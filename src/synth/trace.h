@@ -3,6 +3,7 @@
 
 #include "base/threads.h"
 #include "image/image.h"
+#include "model/lens.h"
 #include "synth/path.h"
 
 // How bright everything is; found by fs_trace_balance.
@@ -26,10 +27,17 @@ void fs_trace_free(Traced *traced);
 // and the no-flash photos come out well exposed.
 int fs_trace_balance(const Layout *layout, const Spec *spec, const Shot *shot, Threads *threads, Lighting *lighting,
                      FsError *err);
+// What a photo sees otherwise than a pinhole camera.
+typedef struct Optics {
+    Lens lens;      // width 0: none
+    float aperture; // the opening's radius, metres
+    float focus;    // distance along the axis that is sharp, metres
+} Optics;
 typedef struct TraceRequest {
     const Camera *camera;
-    unsigned want; // bit mask of 1 << TraceLayer
-    int number;    // tells views apart: random numbers depend on it
+    const Optics *optics; // NULL: a pinhole camera
+    unsigned want;        // bit mask of 1 << TraceLayer
+    int number;           // tells views apart: random numbers depend on it
 } TraceRequest;
 int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, TraceRequest request,
                   Threads *threads, Traced *traced, FsError *err);

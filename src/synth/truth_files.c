@@ -31,11 +31,11 @@ static int write_json(const char *dir, const char *scene, const Shot *shot, int 
     return fs_json_file_write(fs_file_at("%s/cameras.json", dir).text, root, JSON_INDENT(1), err);
 }
 
-static int write_sparse(const char *dir, const Shot *shot, int n, const Spec *spec, FsError *err)
+int fs_truth_files_sparse(const char *dir, const Shot *shot, int n, const Spec *spec, const Lens *lens, FsError *err)
 {
     int rc;
     ColmapModel model = {0};
-    FilePath path = fs_file_at("%s/sparse", dir);
+    FilePath path = fs_file_at("%s/sparse%s", dir, lens ? "_opencv" : "");
     TRY(fs_file_mkdirs(path.text, err));
     Rng rng = fs_rng_new(spec->seed * 53ull + 11);
     for (int i = 0; i < n; i++) {
@@ -45,7 +45,7 @@ static int write_sparse(const char *dir, const Shot *shot, int n, const Spec *sp
         if (i == 0) {
             ColmapCamera *c = fs_colmap_model_add_camera(&model, err);
             TRY(c ? 0 : FS_ERR_MEMORY);
-            *c = (ColmapCamera){1, fs_lens_from_camera(&camera)};
+            *c = (ColmapCamera){1, lens ? *lens : fs_lens_from_camera(&camera)};
         }
         ColmapImage *image = fs_colmap_model_add_image(&model, name, err);
         TRY(image ? 0 : FS_ERR_MEMORY);
@@ -65,7 +65,7 @@ static const RenderLayer folders[] = {RENDER_T_N, RENDER_T_F,     RENDER_R,   RE
 int fs_truth_files_cameras(const char *dir, const char *scene, const Shot *shot, int n, const Spec *spec, FsError *err)
 {
     MUST(write_json(dir, scene, shot, n, err));
-    MUST(write_sparse(dir, shot, n, spec, err));
+    MUST(fs_truth_files_sparse(dir, shot, n, spec, NULL, err));
     for (size_t i = 0; i < sizeof folders / sizeof *folders; i++)
         MUST(fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[folders[i]].name).text, err));
     return 0;

@@ -256,7 +256,7 @@ static void test_large(void **state)
     for (int i = 0; i < 24000000; i++) mosaic.px[i] = (uint16_t)(SENSOR_BLACK + i % 6000 / 2 + i / 6000);
     FILL({"flash.dng", "P1.DNG"}, {"ambient.dng", "P2.DNG"});
     for (int i = 0; i < 4; i++) {
-        ShotInfo info = {.flash = i & 1, .width = 6000, .height = 4000, .focal_mm = 24, .focal_35mm = 24};
+        ShotInfo info = {.flash = i & 1, .width = 6000, .height = 4000, .focal_mm = 24, .focal_35mm = 24, SHOT_EXPOSURE};
         FilePath path = fs_file_at("%s/photos/P%d.DNG", scratch, i + 1);
         assert_int_equal(fs_dng_write(path.text, &mosaic, &info, NULL), 0);
     }

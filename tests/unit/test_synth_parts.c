@@ -114,7 +114,7 @@ static void test_sensor(void **state)
     const float color[3] = {0.2f, 0.1f, 0.3f};
     assert_int_equal(fs_image_new(&flat, 64, 48, 3, NULL), 0);
     for (int i = 0; i < 64 * 48 * 3; i++) flat.px[i] = color[i % 3];
-    assert_int_equal(fs_sensor_expose(&flat, fs_rng_new(3), &mosaic, NULL), 0);
+    assert_int_equal(fs_sensor_expose(&flat, 200, fs_rng_new(3), &mosaic, NULL), 0);
     double sum = 0, sum2 = 0;
     for (int y = 0; y < 48; y++)
         for (int x = 0; x < 64; x++)
@@ -126,7 +126,7 @@ static void test_sensor(void **state)
     assert_true(fabs(sum - 0.1) < 0.001);
     double noise = sqrt(sum2 - sum * sum); // shot noise of 1400 electrons out of 14000: 37
     assert_true(noise > 0.0022 && noise < 0.0032);
-    assert_int_equal(fs_sensor_develop(&mosaic, &seen, NULL), 0);
+    assert_int_equal(fs_sensor_develop(&mosaic, (float[]){1, 1, 1}, &(CameraStyle){0}, &seen, NULL), 0);
     for (int c = 0; c < 3; c++) {
         double level = 0;
         for (int i = 0; i < 64 * 48; i++) level += (double)fs_tone_srgb_decode(seen.px[3 * i + c]) / (64 * 48);
@@ -134,7 +134,7 @@ static void test_sensor(void **state)
     }
     for (int i = 0; i < 64 * 48 * 3; i++) flat.px[i] = 5.0f; // far too much light
     fs_sensor_mosaic_free(&mosaic);
-    assert_int_equal(fs_sensor_expose(&flat, fs_rng_new(3), &mosaic, NULL), 0);
+    assert_int_equal(fs_sensor_expose(&flat, 200, fs_rng_new(3), &mosaic, NULL), 0);
     for (int i = 0; i < 64 * 48; i++) assert_int_equal(mosaic.px[i], SENSOR_WHITE);
     fs_sensor_mosaic_free(&mosaic);
     fs_image_free(&flat);

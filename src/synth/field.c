@@ -1,0 +1,78 @@
+// A list of names, each with a strength where it has one.
+#include "synth/field.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const struct {
+    const char *name;
+    float usual, most; // strength; most 0: it has none
+} faults[FIELD_FAULTS] = {
+    [FIELD_FLASH_JITTER] = {"flash-jitter", 0.08f, 0.3f}, // of the flash's power, one sigma
+    [FIELD_DRIFT] = {"drift", 0.06f, 0.3f},               // of the room's light, one sigma; behind the pane half of it
+    [FIELD_SHUTTER] = {"shutter", 0.4f, 1},               // share of the photos with another shutter
+    [FIELD_VIGNETTING] = {"vignetting", 0.35f, 0.9f},     // light lost in the corner
+    [FIELD_JPEG] = {"jpeg", 1, 2},                        // how far the camera's picture is from plain sRGB
+    [FIELD_WHITE_BALANCE] = {"white-balance", 0.06f, 0.3f}, // of red and of blue, one sigma
+    [FIELD_UNDER] = {"under", 1.5f, 6},                     // stops
+    [FIELD_DISTORTION] = {"distortion", 1, 2},              // 1: about 3 % in the corner
+    [FIELD_SHAKE] = {"shake", 2.5f, 20},                    // longest smear, pixels of a photo 600 wide
+    [FIELD_DEFOCUS] = {"defocus", 1.5f, 20},                // diameter at infinity, pixels of a photo 600 wide
+};
+
+const char *fs_field_name(FieldFault fault)
+{
+    return faults[fault].name;
+}
+
+static int unknown(const char *word, int length, FsError *err)
+{
+    char known[300] = "all";
+    for (int i = 0; i < FIELD_FAULTS; i++)
+        snprintf(known + strlen(known), sizeof known - strlen(known), ", %s", faults[i].name);
+    return fs_error_set(err, FS_ERR_USAGE, "--field: no fault '%.*s'; known are %s", length < 60 ? length : 60, word,
+                        known);
+}
+
+static int read_strength(Field *field, int fault, const char *text, size_t length, FsError *err)
+{
+    char number[32], *end = number;
+    snprintf(number, sizeof number, "%.*s", (int)(length < sizeof number ? length : sizeof number - 1), text);
+    double value = strtod(number, &end);
+    if (faults[fault].most <= 0 && !(value == 0 || value == 1))
+        end = number; // there or not there
+    else if (!(value >= 0) || (faults[fault].most > 0 && value > (double)faults[fault].most))
+        end = number;
+    if (end == number || *end)
+        return fs_error_set(err, FS_ERR_USAGE, "--field: %s takes a strength of 0 to %g, not '%s'", faults[fault].name,
+                            (double)(faults[fault].most > 0 ? faults[fault].most : 1), number);
+    field->strength[fault] = (float)value;
+    return 0;
+}
+
+static int read_word(Field *field, const char *word, size_t length, FsError *err)
+{
+    const char *equals = memchr(word, '=', length);
+    size_t name = equals ? (size_t)(equals - word) : length;
+    bool all = name == 3 && !equals && strncmp(word, "all", 3) == 0, found = all;
+    for (int i = 0; i < FIELD_FAULTS; i++) {
+        bool named = strlen(faults[i].name) == name && strncmp(faults[i].name, word, name) == 0;
+        if (all || named) field->strength[i] = faults[i].usual;
+        if (named && equals) MUST(read_strength(field, i, equals + 1, length - name - 1, err));
+        found = found || named;
+    }
+    return found ? 0 : unknown(word, (int)name, err);
+}
+
+int fs_field_read(Field *field, const char *list, FsError *err)
+{
+    *field = (Field){0};
+    for (const char *p = list; p && *p;) {
+        size_t length = strcspn(p, ",");
+        if (length) MUST(read_word(field, p, length, err));
+        p += length + (p[length] == ',');
+    }
+    for (int i = 0; i < FIELD_FAULTS; i++) field->any = field->any || field->strength[i] > 0;
+    return 0;
+}
