@@ -69,7 +69,7 @@ static void check_pictures(const Photos *photos, const Log *log)
         encoded += photo->encoded;
         sizes += photo->width != photos->photo[0].width || photo->height != photos->photo[0].height;
     }
-    double off = mean[0] / count[0], on = mean[1] / count[1];
+    double off = count[0] ? mean[0] / count[0] : 0, on = count[1] ? mean[1] / count[1] : off;
     if (encoded)
         fs_log_warn(log,
                     "%d photos are not linear (JPEG or 8 bits): linearised by the sRGB curve, reduced quality; RAW "
@@ -78,7 +78,7 @@ static void check_pictures(const Photos *photos, const Log *log)
     if (sizes)
         fs_log_warn(log, "%d photos have another size than %s (%d x %d): use one camera, one zoom and one orientation",
                     sizes, photos->photo[0].file, photos->photo[0].width, photos->photo[0].height);
-    if (on < 1.02 * off)
+    if (count[0] && count[1] && on < 1.02 * off)
         fs_log_warn(log,
                     "the flash photos are no brighter (mean %.4f) than the others (%.4f): is the flash state right, "
                     "and does the flash reach the scene?",
@@ -168,12 +168,12 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     if (!threads) TRY(fs_error_memory(err));
     TRY(fs_photos_scan(&photos, folder, log, err));
     fs_photos_read_headers(&photos, threads);
-    TRY(fs_photos_find_flash(&photos, &project->set, log, err));
+    TRY(fs_photos_find_flash(&photos, project, err));
     TRY(fs_level_photos(&photos, log, err));
     TRY(begin(project, &photos, dir.text, err));
     TRY(develop_all(project, &photos, dir.text, threads, err));
     TRY(fs_photos_drop_failed(&photos, log, err));
-    TRY(fs_photos_check_groups(&photos, err));
+    TRY(fs_photos_check_groups(&photos, project, err));
     check_pictures(&photos, log);
     TRY(write_json(project, &photos, err));
     TRY(fs_project_mark_done(project, FS_STAGE_INGEST, err));

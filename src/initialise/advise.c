@@ -79,6 +79,7 @@ static void advise_cue(const Growth *lit, const Growth *dull, const Log *log)
 static void advise_photos(const SmallViews *views, bool some_lit, const FlashLight *light, const Log *log)
 {
     int n_flash = views->n_flash, fewer = n_flash < views->n - n_flash ? n_flash : views->n - n_flash;
+    if (fewer == 0) return; // as was asked for
     if (fewer < ADVISE_FEW_PHOTOS)
         fs_log_warn(log,
                     "only %d photos %s the flash: what few photos see is left to chance; take 10 to 15 of each kind",

@@ -9,6 +9,7 @@
 #include "initialise/constants.h"
 #include "initialise/start.h"
 #include "model/colmap_model.h"
+#include "model/photos.h"
 
 static int read_points(const char *dir, SparsePoints *points, FsError *err)
 {
@@ -94,7 +95,9 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
     FilePath path = fs_file_at("%s/views.json", project->out);
     TRY(fs_dataset_read(&dataset, path.text, err));
     TRY(fs_small_views_load(views, project->out, &dataset, INPUT_LONG_EDGE, err));
-    if (views->n_flash == 0 || views->n_flash == views->n)
+    int fewest[2];
+    fs_photos_fewest(&project->set, false, fewest);
+    if (views->n_flash < fewest[1] || views->n - views->n_flash < fewest[0])
         TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed", path.text,
                          views->n_flash, views->n - views->n_flash));
     TRY(read_points(fs_file_at("%s/sparse", project->out).text, points, err));

@@ -19,6 +19,8 @@ static bool changes_result(const char *name, unsigned stage)
                                           "progress-every", "json",  "test-every"};
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++)
         if (strcmp(name, ignored[i]) == 0) return false;
+    if (strcmp(name, "lighting") == 0 && stage != FS_STAGE_TRAIN) return false; // before it they say which photos there
+    if (strcmp(name, "separation") == 0 && (stage & (FS_STAGE_INGEST | FS_STAGE_POSES))) return false; // must be
     return strcmp(name, "preset") != 0 || (stage & (FS_STAGE_INITIALISE | FS_STAGE_TRAIN));
 }
 

@@ -123,28 +123,51 @@ static int mark_by_itself(Photos *photos, const Log *log, FsError *err)
                           photos->folder, photos->n, what_to_do);
 }
 
-int fs_photos_check_groups(const Photos *photos, FsError *err)
+void fs_photos_fewest(const Settings *set, bool by_colmap, int fewest[2])
 {
-    int flash = 0;
-    for (int i = 0; i < photos->n; i++) flash += photos->photo[i].flash == 1;
-    if (photos->n < 2)
+    int least = by_colmap ? FS_PHOTOS_FOR_COLMAP : 1;
+    for (int flash = 0; flash < 2; flash++) {
+        bool only_other = strcmp(set->lighting, flash ? "noflash" : "flash") == 0;
+        fewest[flash] = only_other || strcmp(set->separation, "none") == 0 ? 0 : least;
+    }
+}
+
+int fs_photos_check_groups(const Photos *photos, const FsProject *project, FsError *err)
+{
+    bool by_colmap = (project->planned & FS_STAGE_POSES) && !*project->set.poses;
+    int count[2] = {0, 0}, fewest[2], n = photos->n;
+    for (int i = 0; i < n; i++) count[photos->photo[i].flash == 1]++;
+    fs_photos_fewest(&project->set, by_colmap, fewest);
+    if (n < 2)
         return fs_error_input(err,
                               "%s: one photo (%s): at least one with and one without flash are needed, and 15 of each "
                               "for a good separation",
-                              photos->folder, photos->n ? photos->photo[0].file : "none");
-    if (flash == 0)
+                              photos->folder, n ? photos->photo[0].file : "none");
+    if (count[1] == 0 && fewest[1])
         return fs_error_input(
             err, "%s: no flash photos: the flash fired in none of the %d photos; take some with the flash, or %s",
-            photos->folder, photos->n, what_to_do);
-    if (flash == photos->n)
+            photos->folder, n, what_to_do);
+    if (count[0] == 0 && fewest[0])
         return fs_error_input(
             err, "%s: only flash photos: the flash fired in all of the %d photos; take some without, or %s",
-            photos->folder, photos->n, what_to_do);
+            photos->folder, n, what_to_do);
+    for (int flash = 0; flash < 2; flash++)
+        if (count[flash] < fewest[flash])
+            return fs_error_input(err,
+                                  "%s: %d photos with flash and %d without: COLMAP needs at least %d of each, and a "
+                                  "good separation 15; take more, or give known poses with --poses",
+                                  photos->folder, count[1], count[0], fewest[flash]);
+    if (by_colmap && n < FS_PHOTOS_FOR_COLMAP)
+        return fs_error_input(err,
+                              "%s: %d photos: COLMAP needs at least %d; take more, or give known poses with --poses",
+                              photos->folder, n, FS_PHOTOS_FOR_COLMAP);
     return 0;
 }
 
-int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, FsError *err)
+int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err)
 {
+    const Settings *set = &project->set;
+    const Log *log = &project->log;
     bool by_glob = set->flash_glob && *set->flash_glob, by_list = set->flash_list && *set->flash_list;
     if (by_glob || by_list) {
         for (int i = 0; i < photos->n; i++) photos->photo[i].flash = 0;
@@ -154,7 +177,7 @@ int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, Fs
         MUST(mark_by_itself(photos, log, err));
     }
     MUST(fs_photos_drop_failed(photos, log, err));
-    MUST(fs_photos_check_groups(photos, err));
+    MUST(fs_photos_check_groups(photos, project, err));
     int flash = 0, sorted = 0;
     for (int i = 0; i < photos->n; i++) {
         flash += photos->photo[i].flash;

@@ -51,5 +51,8 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err);
 
 // Flash or not: by EXIF, the name of the folder, or the settings flash-glob and flash-list; then drops the photos that
 // failed. An error unless both kinds are there.
-int fs_photos_find_flash(Photos *photos, const Settings *set, const Log *log, FsError *err);
-int fs_photos_check_groups(const Photos *photos, FsError *err);
+int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err);
+int fs_photos_check_groups(const Photos *photos, const FsProject *project, FsError *err);
+// How many photos without and with flash the settings ask for at least.
+enum { FS_PHOTOS_FOR_COLMAP = 5 };
+void fs_photos_fewest(const Settings *set, bool by_colmap, int fewest[2]);

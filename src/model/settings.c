@@ -72,10 +72,10 @@ static const FsOption table[] = {
     INT("max-splats", max_splats, TRAIN, "0", 0, 10000000, "N",
         "most Gaussians per cloud; 0: as the size of the photos asks for, 160000 at 1200x800"),
     BOOL("resume", resume, TRAIN, "go on from the last checkpoint; refuses one made from other settings or inputs"),
-    ENUM("separation", separation, INITIALISE | TRAIN, "full", "full|flashless|linear|none",
+    ENUM("separation", separation, INGEST | POSES | INITIALISE | TRAIN, "full", "full|flashless|linear|none",
          "for comparisons: one T for all photos, without the flash's cues; T_F a constant times T_N; or one cloud, no "
          "R"),
-    ENUM("lighting", lighting, TRAIN, "both", "both|flash|noflash",
+    ENUM("lighting", lighting, INGEST | POSES | INITIALISE | TRAIN, "both", "both|flash|noflash",
          "train on photos of one lighting only, for comparisons"),
     ENUM("geometry", geometry, INITIALISE | TRAIN, "shared", "shared|separate",
          "one set of Gaussians for T_F and T_N, or two (the paper's way)"),

@@ -6,10 +6,11 @@
 #include "base/file.h"
 #include "base/owned.h"
 #include "model/dataset.h"
+#include "model/photos.h"
 #include "poses/match.h"
 #include "poses/sparse.h"
 
-enum { MATCHED_FEATURES = 3000, FEWEST_MATCHED_FEATURES = 1000, FEWEST_OF_A_GROUP = 5 };
+enum { MATCHED_FEATURES = 3000, FEWEST_MATCHED_FEATURES = 1000 };
 enum { MOST_FOR_ALL_PAIRS = 100, CHOSEN_FEATURES = 1500 }; // of more photos, only pairs that are alike are matched
 
 // Which photos have no pose, as "a, b, c and 4 more".
@@ -50,16 +51,18 @@ static int check_posed(const FsProject *project, const Capture *capture, const S
                               "only %d of %d photos could be posed; failed: %s. Take photos that overlap more (step 5 "
                               "to 10 cm), sharp and with texture, or give known poses with --poses",
                               n, capture->n, missing);
-    int few = group[0] < group[1] ? 0 : 1;
-    const char *what = few ? "flash" : "no-flash";
-    if (group[few] < FEWEST_OF_A_GROUP) {
-        if (!*known || group[few] == 0)
+    int fewest[2];
+    fs_photos_fewest(&project->set, !*known, fewest);
+    for (int few = 0; few < 2; few++) {
+        const char *what = few ? "flash" : "no-flash";
+        if (group[few] < fewest[few])
             return fs_error_input(err,
                                   "only %d of %d %s photos have a pose, at least %d are needed; without: %s. Take more "
                                   "%s photos from the same places as the others, or leave bad ones out",
-                                  group[few], all[few], what, *known ? 1 : FEWEST_OF_A_GROUP,
-                                  *missing ? missing : "none", what);
-        fs_log_warn(&project->log, "only %d %s photos: at least %d are advised", group[few], what, FEWEST_OF_A_GROUP);
+                                  group[few], all[few], what, fewest[few], *missing ? missing : "none", what);
+        if (fewest[few] && group[few] < FS_PHOTOS_FOR_COLMAP)
+            fs_log_warn(&project->log, "only %d %s photos: at least %d are advised", group[few], what,
+                        FS_PHOTOS_FOR_COLMAP);
     }
     if (n < capture->n)
         fs_log_warn(&project->log, "poses: %d of %d photos posed; left out: %s", n, capture->n, missing);

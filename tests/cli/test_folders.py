@@ -284,6 +284,16 @@ class Layouts(FolderTest):
         for _ in range(2):
             self.works(run(*evaluate, "--json", self.out / "figures.json"), False)
 
+    def test_photos_of_one_lighting(self):
+        """Enough for what uses one lighting."""
+        for view in json.loads((self.scene / "truth/cameras.json").read_text())["images"]:
+            if not view["flash"] and not view["held_out"]:
+                (self.photos / f"{view['name']}.DNG").unlink()
+        self.keep()
+        self.refuses(self.job(), "only flash photos")
+        for more in (["--separation", "none"], ["--lighting", "flash"]):
+            self.assertEqual(self.job(*more).returncode, 0)
+
     # ---- interruptions ----
 
     def test_killed_and_run_again(self):

@@ -273,8 +273,8 @@ static int read_flash_list(const char *dir, FsError *err)
         snprintf(file[i], sizeof file[i], "%s.dng", names[i]);
         photo[i].name = names[i], photo[i].file = photo[i].path = file[i];
     }
-    Settings set = {.flash_list = path};
-    int rc = fs_photos_find_flash(&photos, &set, &(const Log){0}, err);
+    FsProject project = {.set = {.flash_list = path, .separation = "full", .lighting = "both"}};
+    int rc = fs_photos_find_flash(&photos, &project, err);
     free(path);
     return rc;
 }

@@ -106,6 +106,35 @@ static void test_missing(void **state)
     expect_error("photos", NULL, "rename or remove");
 }
 
+// What COLMAP will not pose is said before it is asked; one lighting is enough for what uses one.
+static void test_fewest(void **state)
+{
+    (void)state;
+    static const char *const cases[][3] = {{"separation", "full", "4 photos with flash and 5 without: COLMAP needs"},
+                                           {"lighting", "flash", "4 photos with flash"},
+                                           {"lighting", "noflash", "program not found"}, // ingest is done
+                                           {"separation", "none", "program not found"}};
+    FILL(FOUR, {"flash.dng", "A_5.DNG"}, {"flash.dng", "A_6.DNG"}, {"ambient.dng", "A_7.DNG"},
+         {"ambient.dng", "A_8.DNG"}, {"ambient.dng", "A_9.DNG"});
+    for (int i = 0; i < 4; i++) {
+        FsSettings *set = fs_settings_new();
+        FsProject *project;
+        FsError err = {0};
+        assert_int_equal(fs_settings_set(set, "colmap", "/none/colmap", NULL), 0);
+        assert_int_equal(fs_settings_set(set, "steps", "10", NULL), 0);
+        assert_int_equal(fs_settings_set(set, cases[i][0], cases[i][1], NULL), 0);
+        assert_int_equal(fs_project_open(&project, temp("out"), set, NULL, NULL), 0);
+        assert_int_equal(fs_run(project, temp("photos"), &err), FS_ERR_INPUT);
+        if (!strstr(err.message, cases[i][2])) fail_msg("'%s' is not '%s'", err.message, cases[i][2]);
+        fs_project_close(project);
+        fs_settings_free(set);
+    }
+    FILL({"flash.dng", "A.dng"}, {"flash.dng", "B.dng"});
+    expect_good("photos", SET("separation=none"), "2 with flash, 0 without");
+    expect_good("photos", SET("lighting=flash"), "skipped");
+    expect_error("photos", SET("lighting=noflash", "force=true"), "only flash photos");
+}
+
 static void test_flash_state(void **state)
 {
     (void)state;
@@ -277,17 +306,10 @@ static void test_large(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_good),
-        cmocka_unit_test(test_again),
-        cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_missing),
-        cmocka_unit_test(test_flash_state),
-        cmocka_unit_test(test_unreadable),
-        cmocka_unit_test(test_raw_before_jpeg),
-        cmocka_unit_test(test_jpeg),
-        cmocka_unit_test(test_orientation),
-        cmocka_unit_test(test_exposure),
-        cmocka_unit_test(test_cancel),
+        cmocka_unit_test(test_good),        cmocka_unit_test(test_again),           cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_missing),     cmocka_unit_test(test_fewest),          cmocka_unit_test(test_flash_state),
+        cmocka_unit_test(test_unreadable),  cmocka_unit_test(test_raw_before_jpeg), cmocka_unit_test(test_jpeg),
+        cmocka_unit_test(test_orientation), cmocka_unit_test(test_exposure),        cmocka_unit_test(test_cancel),
         cmocka_unit_test(test_large),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
