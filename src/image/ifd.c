@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #define MAX_ENTRIES 4096 // of one directory
+#define MAX_DATA_PARTS 20000
 
 typedef struct Ifd {
     const Block *block;
@@ -156,31 +157,49 @@ static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *pa
     }
 }
 
-static void read_directory(const Ifd *ifd, uint64_t offset, ExifInfo *info, Parts *parts)
+// Number of entries of a directory; 0 where there is none.
+static unsigned count_entries(const Ifd *ifd, uint64_t offset)
+{
+    unsigned char p[2];
+    unsigned n = fs_ifd_read_at(ifd->block, offset, p, 2) ? get16(ifd, p) : 0;
+    return n <= MAX_ENTRIES ? n : 0;
+}
+
+static bool get_entry(const Ifd *ifd, uint64_t directory, unsigned i, Entry *e)
 {
     unsigned char p[12];
-    if (!fs_ifd_read_at(ifd->block, offset, p, 2)) return;
-    unsigned n = get16(ifd, p);
-    if (n > MAX_ENTRIES) return;
-    for (unsigned i = 0; i < n; i++) {
-        if (!fs_ifd_read_at(ifd->block, offset + 2 + 12 * (uint64_t)i, p, 12)) return;
-        Entry e = {.tag = get16(ifd, p), .type = get16(ifd, p + 2), .count = get32(ifd, p + 4)};
-        memcpy(e.value, p + 8, 4);
-        read_entry(ifd, &e, info, parts);
-    }
+    if (!fs_ifd_read_at(ifd->block, directory + 2 + 12 * (uint64_t)i, p, 12)) return false;
+    *e = (Entry){.tag = get16(ifd, p), .type = get16(ifd, p + 2), .count = get32(ifd, p + 4)};
+    memcpy(e->value, p + 8, 4);
+    return true;
+}
+
+static void read_directory(const Ifd *ifd, uint64_t offset, ExifInfo *info, Parts *parts)
+{
+    Entry e;
+    unsigned n = count_entries(ifd, offset);
+    for (unsigned i = 0; i < n && get_entry(ifd, offset, i, &e); i++) read_entry(ifd, &e, info, parts);
+}
+
+// False when the block is not TIFF.
+static bool read_head(const Block *block, Ifd *ifd, uint32_t *first)
+{
+    unsigned char head[8];
+    if (!fs_ifd_read_at(block, 0, head, sizeof head)) return false;
+    *ifd = (Ifd){.block = block, .big = head[0] == 'M'};
+    uint16_t magic = get16(ifd, head + 2); // 42, or what Panasonic (0x55) and Olympus (the rest) have there
+    *first = get32(ifd, head + 4);
+    return head[0] == head[1] && (head[0] == 'I' || head[0] == 'M') &&
+           (magic == 42 || magic == 0x55 || magic == 0x4f52 || magic == 0x5352);
 }
 
 bool fs_ifd_read(const Block *block, ExifInfo *info)
 {
-    unsigned char head[8];
-    if (!fs_ifd_read_at(block, 0, head, sizeof head)) return false;
-    Ifd ifd = {.block = block, .big = head[0] == 'M'};
-    uint16_t magic = get16(&ifd, head + 2); // 42, or what Panasonic (0x55) and Olympus (the rest) have there
-    if (head[0] != head[1] || (head[0] != 'I' && head[0] != 'M') ||
-        (magic != 42 && magic != 0x55 && magic != 0x4f52 && magic != 0x5352))
-        return false;
+    Ifd ifd;
+    uint32_t first;
+    if (!read_head(block, &ifd, &first)) return false;
     Parts parts = {.plane_unit = 2};
-    read_directory(&ifd, get32(&ifd, head + 4), info, &parts);
+    read_directory(&ifd, first, info, &parts);
     if (parts.exif_offset) read_directory(&ifd, parts.exif_offset, info, &parts);
     if (info->exposure_s == 0 && parts.shutter_apex != 0) info->exposure_s = exp2(-parts.shutter_apex);
     if (info->f_number == 0 && parts.aperture_apex > 0) info->f_number = exp2(parts.aperture_apex / 2);
@@ -188,4 +207,52 @@ bool fs_ifd_read(const Block *block, ExifInfo *info)
     double unit = mm[(int)parts.plane_unit];
     if (parts.plane_x > 0 && unit > 0) info->pixels_per_mm = parts.plane_x / unit;
     return true;
+}
+
+// ---- how far the picture data reach ----
+
+// Strips or tiles: where they begin, and their sizes.
+static void add_parts(const Ifd *ifd, const Entry *offsets, const Entry *sizes, IfdMissing *m)
+{
+    double at, size, held = (double)ifd->block->size;
+    for (uint32_t i = 0; i < offsets->count && i < sizes->count && i < MAX_DATA_PARTS; i++) {
+        if (!number(ifd, offsets, i, &at) || !number(ifd, sizes, i, &size) || at >= UINT32_MAX || size < 0) return;
+        m->all += (uint64_t)size;
+        m->missing += (uint64_t)fmin(size, fmax(0, at + size - held));
+    }
+}
+
+static void add_directory(const Ifd *ifd, uint64_t offset, int depth, IfdMissing *m)
+{
+    for (int next = 0; next < 10 && offset > 0; next++) {
+        Entry e, strips = {0}, strip_sizes = {0}, tiles = {0}, tile_sizes = {0}, inner = {0};
+        unsigned char p[4];
+        unsigned n = count_entries(ifd, offset);
+        for (unsigned i = 0; i < n && get_entry(ifd, offset, i, &e); i++) {
+            if (e.tag == 0x0111 && strips.tag != 0x0118) strips = e;
+            if (e.tag == 0x0118) strips = e; // Panasonic's
+            if (e.tag == 0x0117) strip_sizes = e;
+            if (e.tag == 0x0144) tiles = e;
+            if (e.tag == 0x0145) tile_sizes = e;
+            if (e.tag == 0x014a) inner = e;
+            m->dng |= e.tag == 0xc612;
+        }
+        add_parts(ifd, &strips, &strip_sizes, m);
+        add_parts(ifd, &tiles, &tile_sizes, m);
+        for (uint32_t i = 0; i < inner.count && i < 10 && depth > 0; i++) {
+            double at;
+            if (number(ifd, &inner, i, &at)) add_directory(ifd, (uint64_t)at, depth - 1, m);
+        }
+        if (n == 0 || !fs_ifd_read_at(ifd->block, offset + 2 + 12 * (uint64_t)n, p, 4)) return;
+        offset = get32(ifd, p);
+    }
+}
+
+IfdMissing fs_ifd_missing(const Block *block)
+{
+    Ifd ifd;
+    uint32_t first;
+    IfdMissing m = {0};
+    if (read_head(block, &ifd, &first)) add_directory(&ifd, first, 2, &m);
+    return m;
 }

@@ -13,3 +13,9 @@ bool fs_ifd_read_at(const Block *block, uint64_t offset, void *to, size_t n); //
 // Reads the first directory and its EXIF directory into info; keeps what other blocks gave. False when the block is
 // not TIFF. Damaged or unknown entries are left out.
 bool fs_ifd_read(const Block *block, ExifInfo *info);
+// Bytes of picture data that the directories promise and the block does not hold, of all of it.
+typedef struct IfdMissing {
+    uint64_t missing, all;
+    bool dng;
+} IfdMissing;
+IfdMissing fs_ifd_missing(const Block *block);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "image/demosaic.h"
+#include "image/extent.h"
 
 #define CLIP_LEVEL 0.98 // of saturation; above it a sensor is not linear
 #define BAYER_BYTES 3.0 // a pixel, while a photo is read: the sensor's values, and some
@@ -35,6 +36,8 @@ static int raw_error(const char *path, int code, FsError *err)
 static int open_raw(const char *path, bool *damaged, libraw_data_t **raw, FsError *err)
 {
     *damaged = false;
+    *raw = NULL;
+    MUST(fs_extent_check(path, err));
     *raw = libraw_init(0);
     if (!*raw) return fs_error_memory(err);
     libraw_set_dataerror_handler(*raw, on_data_error, damaged);
@@ -147,6 +150,35 @@ static int find_levels(const char *path, libraw_data_t *raw, Sensor *s, FsError 
     return 0;
 }
 
+#define EMPTY_SHARE 0.02 // of the rows: black to the last bit at the end of a picture, no sensor is
+
+// Data that a damaged file does not have come out as zeros, or as one value.
+static int check_filled(const char *path, bool one_value, int height, int filled, FsError *err)
+{
+    if (filled == 0) return fs_error_input(err, "%s: all black: the file is damaged, or the lens was covered", path);
+    if (one_value)
+        return fs_error_input(err, "%s: all pixels have one value: the file is damaged; copy it again", path);
+    if (height - filled > fmax(EMPTY_SHARE * height, 4))
+        return fs_error_input(err, "%s: the last %d of its %d rows are empty: damaged or cut short; copy it again",
+                              path, height - filled, height);
+    return 0;
+}
+
+static int check_sensor(const char *path, const Sensor *s, FsError *err)
+{
+    int filled = 0; // up to the last row with light or noise
+    double black = s->black[0][0];
+    for (int i = 0; i < 64; i++) black = fmin(black, s->black[i / 8][i % 8]);
+    bool one_value = true;
+    for (int y = 0; y < s->height; y++) {
+        const ushort *row = s->px + (size_t)y * s->pitch;
+        for (int x = 0; x < s->width && one_value; x++) one_value = row[x] == s->px[0];
+        for (int x = 0; x < s->width && filled <= y; x++)
+            if (row[x] > black || row[x] != row[0]) filled = y + 1;
+    }
+    return check_filled(path, one_value, s->height, filled, err);
+}
+
 // Saturation may lie below the white level that the file states: then many pixels share the highest value.
 static void find_clip(Sensor *s)
 {
@@ -214,6 +246,7 @@ static int read_bayer(const char *path, libraw_data_t *raw, const unsigned char 
     s.highest = malloc((size_t)s.height * sizeof *s.highest);
     s.clipped = malloc((size_t)s.width * sizeof *s.clipped);
     if (!s.highest || !s.clipped) TRY(fs_error_memory(err));
+    TRY(check_sensor(path, &s, err));
     find_clip(&s);
     TRY(fs_sizes_begin(sizes, s.width, s.height, err));
     TRY(fs_demosaic(&(DemosaicRows){get_mosaic, put_picture, &s}, s.width, s.height, cfa, err));
@@ -233,13 +266,43 @@ static double mean_black(const libraw_colordata_t *color, int channel)
     return (double)color->black + color->cblack[channel] + (n ? sum / n : 0);
 }
 
+// What LibRaw made, times scale.
+static int put_processed(const char *path, const libraw_processed_image_t *made, const double scale[3],
+                         const double white_balance[3], PhotoSizes *sizes, FsError *err)
+{
+    size_t width = made->width;
+    int filled = 0, rc = 0;
+    bool one_value = true;
+    ushort first[3] = {0}, v;
+    float *rgb = malloc(width * 4 * sizeof *rgb), *clipped = rgb + 3 * width;
+    if (!rgb) return fs_error_memory(err);
+    TRY(fs_sizes_begin(sizes, made->width, made->height, err));
+    for (size_t y = 0; y < made->height; y++) {
+        memset(clipped, 0, width * sizeof *clipped);
+        for (size_t i = 0; i < width * 3; i++) {
+            size_t x = i / 3, c = i % 3, at = y * width + x;
+            memcpy(&v, made->data + 2 * (made->colors == 3 ? 3 * at + c : at), sizeof v);
+            if (at == 0) first[c] = v;
+            one_value = one_value && v == first[c];
+            if (v) filled = (int)y + 1;
+            double linear = v / 65535.0 * scale[c];
+            rgb[i] = (float)linear;
+            if (linear >= CLIP_LEVEL * white_balance[c]) clipped[x] = 1;
+        }
+        fs_sizes_row(sizes, rgb, clipped);
+    }
+    rc = check_filled(path, one_value, made->height, filled, err);
+fail:
+    free(rgb);
+    return rc;
+}
+
 // LibRaw's multipliers are scaled so that the largest becomes 1 (highlight 1): nothing but sensor white clips. It
 // forgets to take the black level off the white one where a file tells it for each channel.
 static int read_plain(const char *path, libraw_data_t *raw, const double white_balance[3], PhotoSizes *sizes,
                       FsError *err)
 {
     int code, rc = 0;
-    float *rgb = NULL, *clipped;
     double largest = fmax(white_balance[0], fmax(white_balance[1], white_balance[2]));
     libraw_output_params_t *p = &raw->params;
     double range[3]; // from black to white
@@ -264,24 +327,10 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
     if (!made) return raw_error(path, code, err);
     if (made->type != LIBRAW_IMAGE_BITMAP || made->bits != 16 || (made->colors != 3 && made->colors != 1))
         TRY(fs_error_input(err, "%s: a sensor of %d colours, expected red, green and blue", path, made->colors));
-    rgb = malloc((size_t)made->width * 4 * sizeof *rgb);
-    if (!rgb) TRY(fs_error_memory(err));
-    clipped = rgb + 3 * (size_t)made->width;
-    TRY(fs_sizes_begin(sizes, made->width, made->height, err));
-    for (size_t y = 0; y < made->height; y++) {
-        memset(clipped, 0, made->width * sizeof *clipped);
-        for (size_t i = 0; i < (size_t)made->width * 3; i++) {
-            ushort v;
-            size_t x = i / 3, c = i % 3, at = y * made->width + x;
-            memcpy(&v, made->data + 2 * (made->colors == 3 ? 3 * at + c : at), sizeof v);
-            double linear = v / 65535.0 * largest * raw->color.maximum / range[c];
-            rgb[i] = (float)linear;
-            if (linear >= CLIP_LEVEL * white_balance[c]) clipped[x] = 1;
-        }
-        fs_sizes_row(sizes, rgb, clipped);
-    }
+    const double scale[3] = {largest * raw->color.maximum / range[0], largest * raw->color.maximum / range[1],
+                             largest * raw->color.maximum / range[2]};
+    TRY(put_processed(path, made, scale, white_balance, sizes, err));
 fail:
-    free(rgb);
     libraw_dcraw_clear_mem(made);
     return rc;
 }

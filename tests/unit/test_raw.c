@@ -5,6 +5,8 @@
 
 #include "base/rng.h"
 #include "image/demosaic.h"
+#include "image/extent.h"
+#include "synth/photo_file.h"
 
 static const double white_balance[3] = {2, 1, 1.6};
 
@@ -132,13 +134,107 @@ static void test_errors(void **state)
     assert_non_null(strstr(err.message, "make.py"));
 }
 
+static void expect_refused(const char *path, const char *words)
+{
+    Image picture[2];
+    FsError err = {0};
+    if (read_whole(path, white_balance, false, picture, &err) != FS_ERR_INPUT || !strstr(err.message, words) ||
+        !strstr(err.message, path))
+        fail_msg("'%s' is not '%s'", err.message, words);
+    assert_null(picture[0].px);
+}
+
+static void write_file(const char *name, const void *data, size_t size)
+{
+    FILE *f = fopen(temp(name), "wb");
+    assert_true(f && fwrite(data, 1, size, f) == size && fclose(f) == 0);
+}
+
+// A file that ends before its picture is not read, wherever it was cut.
+static void test_cut(void **state)
+{
+    (void)state;
+    static const char *const files[] = {"ambient.dng", "linear.dng"};
+    for (int i = 0; i < 2; i++) {
+        char *data;
+        size_t size, strip = i ? 64 * 48 * 6 : 64 * 48 * 2;
+        assert_int_equal(fs_file_read(given(files[i]), 1 << 20, &data, &size, NULL), 0);
+        for (int k = 0; k < 12; k++) { // the strip lies at the end or before the tags
+            write_file("cut.dng", data, k ? size - 1 - (size_t)k * strip / 12 : size);
+            if (k) expect_refused(temp("cut.dng"), "");
+        }
+        free(data);
+    }
+    // what other makers' files promise: Fujifilm's parts, Canon's boxes, a strip of which a little or much is missing
+    unsigned char raf[200] = "FUJIFILMCCD-RAW ",
+                  crx[124] = "\0\0\0\x18"
+                             "ftypcrx ",
+                  nef[2000] = "II*\0\x08\0\0\0\x02";
+    raf[103] = 120, raf[107] = 80;
+    crx[24 + 3] = 100, memcpy(crx + 28, "mdat", 4);
+    static const unsigned char strip[] = {0x11, 1, 4, 0, 1, 0, 0, 0, 100, 0, 0, 0, 0x17, 1, 4, 0, 1, 0, 0, 0, 0x6c, 7};
+    memcpy(nef + 10, strip, sizeof strip);
+    const struct {
+        const char *name;
+        const void *data;
+        size_t size;
+        bool whole;
+    } cases[] = {{"a.raf", raf, 200, true},   {"a.raf", raf, 199, false}, {"a.cr3", crx, 124, true},
+                 {"a.cr3", crx, 123, false},  {"a.nef", nef, 2000, true}, {"a.nef", nef, 1980, true},
+                 {"a.nef", nef, 1900, false}, {"a.kdc", nef, 1900, true}, {"a.jpg", "x", 1, true}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        FsError err = {0};
+        write_file(cases[i].name, cases[i].data, cases[i].size);
+        int rc = fs_extent_check(temp(cases[i].name), &err);
+        if (rc != (cases[i].whole ? 0 : FS_ERR_INPUT)) fail_msg("%zu: %d %s", i, rc, err.message);
+        if (rc) assert_non_null(strstr(err.message, "cut short"));
+    }
+    assert_int_equal(fs_extent_check(temp("missing.dng"), NULL), 0); // whoever reads it will say so
+}
+
+// Zeros where a damaged file has no data, one value all over.
+static void test_empty(void **state)
+{
+    (void)state;
+    enum { WIDTH = 64, HEIGHT = 200 };
+    static uint16_t px[WIDTH * HEIGHT];
+    Mosaic mosaic = {.width = WIDTH, .height = HEIGHT, .px = px};
+    ShotInfo info = {.width = WIDTH, .height = HEIGHT, .focal_mm = 24, .focal_35mm = 24};
+    static const struct {
+        int filled, value;
+        const char *words; // NULL: good
+    } cases[] = {{HEIGHT, 0, NULL},
+                 {HEIGHT - 3, 0, NULL},
+                 {HEIGHT - 3, SENSOR_BLACK, NULL},
+                 {HEIGHT - 20, SENSOR_WHITE, NULL}, // a window
+                 {HEIGHT - 20, 0, "the last 20 of its 200 rows are empty"},
+                 {HEIGHT - 20, SENSOR_BLACK, "the last 20 of its 200 rows"},
+                 {0, 0, "all black"},
+                 {0, SENSOR_BLACK, "all black"},
+                 {0, 5000, "one value"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Rng rng = fs_rng_new(3);
+        for (int k = 0; k < WIDTH * HEIGHT; k++)
+            px[k] = (uint16_t)(k < cases[i].filled * WIDTH ? SENSOR_BLACK + fs_rng_below(&rng, 5) - 2 : cases[i].value);
+        fs_file_remove_tree(temp("a.dng"));
+        assert_int_equal(fs_dng_write(temp("a.dng"), &mosaic, &info, NULL), 0);
+        Image picture[2];
+        FsError err = {0};
+        if (cases[i].words) {
+            expect_refused(temp("a.dng"), cases[i].words);
+            continue;
+        }
+        if (read_whole(temp("a.dng"), white_balance, false, picture, &err) != 0) fail_msg("%zu: %s", i, err.message);
+        fs_image_free(&picture[0]);
+        fs_image_free(&picture[1]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_dng),
-        cmocka_unit_test(test_plain),
-        cmocka_unit_test(test_demosaic),
-        cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_dng),    cmocka_unit_test(test_plain), cmocka_unit_test(test_demosaic),
+        cmocka_unit_test(test_errors), cmocka_unit_test(test_cut),   cmocka_unit_test(test_empty),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }
