@@ -10,16 +10,19 @@ typedef struct ExifInfo {
     double focal_mm, focal_35mm;      // focal length, and its 35 mm equivalent; 0: unknown
     double pixels_per_mm;             // of the sensor, at exif_width; 0: unknown
     int exif_width, exif_height;      // size the camera made the photo, before any editing; 0: unknown
+    int width, height;                // of the picture in the file, as stored; 0: unknown
     double neutral[3];                // camera RGB of a grey thing, green 1 (DNG's AsShotNeutral); 0: unknown
     char make[64], model[64];
 } ExifInfo;
 
-// JPEG, PNG, TIFF, and RAW files that are TIFF (DNG, NEF, CR2, ARW...), CR3 or RAF. Fields stay unknown where the file
+// JPEG, PNG, TIFF, and RAW files that are TIFF (DNG, NEF, CR2, ARW...), CR3, RAF or MRW. Fields stay unknown where the file
 // does not tell them, or is of another kind; only a file that cannot be opened is an error.
 int fs_exif_read(const char *path, ExifInfo *info, FsError *err);
 // The flash went off: 1, it did not: 0, the photo does not tell: -1. Bit 0 alone says so: 16 and 24 mean "did not
 // fire".
 int fs_exif_flash_fired(const ExifInfo *info);
+// "1/60 s", "2.5 s"
+void fs_exif_shutter_text(double exposure_s, char text[24]);
 // How much light of the scene one unit of a photo stands for, up to a constant; 0 unknown. Fields that are missing in
 // all photos do not matter: they cancel.
 double fs_exif_exposure(const ExifInfo *info);

@@ -23,7 +23,8 @@ bool fs_ifd_read_at(const Block *block, uint64_t offset, void *to, size_t n)
 {
     if (offset > block->size || n > block->size - offset) return false;
     char *out = to;
-    while (n > 0) {
+    if (block->memory) memcpy(to, block->memory + block->start + offset, n);
+    while (n > 0 && !block->memory) {
         ssize_t got = pread(block->fd, out, n, (off_t)(block->start + offset));
         if (got < 0 && errno == EINTR) continue;
         if (got <= 0) return false;
@@ -112,12 +113,15 @@ typedef struct Parts {
     double plane_x, plane_unit; // FocalPlaneXResolution and its unit
     double shutter_apex, aperture_apex;
     uint32_t exif_offset;
+    int width, height;
 } Parts;
 
 static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *parts)
 {
     double v;
     switch (e->tag) {
+    case 0x0100: set_int(ifd, e, 1, 1000000, &parts->width); break;
+    case 0x0101: set_int(ifd, e, 1, 1000000, &parts->height); break;
     case 0x010f: set_text(ifd, e, info->make); break;
     case 0x0110: set_text(ifd, e, info->model); break;
     case 0x0112: set_int(ifd, e, 1, 8, &info->orientation); break;
@@ -203,6 +207,8 @@ bool fs_ifd_read(const Block *block, ExifInfo *info)
     if (parts.exif_offset) read_directory(&ifd, parts.exif_offset, info, &parts);
     if (info->exposure_s == 0 && parts.shutter_apex != 0) info->exposure_s = exp2(-parts.shutter_apex);
     if (info->f_number == 0 && parts.aperture_apex > 0) info->f_number = exp2(parts.aperture_apex / 2);
+    if (info->width == 0 && parts.width > 0 && parts.height > 0) // of a TIFF; others have said theirs
+        info->width = parts.width, info->height = parts.height;
     static const double mm[] = {0, 0, 25.4, 10, 1, 0.001}; // of FocalPlaneResolutionUnit
     double unit = mm[(int)parts.plane_unit];
     if (parts.plane_x > 0 && unit > 0) info->pixels_per_mm = parts.plane_x / unit;

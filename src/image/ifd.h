@@ -3,10 +3,11 @@
 
 #include "image/exif.h"
 
-// A part of an open file; offsets count from its first byte.
+// A part of an open file, or of memory; offsets count from its first byte.
 typedef struct Block {
     int fd;
     uint64_t start, size;
+    const unsigned char *memory; // NULL: the file
 } Block;
 
 bool fs_ifd_read_at(const Block *block, uint64_t offset, void *to, size_t n); // false when not all of it is there

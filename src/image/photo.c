@@ -2,6 +2,7 @@
 #include "image/photo.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -29,10 +30,19 @@ int fs_photo_kind(const char *path)
     return -1;
 }
 
-static bool is_raw(const char *path)
+PhotoKind fs_photo_kind_inside(const char *path)
 {
+    unsigned char head[12] = {0};
     int kind = fs_photo_kind(path);
-    return kind < 0 || kind == PHOTO_RAW;
+    FILE *f = fopen(path, "rb");
+    size_t n = f ? fread(head, 1, sizeof head, f) : 0;
+    if (f) fclose(f);
+    if (n < sizeof head) return kind < 0 ? PHOTO_RAW : (PhotoKind)kind;
+    if (memcmp(head, "\xff\xd8\xff", 3) == 0) return PHOTO_JPEG;
+    if (memcmp(head, "\x89PNG\r\n\x1a\n", 8) == 0) return PHOTO_PNG;
+    bool tiff = memcmp(head, "II*\0", 4) == 0 || memcmp(head, "MM\0*", 4) == 0; // or RAW
+    if (tiff && kind > PHOTO_RAW) return PHOTO_TIFF;
+    return kind < 0 ? PHOTO_RAW : (PhotoKind)kind;
 }
 
 int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], double *memory, FsError *err)
@@ -40,13 +50,21 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
     RawInfo raw;
     for (int c = 0; c < 3; c++) white_balance[c] = 0;
     MUST(fs_exif_read(path, exif, err));
-    if (memory) *memory = FLOATS_BYTES * fmax(UNKNOWN_PIXELS, (double)exif->exif_width * exif->exif_height);
-    if (!is_raw(path)) return 0;
+    double stored = (double)exif->width * exif->height;
+    if (memory) *memory = FLOATS_BYTES * (stored > 0 ? stored : UNKNOWN_PIXELS);
+    if (fs_photo_kind_inside(path) != PHOTO_RAW) return 0;
     MUST(fs_raw_read_info(path, &raw, err));
     bool known = raw.white_balance[0] > 0;
     for (int c = 0; c < 3; c++) white_balance[c] = known ? raw.white_balance[c] : raw.daylight[c];
     if (memory) *memory = raw.memory;
     exif->orientation = raw.orientation;
+    exif->width = raw.width;
+    exif->height = raw.height;
+    if (exif->flash < 0) exif->flash = raw.flash;
+    if (!*exif->make && !*exif->model) {
+        memcpy(exif->make, raw.make, sizeof exif->make);
+        memcpy(exif->model, raw.model, sizeof exif->model);
+    }
     if (exif->exposure_s == 0) exif->exposure_s = raw.exposure_s;
     if (exif->iso == 0) exif->iso = raw.iso;
     if (exif->f_number == 0) exif->f_number = raw.f_number;
@@ -56,14 +74,14 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
 
 int fs_photo_read_stored(const char *path, Image *image, FsError *err)
 {
-    int kind = fs_photo_kind(path);
+    PhotoKind kind = fs_photo_kind_inside(path);
     return (kind == PHOTO_PNG ? fs_png_read : kind == PHOTO_TIFF ? fs_tiff_read : fs_jpeg_read)(path, image, err);
 }
 
 static int read_display(const char *path, Image *image, bool *encoded, FsError *err)
 {
     bool linear = false;
-    int kind = fs_photo_kind(path);
+    PhotoKind kind = fs_photo_kind_inside(path);
     if (kind == PHOTO_PNG) MUST(fs_png_is_linear(path, &linear, err));
     if (kind == PHOTO_TIFF) MUST(fs_tiff_is_linear(path, &linear, err));
     MUST(fs_photo_read_stored(path, image, err));
@@ -97,7 +115,8 @@ static int linearise(const Image *image, bool encoded, PhotoSizes *sizes, FsErro
 int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, bool *encoded, FsError *err)
 {
     *encoded = false;
-    if (is_raw(path)) return fs_raw_read(path, white_balance, false, sizes, err);
+    fs_sizes_clear(sizes);
+    if (fs_photo_kind_inside(path) == PHOTO_RAW) return fs_raw_read(path, white_balance, false, sizes, err);
     Image image = {0};
     int rc = read_display(path, &image, encoded, err);
     if (rc == 0) rc = linearise(&image, *encoded, sizes, err);

@@ -1,11 +1,13 @@
-// A photo of any format, told by its extension: what its headers say, and its picture in linear light.
+// A photo of any format: what its headers say, and its picture in linear light.
 #pragma once
 
 #include "image/exif.h"
 #include "image/sizes.h"
 
 typedef enum PhotoKind { PHOTO_RAW, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind;
-int fs_photo_kind(const char *path); // by the one table of extensions; -1: none of a photo (then read as RAW)
+int fs_photo_kind(const char *path); // by the one table of extensions; -1: none of a photo
+// What readers take it for: the same, but a JPEG, PNG or TIFF under another's name is known by its first bytes.
+PhotoKind fs_photo_kind_inside(const char *path);
 
 // exif: with the gaps filled from what LibRaw knows. white_balance: as shot (or daylight), green 1; 0 where unknown.
 // memory: bytes that fs_photo_read takes beside what it makes; may be NULL.
@@ -15,5 +17,5 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
 // values (reduced quality).
 int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, bool *encoded, FsError *err);
 
-// JPEG, PNG or TIFF with the values it has, by its extension.
+// JPEG, PNG or TIFF with the values it has.
 int fs_photo_read_stored(const char *path, Image *image, FsError *err);

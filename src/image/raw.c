@@ -5,9 +5,11 @@
 #include <errno.h>
 #include <libraw/libraw.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
 #include "image/demosaic.h"
 #include "image/extent.h"
 
@@ -91,6 +93,10 @@ int fs_raw_read_info(const char *path, RawInfo *info, FsError *err)
     info->width = raw->sizes.width;
     info->height = raw->sizes.height;
     info->orientation = exif_of_flip[raw->sizes.flip & 7];
+    info->flash = raw->color.flash_used > 0 ? 1 : -1;
+    if (fs_file_has_ext(path, "crw") && info->flash < 0) info->flash = 0; // Canon's first RAWs always tell
+    snprintf(info->make, sizeof info->make, "%s", raw->idata.make);
+    snprintf(info->model, sizeof info->model, "%s", raw->idata.model);
     green_to_one(raw->color.cam_mul, info->white_balance);
     green_to_one(raw->color.pre_mul, info->daylight);
     color_matrix(raw, info->srgb_from_camera);
@@ -339,6 +345,7 @@ int fs_raw_read(const char *path, const double white_balance[3], bool plain, Pho
 {
     bool damaged;
     libraw_data_t *raw;
+    fs_sizes_clear(sizes);
     int rc = open_raw(path, &damaged, &raw, err);
     if (rc < 0) return rc;
     unsigned char cfa[4] = {0};

@@ -6,6 +6,8 @@
 typedef struct RawInfo {
     int width, height;                          // as stored, of the visible area
     int orientation;                            // EXIF 1..8
+    int flash;                                  // as in EXIF; -1: unknown
+    char make[64], model[64];
     double white_balance[3];                    // as shot: multipliers of camera RGB, green 1; 0: unknown
     double daylight[3];                         // LibRaw's guess where the file has none
     double exposure_s, iso, f_number, focal_mm; // 0: unknown

@@ -1,5 +1,11 @@
 #include "image/sizes.h"
 
+void fs_sizes_clear(PhotoSizes *sizes)
+{
+    sizes->width = sizes->height = 0;
+    for (int i = 0; i < sizes->n; i++) sizes->size[i] = (PhotoSize){.long_edge = sizes->size[i].long_edge};
+}
+
 int fs_sizes_begin(PhotoSizes *sizes, int width, int height, FsError *err)
 {
     sizes->width = width;

@@ -16,6 +16,7 @@ typedef struct PhotoSizes {
     int width, height;           // as stored
 } PhotoSizes;
 
+void fs_sizes_clear(PhotoSizes *sizes); // no pictures yet, whatever was there; what is wanted stays
 int fs_sizes_begin(PhotoSizes *sizes, int width, int height, FsError *err);
 // The next row from the top: rgb (width, 3), clipped (width) or NULL where none is.
 void fs_sizes_row(PhotoSizes *sizes, const float *rgb, const float *clipped);

@@ -20,7 +20,12 @@ static int describe_folder(const char *dir, const Log *log, FsError *err)
     bool cameras = model != NULL || holds(dir, "transforms.json");
     free(model);
     if (cameras) return fs_info_cameras(dir, log, err);
-    return fs_error_input(err, "%s: neither a project folder (flashsplat run PHOTOS -o OUT) nor a COLMAP model", dir);
+    FsError why = {0};
+    int rc = fs_info_photos(dir, log, &why);
+    if (rc < 0 && rc != FS_ERR_INPUT) *err = why;
+    if (rc != FS_ERR_INPUT) return rc;
+    return fs_error_input(err, "%s; nor is it a project folder (flashsplat run PHOTOS -o OUT) or a COLMAP model",
+                          why.message);
 }
 
 // cameras.bin, images.txt, ... of a COLMAP model: the folder they are in is what to describe.

@@ -15,4 +15,5 @@ int fs_info_ply(const char *path, const Log *log, FsError *err);
 int fs_info_ply_count(const char *path); // of its vertices, from the header alone; -1 when it is not a PLY
 int fs_info_cameras(const char *path, const Log *log, FsError *err);
 int fs_info_photo(const char *path, const Log *log, FsError *err);
+int fs_info_photos(const char *folder, const Log *log, FsError *err);
 void fs_info_size(double bytes, char *buf, size_t n); // "12.3 MB"

@@ -68,11 +68,13 @@ static void level_exposure(Photos *photos, double *value, const Log *log)
         differ++;
         odd = photo;
     }
+    char shutter[24] = "";
+    if (odd) fs_exif_shutter_text(odd->exif.exposure_s, shutter);
     if (differ)
         fs_log_warn(log,
-                    "%d of %d photos have another shutter time, ISO or aperture (e.g. %s: %g s, ISO %g, f/%g); they "
+                    "%d of %d photos have another shutter time, ISO or aperture (e.g. %s: %s, ISO %g, f/%g); they "
                     "are brought to the median exposure%s",
-                    differ, photos->n, odd->file, odd->exif.exposure_s, odd->exif.iso, odd->exif.f_number,
+                    differ, photos->n, odd->file, shutter, odd->exif.iso, odd->exif.f_number,
                     flash_differs ? ", but the flash's light does not follow the shutter: use one manual exposure"
                                   : "");
     if (unknown == photos->n)

@@ -1,4 +1,5 @@
 """`flashsplat info`: what it says about files that are right, and about files that are not."""
+import pathlib
 import struct
 
 import common
@@ -68,9 +69,25 @@ class Info(FolderTest):
 
     def test_others(self):
         self.refuses(self.dir / "none", "no such file")
-        self.refuses(self.dir, "neither")
+        self.refuses(self.dir, "no photos", "nor is it a project folder")
         self.refuses(self.write("notes.txt", "hello\n"))
         self.refuses(self.write("a.jpg", b"\xff\xd8\xff\xe1\x00"))
+
+    def test_photos(self):
+        given = pathlib.Path(__file__).parent.parent / "data/photos"
+        for name, text in (("flash.dng", "64x48"), ("linear.dng", "64x48"), ("rgb.jpg", "24x16"), ("rgb8.tif", "24x16"),
+                           ("rgb8.png", "24x16"), ("rgb16.tif", "24x16, 3 channels")):
+            self.assertIn(text, self.info(given / name))
+        self.assertIn("1/125 s, ISO 400, f/5.6", self.info(given / "rgb.jpg"))
+        self.assertIn("flash: fired", self.info(self.write("a.tif", (given / "rgb.jpg").read_bytes())))
+        for name in ("flash.dng", "ambient.dng", "rgb.jpg"):
+            self.write("photos/DCIM/" + name, (given / name).read_bytes())
+        self.write("photos/DCIM/cut.dng", (given / "flash.dng").read_bytes()[:3000])
+        process = run("info", self.dir / "photos")
+        self.assertIn("DCIM/rgb.jpg: 24x16, flash, 1/125 s, ISO 400, f/5.6", process.stdout)
+        self.assertIn("DCIM/ambient.dng: 64x48, no flash, 1/4 s", process.stdout)
+        self.assertIn("4 photos: 2 with flash, 1 without", process.stdout)
+        self.assertIn("cut.dng", process.stderr)
 
     def test_project(self):
         self.write("out/done/ingest.json", "{}")

@@ -2,6 +2,8 @@
 #include "photos.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <zlib.h>
 
 #include "image/exif.h"
 
@@ -26,6 +28,7 @@ static void test_written_by_exiftool(void **state)
         assert_true(info.focal_mm == 35 && info.focal_35mm == 52);
         assert_string_equal(info.make, "Maker");
         assert_string_equal(info.model, "Camera 1");
+        assert_true(info.width == 24 && info.height == 16);
         assert_true(fabs(fs_exif_focal_px(&info, 3600, 2400) - 5200) < 1e-6); // 36 x 24 mm at 100 a mm
     }
     ExifInfo info = read_exif(given("progressive.jpg"));
@@ -59,7 +62,7 @@ static void test_without_exif(void **state)
 
 // A TIFF block with the EXIF fields Flash and ExposureTime, in either byte order, and in a camera's layout.
 typedef struct Builder {
-    unsigned char data[400];
+    unsigned char data[2000];
     size_t n;
     int big;
 } Builder;
@@ -163,6 +166,52 @@ static void test_raf(void **state)
     assert_int_equal(read_exif(temp("a.raf")).flash, 0x19);
 }
 
+// Minolta's MRW: blocks, of which TTW is a TIFF block.
+static void test_mrw(void **state)
+{
+    (void)state;
+    Builder tiff = tiff_block(1, 42, 9), b = {.big = 1};
+    put_bytes(&b, "\0MRM\0\0\1\0", 8);
+    put_bytes(&b, "\0PRD\0\0\0\4abcd", 12);
+    put_bytes(&b, "\0TTW", 4), put(&b, (uint32_t)tiff.n, 4), put_bytes(&b, tiff.data, tiff.n);
+    assert_int_equal(fs_file_write(temp("a.mrw"), b.data, b.n, NULL), 0);
+    assert_int_equal(read_exif(temp("a.mrw")).flash, 9);
+    b.n -= 5; // the block ends outside
+    assert_int_equal(fs_file_write(temp("a.mrw"), b.data, b.n, NULL), 0);
+    assert_int_equal(read_exif(temp("a.mrw")).flash, -1);
+}
+
+// EXIF in the text of a PNG, as ImageMagick writes it: hexadecimal, plain or compressed, with "Exif" before it or not.
+static void test_png_text(void **state)
+{
+    (void)state;
+    Builder tiff = tiff_block(0, 42, 0x19);
+    for (int variant = 0; variant < 8; variant++) {
+        bool packed = variant & 1, headed = variant & 2, app1 = variant & 4;
+        char text[1000], chunk[1200];
+        int n = snprintf(text, sizeof text, "\n%s\n%8zu\n", app1 ? "app1" : "exif", tiff.n + (headed ? 6 : 0));
+        if (headed) n += sprintf(text + n, "457869660000\n");
+        for (size_t i = 0; i < tiff.n; i++) n += sprintf(text + n, i % 36 == 35 ? "%02x\n" : "%02X", tiff.data[i]);
+        int head = sprintf(chunk, "Raw profile type %s", app1 ? "APP1" : "exif") + 1;
+        if (packed) chunk[head++] = 0;
+        uLongf size = sizeof chunk - (size_t)head;
+        if (packed)
+            assert_int_equal(compress((Bytef *)chunk + head, &size, (Bytef *)text, (uLong)n), Z_OK);
+        else
+            memcpy(chunk + head, text, size = (uLongf)n);
+        Builder b = {.big = 1};
+        put_bytes(&b, "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x20\0\0\0\x10\b\2\0\0\0xxxx", 33);
+        put(&b, (uint32_t)(head + (int)size), 4), put_bytes(&b, packed ? "zTXt" : "tEXt", 4);
+        put_bytes(&b, chunk, (size_t)head + size), put_bytes(&b, "crc.\0\0\0\0IEND", 12);
+        for (size_t kept = b.n; kept + 41 > b.n; kept -= 40) { // whole, and cut short
+            assert_int_equal(fs_file_write(temp("a.png"), b.data, kept, NULL), 0);
+            ExifInfo info = read_exif(temp("a.png"));
+            assert_int_equal(info.flash, kept == b.n ? 0x19 : -1);
+            assert_true(info.width == 32 && info.height == 16);
+        }
+    }
+}
+
 static void test_lies(void **state)
 {
     (void)state;
@@ -192,6 +241,8 @@ int main(void)
         cmocka_unit_test(test_flash_values),
         cmocka_unit_test(test_cr3),
         cmocka_unit_test(test_raf),
+        cmocka_unit_test(test_mrw),
+        cmocka_unit_test(test_png_text),
         cmocka_unit_test(test_lies),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);

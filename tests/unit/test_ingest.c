@@ -254,7 +254,7 @@ static void test_exposure(void **state)
     at[4] = 8;
     assert_int_equal(fs_file_write(temp("photos/A_4.DNG"), data, size, NULL), 0);
     free(data);
-    expect_good("photos", NULL, "W 1 of 6 photos have another shutter time, ISO or aperture (e.g. A_4.DNG: 0.125 s");
+    expect_good("photos", NULL, "W 1 of 6 photos have another shutter time, ISO or aperture (e.g. A_4.DNG: 1/8 s");
     Image a, b;
     assert_int_equal(fs_tiff_read(temp("out/linear/A_2.tif"), &a, NULL), 0);
     assert_int_equal(fs_tiff_read(temp("out/linear/A_4.tif"), &b, NULL), 0);

@@ -6,6 +6,7 @@
 
 #include "base/rng.h"
 #include "image/exif.h"
+#include "image/photo.h"
 
 typedef int Reader(const char *, Image *, FsError *);
 
@@ -192,13 +193,41 @@ static void test_damaged(void **state)
     abuse("turned.dng", read_exif, 7);
 }
 
+// A file is read as what it is, and what the caller left in the results is not taken for a picture.
+static void test_kind_inside(void **state)
+{
+    (void)state;
+    static const char *const pairs[][2] = {{"rgb.jpg", "a.tif"},
+                                           {"rgb8.png", "a.jpg"},
+                                           {"rgb8.tif", "a.png"},
+                                           {"rgb.jpg", "a.dng"},
+                                           {"ambient.dng", "a.NEF"}};
+    const double wb[3] = {1, 1, 1};
+    bool encoded;
+    for (int i = 0; i < 5; i++) {
+        PhotoSizes sizes = {.n = 1};
+        FsError err = {0};
+        copy_photo(pairs[i][0], pairs[i][1]);
+        memset(&sizes.size[0].rgb, 0xff, sizeof(Image));
+        if (fs_photo_read(temp(pairs[i][1]), wb, &sizes, &encoded, &err) != 0) fail_msg("%s", err.message);
+        assert_int_equal(sizes.size[0].rgb.width, i == 4 ? 64 : 24);
+        assert_int_equal(encoded, i < 4);
+        fs_sizes_free(&sizes);
+    }
+    PhotoSizes sizes = {.n = 1};
+    memset(&sizes.size[0].rgb, 0xff, sizeof(Image));
+    assert_int_equal(fs_photo_read(temp("missing.jpg"), wb, &sizes, &encoded, NULL), FS_ERR_INPUT);
+    fs_sizes_free(&sizes);
+    memset(&sizes.size[0].rgb, 0xff, sizeof(Image));
+    assert_int_equal(fs_photo_read(temp("missing.dng"), wb, &sizes, &encoded, NULL), FS_ERR_INPUT);
+    fs_sizes_free(&sizes);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_written_by_opencv),
-        cmocka_unit_test(test_is_linear),
-        cmocka_unit_test(test_tiff_layouts),
-        cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_written_by_opencv), cmocka_unit_test(test_is_linear), cmocka_unit_test(test_tiff_layouts),
+        cmocka_unit_test(test_kind_inside),       cmocka_unit_test(test_damaged),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }
