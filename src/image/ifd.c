@@ -112,7 +112,7 @@ static void set_text(const Ifd *ifd, const Entry *e, char to[64])
 typedef struct Parts {
     double plane_x, plane_unit; // FocalPlaneXResolution and its unit
     double shutter_apex, aperture_apex;
-    uint32_t exif_offset;
+    uint32_t exif_offset, interop_offset;
     int width, height;
 } Parts;
 
@@ -129,6 +129,9 @@ static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *pa
     case 0x829d: set_number(ifd, e, 1e4, &info->f_number); break;
     case 0x8769:
         if (number(ifd, e, 0, &v) && v > 0 && v <= UINT32_MAX) parts->exif_offset = (uint32_t)v;
+        break;
+    case 0xa005:
+        if (number(ifd, e, 0, &v) && v > 0 && v <= UINT32_MAX) parts->interop_offset = (uint32_t)v;
         break;
     case 0x8827: // 65535: too large for its field, see the next two
         if (number(ifd, e, 0, &v) && v > 0 && v < 65535) info->iso = v;
@@ -205,6 +208,10 @@ bool fs_ifd_read(const Block *block, ExifInfo *info)
     Parts parts = {.plane_unit = 2};
     read_directory(&ifd, first, info, &parts);
     if (parts.exif_offset) read_directory(&ifd, parts.exif_offset, info, &parts);
+    Entry e;
+    unsigned n = parts.interop_offset ? count_entries(&ifd, parts.interop_offset) : 0;
+    for (unsigned i = 0; i < n && get_entry(&ifd, parts.interop_offset, i, &e); i++)
+        if (e.tag == 1 && e.type == 2 && memcmp(e.value, "R03", 3) == 0) info->adobe_rgb = true;
     if (info->exposure_s == 0 && parts.shutter_apex != 0) info->exposure_s = exp2(-parts.shutter_apex);
     if (info->f_number == 0 && parts.aperture_apex > 0) info->f_number = exp2(parts.aperture_apex / 2);
     if (info->width == 0 && parts.width > 0 && parts.height > 0) // of a TIFF; others have said theirs

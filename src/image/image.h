@@ -59,7 +59,8 @@ int fs_tiff_write_float(const char *path, const Image *image, FsError *err);
 // without "Exif\0\0" before it) to embed as APP1, or NULL.
 int fs_jpeg_read(const char *path, Image *image, FsError *err);
 int fs_jpeg_write(const char *path, const Image *image, int quality, const void *exif, size_t exif_size, FsError *err);
-// Whether a photo's values are proportional to light: what its colour profile or gamma says, else float and 16 bits
-// are (as RAW converters write them) and 8 bits are not.
-int fs_png_is_linear(const char *path, bool *linear, FsError *err);
-int fs_tiff_is_linear(const char *path, bool *linear, FsError *err);
+// What the file says of its values (profile.h).
+typedef struct LightTag LightTag;
+int fs_png_read_tag(const char *path, LightTag *tag, FsError *err);
+int fs_tiff_read_tag(const char *path, LightTag *tag, FsError *err);
+int fs_jpeg_read_tag(const char *path, LightTag *tag, FsError *err);

@@ -10,6 +10,7 @@
 
 #include "base/file.h"
 #include "image/image.h"
+#include "image/profile.h"
 
 #define MAX_SCANS 1000 // a progressive file of a few bytes a scan would take for ever
 
@@ -93,20 +94,50 @@ static void decode(Jpeg *s, FILE *f, Image *image)
     jpeg_finish_decompress(&s->in);
 }
 
-int fs_jpeg_read(const char *path, Image *image, FsError *err)
+static void decode_tag(Jpeg *s, FILE *f, LightTag *tag)
 {
-    *image = (Image){0};
+    JOCTET *icc = NULL;
+    unsigned size = 0;
+    jpeg_create_decompress(&s->in);
+    jpeg_stdio_src(&s->in, f);
+    jpeg_save_markers(&s->in, JPEG_APP0 + 2, 0xffff);
+    jpeg_read_header(&s->in, TRUE);
+    if (jpeg_read_icc_profile(&s->in, &icc, &size)) tag->icc = icc, tag->icc_size = size;
+}
+
+// Reads the picture into image, or (image NULL) what its values are.
+static int read_jpeg(const char *path, Image *image, LightTag *tag, FsError *err)
+{
     FILE *f = fopen(path, "rb");
     if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
     Jpeg s = {.path = path, .err = err};
     set_handlers(&s);
     s.in.err = &s.manager;
-    if (setjmp(s.jump) == 0) decode(&s, f, image);
+    if (setjmp(s.jump) == 0) {
+        if (image)
+            decode(&s, f, image);
+        else
+            decode_tag(&s, f, tag);
+    }
     jpeg_destroy_decompress(&s.in);
     free(s.row);
     fclose(f);
-    if (s.rc < 0) fs_image_free(image);
+    if (s.rc < 0 && image) fs_image_free(image);
     return s.rc;
+}
+
+int fs_jpeg_read(const char *path, Image *image, FsError *err)
+{
+    *image = (Image){0};
+    return read_jpeg(path, image, NULL, err);
+}
+
+int fs_jpeg_read_tag(const char *path, LightTag *tag, FsError *err)
+{
+    *tag = (LightTag){0};
+    int rc = read_jpeg(path, NULL, tag, err);
+    if (rc < 0) fs_profile_tag_free(tag);
+    return rc;
 }
 
 static void write_exif(Jpeg *s, const void *exif, size_t size)

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "image/profile.h"
 #include "image/raw.h"
-#include "image/tone.h"
 
 #define CLIP_LINEAR 0.98f  // of white
 #define CLIP_ENCODED 0.99f // of 255: a camera's curve is flat long before
@@ -78,22 +78,32 @@ int fs_photo_read_stored(const char *path, Image *image, FsError *err)
     return (kind == PHOTO_PNG ? fs_png_read : kind == PHOTO_TIFF ? fs_tiff_read : fs_jpeg_read)(path, image, err);
 }
 
-static int read_display(const char *path, Image *image, bool *encoded, FsError *err)
+static int read_tag(const char *path, LightTag *tag, FsError *err)
 {
-    bool linear = false;
     PhotoKind kind = fs_photo_kind_inside(path);
-    if (kind == PHOTO_PNG) MUST(fs_png_is_linear(path, &linear, err));
-    if (kind == PHOTO_TIFF) MUST(fs_tiff_is_linear(path, &linear, err));
-    MUST(fs_photo_read_stored(path, image, err));
-    *encoded = !linear;
+    return (kind == PHOTO_PNG    ? fs_png_read_tag
+            : kind == PHOTO_TIFF ? fs_tiff_read_tag
+                                 : fs_jpeg_read_tag)(path, tag, err);
+}
+
+static int read_profile(const char *path, Profile *profile, PhotoLight *light, FsError *err)
+{
+    LightTag tag;
+    ExifInfo exif;
+    bool untold;
+    MUST(fs_exif_read(path, &exif, err));
+    MUST(read_tag(path, &tag, err));
+    fs_profile_of_tag(profile, &tag, exif.adobe_rgb, &untold);
+    fs_profile_tag_free(&tag);
+    *light = untold ? PHOTO_UNTOLD : profile->linear ? PHOTO_LIGHT : PHOTO_ENCODED;
     return 0;
 }
 
 // In linear light, and where a channel was clipped. NaN and infinity count as clipped.
-static int linearise(const Image *image, bool encoded, PhotoSizes *sizes, FsError *err)
+static int linearise(const Image *image, const Profile *profile, PhotoSizes *sizes, FsError *err)
 {
     size_t width = (size_t)image->width, channels = (size_t)image->channels;
-    float limit = encoded ? CLIP_ENCODED : CLIP_LINEAR, *clipped = malloc(width * 4 * sizeof *clipped);
+    float limit = profile->linear ? CLIP_LINEAR : CLIP_ENCODED, *clipped = malloc(width * 4 * sizeof *clipped);
     float *rgb = clipped + width;
     int rc = clipped ? fs_sizes_begin(sizes, image->width, image->height, err) : fs_error_memory(err);
     for (size_t y = 0; rc == 0 && y < (size_t)image->height; y++) {
@@ -102,9 +112,9 @@ static int linearise(const Image *image, bool encoded, PhotoSizes *sizes, FsErro
         for (size_t i = 0; i < 3 * width; i++) {
             float v = channels == 3 ? in[i] : in[i / 3];
             if (!(v < limit) || !isfinite(v)) clipped[i / 3] = 1;
-            if (!isfinite(v)) v = 1;
-            rgb[i] = encoded ? fs_tone_srgb_decode(v) : v;
+            rgb[i] = isfinite(v) ? v : 1;
         }
+        fs_profile_linearise(profile, rgb, width);
         fs_sizes_row(sizes, rgb, clipped);
     }
     free(clipped);
@@ -112,14 +122,16 @@ static int linearise(const Image *image, bool encoded, PhotoSizes *sizes, FsErro
     return rc;
 }
 
-int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, bool *encoded, FsError *err)
+int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, PhotoLight *light, FsError *err)
 {
-    *encoded = false;
+    *light = PHOTO_LIGHT;
     fs_sizes_clear(sizes);
     if (fs_photo_kind_inside(path) == PHOTO_RAW) return fs_raw_read(path, white_balance, false, sizes, err);
     Image image = {0};
-    int rc = read_display(path, &image, encoded, err);
-    if (rc == 0) rc = linearise(&image, *encoded, sizes, err);
+    Profile profile;
+    int rc = read_profile(path, &profile, light, err);
+    if (rc == 0) rc = fs_photo_read_stored(path, &image, err);
+    if (rc == 0) rc = linearise(&image, &profile, sizes, err);
     fs_image_free(&image);
     if (rc < 0) fs_sizes_free(sizes);
     return rc;

@@ -9,13 +9,19 @@ int fs_photo_kind(const char *path); // by the one table of extensions; -1: none
 // What readers take it for: the same, but a JPEG, PNG or TIFF under another's name is known by its first bytes.
 PhotoKind fs_photo_kind_inside(const char *path);
 
+typedef enum PhotoLight {
+    PHOTO_LIGHT,   // its values were proportional to light
+    PHOTO_UNTOLD,  // they were taken to be: more than 8 bits, and nothing said
+    PHOTO_ENCODED, // display values, brought back by their curve: reduced quality
+} PhotoLight;
+
 // exif: with the gaps filled from what LibRaw knows. white_balance: as shot (or daylight), green 1; 0 where unknown.
 // memory: bytes that fs_photo_read takes beside what it makes; may be NULL.
 int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], double *memory, FsError *err);
 // The picture in the sizes wanted (the caller frees them), linear, 1.0 = white; clipped where a channel was at its
-// limit or is no number. As stored: orientation not applied. white_balance: of RAW files. *encoded: came as display
-// values (reduced quality).
-int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, bool *encoded, FsError *err);
+// limit or is no number. As stored: orientation not applied. white_balance: of RAW files. What is not RAW comes in the
+// primaries of sRGB, as its colour profile says.
+int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, PhotoLight *light, FsError *err);
 
 // JPEG, PNG or TIFF with the values it has.
 int fs_photo_read_stored(const char *path, Image *image, FsError *err);

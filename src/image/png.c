@@ -84,7 +84,7 @@ static void read_pixels(Png *s, Image *image)
     png_read_end(s->png, NULL);
 }
 
-static void read_light(Png *s, FILE *f, bool *linear)
+static void read_tag(Png *s, FILE *f, LightTag *tag)
 {
     png_charp name;
     png_bytep profile;
@@ -92,18 +92,22 @@ static void read_light(Png *s, FILE *f, bool *linear)
     int compression, intent;
     double gamma;
     read_info(s, f);
-    if (png_get_iCCP(s->png, s->info, &name, &compression, &profile, &size))
-        *linear = fs_profile_is_linear(profile, size);
-    else if (png_get_sRGB(s->png, s->info, &intent))
-        *linear = false;
-    else if (png_get_gAMA(s->png, s->info, &gamma))
-        *linear = gamma > 0.99 && gamma < 1.01;
-    else
-        *linear = png_get_bit_depth(s->png, s->info) == 16;
+    tag->deep = png_get_bit_depth(s->png, s->info) == 16;
+    if (png_get_iCCP(s->png, s->info, &name, &compression, &profile, &size)) {
+        tag->icc = malloc(size ? size : 1);
+        if (!tag->icc) stop(s->png, fs_error_memory(s->err));
+        memcpy(tag->icc, profile, size);
+        tag->icc_size = size;
+    }
+    tag->srgb = png_get_sRGB(s->png, s->info, &intent) != 0;
+    if (!tag->srgb && png_get_gAMA(s->png, s->info, &gamma) && gamma > 0) {
+        tag->linear = gamma > 0.99 && gamma < 1.01;
+        tag->gamma = 1 / gamma;
+    }
 }
 
-// Reads the picture into image, or (image NULL) whether it is linear.
-static int read_png(const char *path, Image *image, bool *linear, FsError *err)
+// Reads the picture into image, or (image NULL) what its values are.
+static int read_png(const char *path, Image *image, LightTag *tag, FsError *err)
 {
     FILE *f = fopen(path, "rb");
     if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
@@ -118,7 +122,7 @@ static int read_png(const char *path, Image *image, bool *linear, FsError *err)
             read_header(&s, f, image);
             read_pixels(&s, image);
         } else {
-            read_light(&s, f, linear);
+            read_tag(&s, f, tag);
         }
     }
     if (s.rc == 0 && errno == ENOMEM) s.rc = fs_error_memory(err); // libpng only leaves a chunk out
@@ -136,10 +140,12 @@ int fs_png_read(const char *path, Image *image, FsError *err)
     return read_png(path, image, NULL, err);
 }
 
-int fs_png_is_linear(const char *path, bool *linear, FsError *err)
+int fs_png_read_tag(const char *path, LightTag *tag, FsError *err)
 {
-    *linear = false;
-    return read_png(path, NULL, linear, err);
+    *tag = (LightTag){0};
+    int rc = read_png(path, NULL, tag, err);
+    if (rc < 0) fs_profile_tag_free(tag);
+    return rc;
 }
 
 static void write_pixels(Png *s, FILE *f, const Image *image, int bits)

@@ -1,35 +1,158 @@
 #include "image/profile.h"
 
-#include <stdint.h>
+#include <lcms2.h>
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-static uint32_t get32(const unsigned char *p)
+#include "image/tone.h"
+
+// XYZ under D50, as profiles have it.
+static const double adobe_colors[9] = {0.6097559, 0.2052401, 0.1492240, 0.3111242, 0.6256560,
+                                       0.0632197, 0.0194811, 0.0608902, 0.7448387};
+static const double srgb_from_xyz[9] = {3.1338561, -1.6168667, -0.4906146, -0.9787684, 1.9161415,
+                                        0.0334540, 0.0719453,  -0.2289914, 1.4052427};
+#define ADOBE_GAMMA 2.19921875
+#define SAME_COLORS 0.004 // of an entry of the matrix
+#define SAME_CURVE 0.002  // of light
+
+void fs_profile_tag_free(LightTag *tag)
 {
-    return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
+    free(tag->icc);
+    *tag = (LightTag){0};
 }
 
-// 'curv' with no entries, or with the gamma 1.0 as its one; 'para' of kind 0 with gamma 1.0.
-static bool is_identity(const unsigned char *curve, size_t size)
+static void set_srgb(Profile *p)
 {
-    if (size < 12) return false;
-    if (memcmp(curve, "curv", 4) == 0) {
-        uint32_t n = get32(curve + 8);
-        return n == 0 || (n == 1 && size >= 14 && curve[12] == 1 && curve[13] == 0);
-    }
-    return memcmp(curve, "para", 4) == 0 && size >= 16 && curve[8] == 0 && curve[9] == 0 &&
-           get32(curve + 12) == 0x10000;
+    memset(p, 0, sizeof *p);
+    p->srgb_curve = p->srgb_colors = true;
 }
 
-bool fs_profile_is_linear(const void *icc, size_t size)
+// False where white is not white.
+static bool set_colors(Profile *p, const double xyz_from_rgb[9])
 {
-    const unsigned char *p = icc;
-    if (size < 132 || memcmp(p + 36, "acsp", 4) != 0) return false;
-    uint32_t n = get32(p + 128);
-    for (uint32_t i = 0; i < n && i < 200 && 132 + 12 * ((size_t)i + 1) <= size; i++) {
-        const unsigned char *tag = p + 132 + 12 * (size_t)i;
-        uint32_t at = get32(tag + 4), length = get32(tag + 8);
-        if (memcmp(tag, "rTRC", 4) != 0 && memcmp(tag, "kTRC", 4) != 0) continue;
-        return at <= size && length <= size - at && is_identity(p + at, length);
+    double worst = 0;
+    for (int r = 0; r < 3; r++) {
+        double row[3], sum = 0;
+        for (int c = 0; c < 3; c++) {
+            row[c] = 0;
+            for (int k = 0; k < 3; k++) row[c] += srgb_from_xyz[3 * r + k] * xyz_from_rgb[3 * k + c];
+            sum += row[c];
+        }
+        if (!(fabs(sum - 1) < 0.05)) return false;
+        for (int c = 0; c < 3; c++) {
+            p->srgb_from_linear[3 * r + c] = (float)(row[c] / sum);
+            worst = fmax(worst, fabs(row[c] / sum - (r == c)));
+        }
     }
-    return false;
+    p->srgb_colors = worst < SAME_COLORS;
+    return true;
+}
+
+// After the curves are there: are they the usual ones?
+static void look_at_curves(Profile *p)
+{
+    double from_linear = 0, from_srgb = 0;
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i <= PROFILE_STEPS; i++) {
+            float v = (float)i / PROFILE_STEPS, light = p->curve[c][i];
+            from_linear = fmax(from_linear, fabs((double)light - (double)v));
+            from_srgb = fmax(from_srgb, fabs((double)light - (double)fs_tone_srgb_decode(v)));
+        }
+    p->linear = from_linear < SAME_CURVE;
+    p->srgb_curve = from_srgb < SAME_CURVE;
+}
+
+static void set_gamma(Profile *p, double gamma)
+{
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i <= PROFILE_STEPS; i++) p->curve[c][i] = (float)pow((double)i / PROFILE_STEPS, gamma);
+    look_at_curves(p);
+}
+
+static bool set_curve(float curve[PROFILE_STEPS + 1], const cmsToneCurve *from)
+{
+    if (!from) return false;
+    for (int i = 0; i <= PROFILE_STEPS; i++) {
+        curve[i] = cmsEvalToneCurveFloat(from, (float)i / PROFILE_STEPS);
+        if (!isfinite(curve[i]) || curve[i] < -0.01f || curve[i] > 1.01f) return false;
+        if (i > 0 && curve[i] < curve[i - 1] - 1e-3f) return false;
+    }
+    return curve[PROFILE_STEPS] > 0.5f;
+}
+
+static bool read_rgb(Profile *p, cmsHPROFILE icc)
+{
+    static const cmsTagSignature curves[3] = {cmsSigRedTRCTag, cmsSigGreenTRCTag, cmsSigBlueTRCTag};
+    static const cmsTagSignature colors[3] = {cmsSigRedColorantTag, cmsSigGreenColorantTag, cmsSigBlueColorantTag};
+    double xyz[9];
+    for (int c = 0; c < 3; c++) {
+        const cmsCIEXYZ *color = cmsReadTag(icc, colors[c]);
+        if (!color || !set_curve(p->curve[c], cmsReadTag(icc, curves[c]))) return false;
+        xyz[c] = color->X, xyz[3 + c] = color->Y, xyz[6 + c] = color->Z;
+    }
+    return set_colors(p, xyz);
+}
+
+static bool read_grey(Profile *p, cmsHPROFILE icc)
+{
+    p->srgb_colors = true;
+    if (!set_curve(p->curve[0], cmsReadTag(icc, cmsSigGrayTRCTag))) return false;
+    for (int c = 1; c < 3; c++) memcpy(p->curve[c], p->curve[0], sizeof p->curve[0]);
+    return true;
+}
+
+bool fs_profile_read(Profile *profile, const void *icc, size_t size)
+{
+    set_srgb(profile);
+    cmsContext context = cmsCreateContext(NULL, NULL); // says nothing of its own
+    cmsHPROFILE h =
+        context && size <= UINT32_MAX ? cmsOpenProfileFromMemTHR(context, icc, (cmsUInt32Number)size) : NULL;
+    bool good = false;
+    if (h)
+        good = cmsGetColorSpace(h) == cmsSigGrayData  ? read_grey(profile, h)
+               : cmsGetColorSpace(h) == cmsSigRgbData ? read_rgb(profile, h)
+                                                      : false;
+    if (h) cmsCloseProfile(h);
+    if (context) cmsDeleteContext(context);
+    if (good)
+        look_at_curves(profile);
+    else
+        set_srgb(profile);
+    return good;
+}
+
+void fs_profile_of_tag(Profile *profile, const LightTag *tag, bool adobe, bool *untold)
+{
+    set_srgb(profile);
+    *untold = false;
+    if (tag->icc && fs_profile_read(profile, tag->icc, tag->icc_size)) return;
+    bool silent = !tag->icc && !tag->srgb && tag->gamma <= 0 && !tag->linear && !adobe;
+    if (tag->linear || (silent && tag->deep)) {
+        profile->linear = true;
+        *untold = !tag->linear;
+    } else if (adobe) {
+        set_colors(profile, adobe_colors);
+        set_gamma(profile, ADOBE_GAMMA);
+    } else if (!tag->icc && !tag->srgb && tag->gamma > 0.2 && tag->gamma < 5 && fabs(tag->gamma - 2.2) > 0.05) {
+        set_gamma(profile, tag->gamma);
+    }
+}
+
+static float look_up(const float *curve, float v)
+{
+    float at = (v > 0 ? v < 1 ? v : 1 : 0) * PROFILE_STEPS; // NaN becomes 0
+    int i = (int)at < PROFILE_STEPS ? (int)at : PROFILE_STEPS - 1;
+    return curve[i] + (at - (float)i) * (curve[i + 1] - curve[i]);
+}
+
+void fs_profile_linearise(const Profile *profile, float *rgb, size_t n)
+{
+    const float *m = profile->srgb_from_linear;
+    for (size_t i = 0; i < 3 * n && !profile->linear; i++)
+        rgb[i] = profile->srgb_curve ? fs_tone_srgb_decode(rgb[i]) : look_up(profile->curve[i % 3], rgb[i]);
+    for (size_t i = 0; i < n && !profile->srgb_colors; i++) {
+        float r = rgb[3 * i], g = rgb[3 * i + 1], b = rgb[3 * i + 2];
+        for (int c = 0; c < 3; c++) rgb[3 * i + (size_t)c] = m[3 * c] * r + m[3 * c + 1] * g + m[3 * c + 2] * b;
+    }
 }

@@ -1,8 +1,28 @@
-// Whether a file's values are proportional to light.
+// What a photo's values mean: as its file says, and as numbers that make linear light of them.
 #pragma once
 
-#include <stdbool.h>
-#include <stddef.h>
+#include "image/image.h"
 
-// An ICC profile whose red (or grey) curve is the identity. False for anything else, damaged ones included.
-bool fs_profile_is_linear(const void *icc, size_t size);
+struct LightTag {
+    void *icc; // colour profile, to be freed (fs_profile_tag_free); NULL: none
+    size_t icc_size;
+    double gamma;      // light = value^gamma; 0: the file does not say
+    bool srgb, linear; // so it says
+    bool deep;         // integers of more than 8 bits
+};
+void fs_profile_tag_free(LightTag *tag);
+
+enum { PROFILE_STEPS = 4096 };
+typedef struct Profile {
+    bool linear;                       // values are proportional to light
+    bool srgb_curve, srgb_colors;      // to the precision of 8 bits: then the next two are not used
+    float curve[3][PROFILE_STEPS + 1]; // light of values from 0 to 1
+    float srgb_from_linear[9];         // (3, 3) of the profile's linear light; grey stays grey
+} Profile;
+// An RGB or grey ICC profile of curves and primaries. False for anything else, damaged ones included.
+bool fs_profile_read(Profile *profile, const void *icc, size_t size);
+// What cannot be read counts as sRGB. adobe: EXIF says Adobe RGB. *untold: nothing says so, yet deep values are taken
+// for linear light, as RAW converters write them.
+void fs_profile_of_tag(Profile *profile, const LightTag *tag, bool adobe, bool *untold);
+// A row of n pixels in place; values outside 0..1 are taken for the nearest.
+void fs_profile_linearise(const Profile *profile, float *rgb, size_t n);

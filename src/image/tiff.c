@@ -158,22 +158,25 @@ fail:
     return rc;
 }
 
-int fs_tiff_is_linear(const char *path, bool *linear, FsError *err)
+int fs_tiff_read_tag(const char *path, LightTag *tag, FsError *err)
 {
-    *linear = false;
+    *tag = (LightTag){0};
     TiffFile t;
     int rc = fs_tiff_file_read(&t, path, err);
     if (rc < 0) return rc;
     Layout l = {0};
     uint32_t size = 0;
     void *profile = NULL;
-    rc = read_layout(&t, &l, err);
-    if (rc == 0 && l.format == SAMPLEFORMAT_IEEEFP)
-        *linear = true;
-    else if (rc == 0 && TIFFGetField(t.tiff, TIFFTAG_ICCPROFILE, &size, &profile))
-        *linear = fs_profile_is_linear(profile, size);
-    else if (rc == 0)
-        *linear = l.bits > 8;
+    TRY(read_layout(&t, &l, err));
+    tag->deep = l.bits > 8;
+    tag->linear = l.format == SAMPLEFORMAT_IEEEFP;
+    if (!tag->linear && TIFFGetField(t.tiff, TIFFTAG_ICCPROFILE, &size, &profile)) {
+        tag->icc = malloc(size ? size : 1);
+        if (!tag->icc) TRY(fs_error_memory(err));
+        memcpy(tag->icc, profile, size);
+        tag->icc_size = size;
+    }
+fail:
     fs_tiff_file_close(&t);
     return rc;
 }

@@ -47,7 +47,10 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     Image *working = &sizes.size[0].rgb, *mask = &sizes.size[0].clipped, *features = &sizes.size[1].rgb;
     FilePath path = fs_photos_path(photos, photo);
     int rc;
-    TRY(fs_photo_read(path.text, photos->white_balance, &sizes, &photo->encoded, err));
+    PhotoLight light;
+    TRY(fs_photo_read(path.text, photos->white_balance, &sizes, &light, err));
+    photo->encoded = light == PHOTO_ENCODED;
+    photo->untold = light == PHOTO_UNTOLD;
     TRY(level(photo, &sizes, working, mask, err));
     TRY(write_features(photo, features, dir, err));
     TRY(fs_tiff_write_float(fs_file_at("%s/%s.tif", dir, photo->name).text, working, err));

@@ -60,21 +60,30 @@ static int develop_all(const FsProject *project, Photos *photos, const char *dir
 static void check_pictures(const Photos *photos, const Log *log)
 {
     double mean[2] = {0}, clipped = 0;
-    int count[2] = {0}, encoded = 0, sizes = 0;
+    int count[2] = {0}, encoded = 0, untold = 0, sizes = 0;
+    const char *odd = NULL;
     for (int i = 0; i < photos->n; i++) {
         const PhotoFile *photo = &photos->photo[i];
         mean[photo->flash] += photo->mean;
         count[photo->flash]++;
         clipped += photo->clipped / photos->n;
         encoded += photo->encoded;
+        untold += photo->untold;
+        if (photo->untold) odd = photo->file;
         sizes += photo->width != photos->photo[0].width || photo->height != photos->photo[0].height;
     }
     double off = count[0] ? mean[0] / count[0] : 0, on = count[1] ? mean[1] / count[1] : off;
     if (encoded)
         fs_log_warn(log,
-                    "%d photos are not linear (JPEG or 8 bits): linearised by the sRGB curve, reduced quality; RAW "
+                    "%d photos are not linear (JPEG or 8 bits): linearised by their profile or the sRGB curve, reduced "
+                    "quality; RAW "
                     "files separate better",
                     encoded);
+    if (untold)
+        fs_log_warn(log,
+                    "%d photos have more than 8 bits and no colour profile (e.g. %s): taken for linear light, as RAW "
+                    "converters write it; save them with their profile if they are not",
+                    untold, odd);
     if (sizes)
         fs_log_warn(log, "%d photos have another size than %s (%d x %d): use one camera, one zoom and one orientation",
                     sizes, photos->photo[0].file, photos->photo[0].width, photos->photo[0].height);
@@ -95,7 +104,10 @@ static json_t *photo_json(const PhotoFile *photo)
                      photo->file, "flash", photo->flash, "width", photo->width, "height", photo->height, "orig_width",
                      photo->orig_width, "orig_height", photo->orig_height, "exposure_s", photo->exif.exposure_s, "iso",
                      photo->exif.iso, "f_number", photo->exif.f_number, "focal_px", focal, "quality",
-                     photo->encoded ? "reduced" : "raw", "clipped_fraction", photo->clipped);
+                     photo->encoded  ? "reduced"
+                     : photo->untold ? "untold"
+                                     : "raw",
+                     "clipped_fraction", photo->clipped);
 }
 
 // What the camera's colours mean, for pictures that people look at: of the first RAW photo that knows.

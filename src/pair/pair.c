@@ -13,7 +13,7 @@ typedef struct PairPhoto {
     const char *path;
     ExifInfo exif;
     double white_balance[3]; // as shot; 0 unknown
-    bool encoded;
+    PhotoLight light;
     int width, height;  // upright, as shot
     Image rgb, clipped; // upright, at the working size
 } PairPhoto;
@@ -21,7 +21,7 @@ typedef struct PairPhoto {
 static int read_photo(PairPhoto *photo, const double white_balance[3], int long_edge, FsError *err)
 {
     PhotoSizes sizes = {.n = 1, .size = {{.long_edge = long_edge}}};
-    MUST(fs_photo_read(photo->path, white_balance, &sizes, &photo->encoded, err));
+    MUST(fs_photo_read(photo->path, white_balance, &sizes, &photo->light, err));
     bool turned = photo->exif.orientation > 4;
     photo->rgb = sizes.size[0].rgb;
     photo->clipped = sizes.size[0].clipped;
@@ -37,7 +37,7 @@ static void warn_flash(const PairPhoto *flash, const PairPhoto *noflash, const L
         fs_log_warn(log, "%s: its EXIF says that the flash did not fire: the flash photo comes first", flash->path);
     if (fs_exif_flash_fired(&noflash->exif) == 1)
         fs_log_warn(log, "%s: its EXIF says that the flash fired: the no-flash photo comes second", noflash->path);
-    if (flash->encoded || noflash->encoded)
+    if (flash->light == PHOTO_ENCODED || noflash->light == PHOTO_ENCODED)
         fs_log_warn(log,
                     "not RAW: linear light is only guessed from display values, the difference is of reduced quality");
 }

@@ -62,24 +62,31 @@ static int read_image(const char *dir, const char *name, int (*read)(const char 
 
 static int read_png(const char *dir, FsError *err)
 {
-    bool linear;
+    LightTag tag;
     char *path = in(dir, "a.png");
-    fs_png_is_linear(path, &linear, NULL);
+    fs_png_read_tag(path, &tag, NULL);
+    fs_profile_tag_free(&tag);
     free(path);
     return read_image(dir, "a.png", fs_png_read, err);
 }
 
 static int read_tiff(const char *dir, FsError *err)
 {
-    bool linear;
+    LightTag tag;
     char *path = in(dir, "a.tif");
-    fs_tiff_is_linear(path, &linear, NULL);
+    fs_tiff_read_tag(path, &tag, NULL);
+    fs_profile_tag_free(&tag);
     free(path);
     return read_image(dir, "a.tif", fs_tiff_read, err);
 }
 
 static int read_jpeg(const char *dir, FsError *err)
 {
+    LightTag tag;
+    char *path = in(dir, "a.jpg");
+    fs_jpeg_read_tag(path, &tag, NULL);
+    fs_profile_tag_free(&tag);
+    free(path);
     return read_image(dir, "a.jpg", fs_jpeg_read, err);
 }
 
@@ -120,10 +127,14 @@ static int read_icc(const char *dir, FsError *err)
     if (rc < 0) return rc;
     void *exact = malloc(size ? size : 1); // without the 0 behind it
     memcpy(exact, data, size);
-    bool linear = fs_profile_is_linear(exact, size);
+    Profile profile;
+    float rgb[] = {0, 0, 0, 0.5f, NAN, 2, 1, 1, 1};
+    bool good = fs_profile_read(&profile, exact, size);
+    fs_profile_linearise(&profile, rgb, 3);
+    for (int i = 0; i < 9; i++) check(i == 4 || (rgb[i] > -5 && rgb[i] < 10), "light", "a.icc");
     free(exact);
     free(data);
-    return linear ? 0 : -1;
+    return good ? 0 : -1;
 }
 
 // ---- clouds and cameras ----

@@ -51,19 +51,27 @@ static void test_written_by_opencv(void **state)
     check("grey.jpg", fs_jpeg_read, 1, 1 / 255.0f, 0, 0.012f);
 }
 
-static void test_is_linear(void **state)
+static PhotoLight light_of(const char *path)
+{
+    const double wb[3] = {1, 1, 1};
+    PhotoSizes sizes = {.n = 1};
+    PhotoLight light = PHOTO_LIGHT;
+    FsError err = {0};
+    if (fs_photo_read(path, wb, &sizes, &light, &err) != 0) fail_msg("%s", err.message);
+    fs_sizes_free(&sizes);
+    return light;
+}
+
+static void test_light(void **state)
 {
     (void)state;
-    static const struct {
-        const char *file;
-        bool linear;
-    } cases[] = {
-        {"rgb8.png", false}, {"rgb16.png", true}, {"rgb8.tif", false}, {"rgb16.tif", true}, {"rgb32f.tif", true}};
-    for (int i = 0; i < 5; i++) {
-        bool linear;
-        assert_int_equal((i < 2 ? fs_png_is_linear : fs_tiff_is_linear)(given(cases[i].file), &linear, NULL), 0);
-        assert_int_equal(linear, cases[i].linear);
-    }
+    assert_int_equal(light_of(given("rgb8.png")), PHOTO_ENCODED);
+    assert_int_equal(light_of(given("rgb8.tif")), PHOTO_ENCODED);
+    assert_int_equal(light_of(given("rgb.jpg")), PHOTO_ENCODED);
+    assert_int_equal(light_of(given("rgb16.png")), PHOTO_UNTOLD);
+    assert_int_equal(light_of(given("rgb16.tif")), PHOTO_UNTOLD);
+    assert_int_equal(light_of(given("rgb32f.tif")), PHOTO_LIGHT);
+    assert_int_equal(light_of(given("ambient.dng")), PHOTO_LIGHT);
 }
 
 // Layouts of TIFF that OpenCV does not write: tiles, separate planes, halves, alpha, white-is-zero.
@@ -203,30 +211,30 @@ static void test_kind_inside(void **state)
                                            {"rgb.jpg", "a.dng"},
                                            {"ambient.dng", "a.NEF"}};
     const double wb[3] = {1, 1, 1};
-    bool encoded;
+    PhotoLight light;
     for (int i = 0; i < 5; i++) {
         PhotoSizes sizes = {.n = 1};
         FsError err = {0};
         copy_photo(pairs[i][0], pairs[i][1]);
         memset(&sizes.size[0].rgb, 0xff, sizeof(Image));
-        if (fs_photo_read(temp(pairs[i][1]), wb, &sizes, &encoded, &err) != 0) fail_msg("%s", err.message);
+        if (fs_photo_read(temp(pairs[i][1]), wb, &sizes, &light, &err) != 0) fail_msg("%s", err.message);
         assert_int_equal(sizes.size[0].rgb.width, i == 4 ? 64 : 24);
-        assert_int_equal(encoded, i < 4);
+        assert_int_equal(light, i < 4 ? PHOTO_ENCODED : PHOTO_LIGHT);
         fs_sizes_free(&sizes);
     }
     PhotoSizes sizes = {.n = 1};
     memset(&sizes.size[0].rgb, 0xff, sizeof(Image));
-    assert_int_equal(fs_photo_read(temp("missing.jpg"), wb, &sizes, &encoded, NULL), FS_ERR_INPUT);
+    assert_int_equal(fs_photo_read(temp("missing.jpg"), wb, &sizes, &light, NULL), FS_ERR_INPUT);
     fs_sizes_free(&sizes);
     memset(&sizes.size[0].rgb, 0xff, sizeof(Image));
-    assert_int_equal(fs_photo_read(temp("missing.dng"), wb, &sizes, &encoded, NULL), FS_ERR_INPUT);
+    assert_int_equal(fs_photo_read(temp("missing.dng"), wb, &sizes, &light, NULL), FS_ERR_INPUT);
     fs_sizes_free(&sizes);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_written_by_opencv), cmocka_unit_test(test_is_linear), cmocka_unit_test(test_tiff_layouts),
+        cmocka_unit_test(test_written_by_opencv), cmocka_unit_test(test_light),   cmocka_unit_test(test_tiff_layouts),
         cmocka_unit_test(test_kind_inside),       cmocka_unit_test(test_damaged),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
