@@ -141,7 +141,8 @@ static const FsOption table[] = {
            "frame, flash-return, bright-near-room, dark, wide-path, pose-noise"),
     STRING("field", synth_field, SYNTH, "", "LIST",
            "faults of a real capture, comma-separated, NAME or NAME=STRENGTH; all: every one of flash-jitter, drift, "
-           "shutter, vignetting, jpeg, white-balance, under, distortion, shake, defocus"),
+           "shutter, vignetting, jpeg, white-balance, under, distortion, shake, defocus, photographer, pedestrian, dirt, "
+           "double-glazing, tint"),
 };
 #define N_OPTIONS (sizeof table / sizeof *table)
 

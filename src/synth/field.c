@@ -18,7 +18,12 @@ static const struct {
     [FIELD_UNDER] = {"under", 1.5f, 6},                     // stops
     [FIELD_DISTORTION] = {"distortion", 1, 2},              // 1: about 3 % in the corner
     [FIELD_SHAKE] = {"shake", 2.5f, 20},                    // longest smear, pixels of a photo 600 wide
-    [FIELD_DEFOCUS] = {"defocus", 1.5f, 20},                // diameter at infinity, pixels of a photo 600 wide
+    [FIELD_PHOTOGRAPHER] = {"photographer", 1, 0},
+    [FIELD_PEDESTRIAN] = {"pedestrian", 1, 0},
+    [FIELD_DIRT] = {"dirt", 0.01f, 0.3f}, // share of the pane that it covers
+    [FIELD_DOUBLE_GLAZING] = {"double-glazing", 1, 0},
+    [FIELD_TINT] = {"tint", 0.25f, 0.9f},    // light lost in the colour that loses most
+    [FIELD_DEFOCUS] = {"defocus", 1.5f, 20}, // diameter at infinity, pixels of a photo 600 wide
 };
 
 const char *fs_field_name(FieldFault fault)

@@ -31,10 +31,18 @@ static void shade(World *world, float amount)
     for (int i = 1; i < world->n_lights; i++) world->light[i].radiance = vec_scale(world->light[i].radiance, keep);
 }
 
+// Green as thick glass is, bronze or blue.
+static Vec tint_of(const Spec *spec)
+{
+    static const Vec lost[3] = {{1.0f, 0.3f, 0.6f}, {0.4f, 0.6f, 1.0f}, {1.0f, 0.6f, 0.35f}};
+    return vec_mad(vec(1, 1, 1), lost[spec->seed / 3 % 3], -spec->field.strength[FIELD_TINT]);
+}
+
 int fs_layout_build(Layout *layout, const Spec *spec, FsError *err)
 {
     int rc, which = (int)(spec->seed % LAYOUTS), room = (int)((spec->seed + spec->seed / LAYOUTS) % ROOMS);
-    *layout = (Layout){.side = spec->seed / 2 % 2 ? -1.0f : 1.0f};
+    *layout = (Layout){.side = spec->seed / 2 % 2 ? -1.0f : 1.0f, .tint = tint_of(spec)};
+    if (spec->field.strength[FIELD_DOUBLE_GLAZING] > 0) layout->gap = 0.014f;
     world_begin(&layout->behind, 2 * (uint64_t)spec->seed + 1, spec, 8.0f, 0.045f);
     world_begin(&layout->room, 2 * (uint64_t)spec->seed + 2, spec, 3.5f, 0.08f);
     layout->behind.texture_keep = spec->texture_keep;

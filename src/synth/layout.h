@@ -8,6 +8,8 @@
 typedef struct Layout {
     World behind, room;
     Vec pane_point, pane_normal; // the point looked through from the middle of the path; normal towards the camera
+    float gap;                   // to a second pane behind it, metres; 0: there is none
+    Vec tint;                    // what the pane keeps of the light that goes through
     Vec stand;                   // middle of the path
     Vec look_at;                 // what the camera is pointed at
     float span_x, span_y;        // the path's extent to the side and upwards

@@ -99,9 +99,49 @@ static void draw_lens(Nuisance *u, const Spec *spec, const Camera *camera)
                       (double)s * p2}};
 }
 
-int fs_nuisance_draw(Nuisance *u, const Spec *spec, const Shot *shot, float distance, FsError *err)
+// Who takes the photo stands beside the camera, held at arm's length, where the pane mirrors them into the picture:
+// dark against the room, and the flash is before them.
+static Figure photographer(const Layout *l, const Camera *camera)
+{
+    const double *m = camera->w2c;
+    double c[3];
+    fs_camera_centre(camera, c);
+    Vec eye = vec((float)c[0], (float)c[1], (float)c[2]), ahead = vec((float)m[8], (float)m[9], (float)m[10]);
+    bool flat = fabsf(l->pane_normal.z) > 0.5f; // of a case: they bend over it
+    Vec along = vec_mad(ahead, l->pane_normal, -vec_dot(ahead, l->pane_normal));
+    along.z = 0;
+    along = vec_unit(along);
+    Figure f = {
+        .skin = vec(0.1f, 0.07f, 0.055f), .cloth = vec(0.03f, 0.03f, 0.035f), .legs = vec(0.025f, 0.025f, 0.03f)};
+    f.feet = vec_mad(eye, along, flat ? 1.05f : 0.5f);
+    f.feet.z = 0;
+    f.size = flat ? 0.85f : eye.z / 1.5f;
+    f.right = flat ? vec_cross(along, vec(0, 0, 1)) : along;
+    f.front = vec_cross(vec(0, 0, 1), f.right);
+    return f;
+}
+
+// Walks through the room, parallel to the pane, six photos of ten in view.
+static Figure pedestrian(const Layout *l, Rng rng, int photo)
+{
+    bool flat = fabsf(l->pane_normal.z) > 0.5f;
+    float hue = fs_rng_uniform(&rng), start = fs_rng_uniform(&rng);
+    Color coat = fs_canvas_hsv(hue, 0.8f, 0.75f);
+    float way = fmodf(start + 0.1f * (float)photo, 1); // of the way across
+    Figure f = {.size = 0.95f + 0.1f * fs_rng_uniform(&rng), .skin = vec(0.5f, 0.36f, 0.28f), .lit = true};
+    f.cloth = vec(coat.x * coat.x, coat.y * coat.y, coat.z * coat.z); // linear
+    f.legs = vec(0.06f, 0.07f, 0.12f);
+    f.feet = flat ? vec(l->pane_point.x - 1.8f + 3.6f * way, l->pane_point.y + 0.95f, 0)
+                  : vec(l->pane_point.x + l->side * (-1.5f + 6 * way), -2.1f, 0);
+    f.right = vec(0, 1, 0); // seen from the side
+    f.front = vec(-1, 0, 0);
+    return f;
+}
+
+int fs_nuisance_draw(Nuisance *u, const Spec *spec, const Layout *layout, const Shot *shot, FsError *err)
 {
     const Camera *camera = &shot->camera;
+    float distance = vec_length(vec_sub(layout->look_at, layout->stand));
     float side = (float)(camera->width > camera->height ? camera->width : camera->height), px = side / REFERENCE_SIDE;
     *u = (Nuisance){.field = spec->field, .n = spec->photos};
     u->photo = calloc((size_t)u->n, sizeof *u->photo);
@@ -112,6 +152,13 @@ int fs_nuisance_draw(Nuisance *u, const Spec *spec, const Shot *shot, float dist
     draw_lens(u, spec, camera);
     // a point at infinity is smeared over 2 aperture / focus, in units of the ray
     u->aperture = 0.5f * u->field.strength[FIELD_DEFOCUS] * px * distance / (float)camera->fx;
+    for (int i = 0; i < u->n; i++) {
+        u->photo[i].figure[0] = photographer(layout, &shot[i].camera);
+        u->photo[i].figure[1] = pedestrian(layout, rng_of(spec, FIELD_PEDESTRIAN), i);
+    }
+    u->dirt_seed = spec->seed * 31u + 5;
+    u->tint = layout->tint;
+    u->gap = layout->gap;
     if (u->field.strength[FIELD_JPEG] > 0)
         u->style = fs_style_draw(u->field.strength[FIELD_JPEG], rng_of(spec, FIELD_JPEG));
     return 0;
@@ -126,7 +173,12 @@ void fs_nuisance_free(Nuisance *u)
 const Optics *fs_nuisance_optics(const Nuisance *u, int photo, Optics *optics)
 {
     *optics = (Optics){.lens = u->lens, .aperture = u->aperture, .focus = u->photo[photo].focus_m};
-    return u->lens.width || u->aperture > 0 ? optics : NULL;
+    for (int i = 0; i < 2; i++)
+        if (u->field.strength[FIELD_PHOTOGRAPHER + i] > 0)
+            optics->figure[optics->n_figures++] = u->photo[photo].figure[i];
+    optics->dirt = u->field.strength[FIELD_DIRT];
+    optics->dirt_seed = u->dirt_seed;
+    return u->lens.width || u->aperture > 0 || optics->n_figures || optics->dirt > 0 ? optics : NULL;
 }
 
 // The mean along a line of `length` pixels, the pixel in its middle.
@@ -162,8 +214,7 @@ static void vignette(const Nuisance *u, Image *light)
         }
 }
 
-int fs_nuisance_gather(const Nuisance *u, int photo, bool flash, const Traced *traced, Image *light,
-                       FsError *err)
+int fs_nuisance_gather(const Nuisance *u, int photo, bool flash, const Traced *traced, Image *light, FsError *err)
 {
     const PhotoNuisance *p = &u->photo[photo];
     const Image *layer = traced->layer;

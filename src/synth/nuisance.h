@@ -13,6 +13,7 @@ typedef struct PhotoNuisance {
     Exposure exposure;                        // what the camera says
     float blur_px, blur_degrees;              // smear of what the ambient light shows
     float focus_m;                            // distance that is sharp; 0: all are
+    Figure figure[2];                         // who stands in the mirrored room
     double clipped;                           // share of the sensor's pixels that are full
 } PhotoNuisance;
 
@@ -22,11 +23,14 @@ typedef struct Nuisance {
     Lens lens;           // width 0: none
     float aperture;      // the opening's radius, metres; 0: a pinhole
     CameraStyle style;
+    Vec tint;  // of the pane
+    float gap; // to a second one, metres
+    uint32_t dirt_seed;
     PhotoNuisance *photo; // (n)
     int n;
 } Nuisance;
 
-int fs_nuisance_draw(Nuisance *nuisance, const Spec *spec, const Shot *shot, float distance, FsError *err);
+int fs_nuisance_draw(Nuisance *nuisance, const Spec *spec, const Layout *layout, const Shot *shot, FsError *err);
 void fs_nuisance_free(Nuisance *nuisance);
 // How light gets to the photo's sensor where that needs tracing; NULL: as a pinhole camera sees it.
 const Optics *fs_nuisance_optics(const Nuisance *nuisance, int photo, Optics *optics);

@@ -54,12 +54,14 @@ int fs_nuisance_write(const Nuisance *u, const char *dir, const char *scene, con
         json_object_set_new(faults, fs_field_name(i), json_real((double)u->field.strength[i]));
     for (int i = 0; i < u->n; i++) json_array_append_new(photos, photo_json(&u->photo[i], &shot[i]));
     json_t *root = json_pack(
-        "{s:o, s:i, s:s, s:s, s:o, s:o, s:o, s:o}", "switches", faults, "seed", (int)seed, "scene", scene, "note",
+        "{s:o, s:i, s:s, s:s, s:o, s:f, s:o, s:o, s:o, s:o}", "switches", faults, "seed", (int)seed, "scene", scene,
+        "note",
         "light = exposure_ambient * (gain_T * T_N + gain_R * R) + exposure_flash * gain_flash * (flash's part); "
         "vignetting keeps 1 + k0 r^2 + k1 r^4 + k2 r^6 of it, r = 1 in the corner; jpeg: value = curve(matrix * light "
         "* "
         "white_balance), then sharpened",
-        "vignetting", numbers(u->vignetting, 3), "distortion", lens_json(&u->lens), "jpeg", style_json(&u->style),
-        "photos", photos);
-    return fs_json_file_write(fs_file_at("%s/nuisance.json", dir).text, root, JSON_INDENT(1) | JSON_REAL_PRECISION(9), err);
+        "tint", numbers(&u->tint.x, 3), "second_pane_m", (double)u->gap, "vignetting", numbers(u->vignetting, 3),
+        "distortion", lens_json(&u->lens), "jpeg", style_json(&u->style), "photos", photos);
+    return fs_json_file_write(fs_file_at("%s/nuisance.json", dir).text, root, JSON_INDENT(1) | JSON_REAL_PRECISION(9),
+                              err);
 }

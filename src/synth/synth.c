@@ -33,8 +33,7 @@ static int prepare(Synth *s, FsError *err)
     MUST(fs_bake_ambient(&s->layout.room, s->threads, err));
     MUST(fs_path_plan(&s->layout, &s->spec, &s->shot, err));
     s->n = s->spec.photos + s->spec.held_out;
-    float distance = vec_length(vec_sub(s->layout.look_at, s->layout.stand));
-    MUST(fs_nuisance_draw(&s->nuisance, &s->spec, s->shot, distance, err));
+    MUST(fs_nuisance_draw(&s->nuisance, &s->spec, &s->layout, s->shot, err));
     return fs_trace_balance(&s->layout, &s->spec, s->shot, s->threads, &s->lighting, err);
 }
 
@@ -100,8 +99,12 @@ static int make_field_photo(Synth *s, int number, Traced *traced, FsError *err)
     Optics store;
     const Optics *optics = fs_nuisance_optics(&s->nuisance, number, &store);
     TraceRequest request = {&s->shot[number].camera, optics, want, number};
-    Image light = {0};
+    Image light = {0}, mask = {0};
     int rc;
+    if (optics && optics->n_figures) {
+        TRY(fs_trace_figures(&s->layout, request, s->threads, &mask, err));
+        TRY(fs_truth_files_mask(s->truth.text, &s->shot[number], &mask, err));
+    }
     if (optics || !s->shot[number].truth) {
         fs_trace_free(traced);
         TRY(fs_trace_view(&s->layout, &s->spec, &s->lighting, request, s->threads, traced, err));
@@ -110,6 +113,7 @@ static int make_field_photo(Synth *s, int number, Traced *traced, FsError *err)
     TRY(write_photo(s, number, &light, err));
 fail:
     fs_image_free(&light);
+    fs_image_free(&mask);
     return rc;
 }
 

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "synth/glass.h"
+
 #define SIDE 4 // strata of a pixel across and down
 #define BASE 4 // samples every pixel gets; one with contrast gets all SIDE * SIDE
 
@@ -17,6 +19,8 @@ typedef struct View {
     float spread; // width of a sample at distance 1
     Vec flash, mirrored_flash;
     const Optics *optics;
+    Vec room_light, dirt_light; // on figures and on the pane; with optics only
+    Vec pane_u, pane_v;         // directions in it
 } View;
 
 typedef struct Ray {
@@ -54,17 +58,15 @@ static View view_of(const Layout *layout, const Lighting *light, const Camera *c
     v.cy = (float)camera->cy;
     v.spread = 0.8f / v.fx;
     v.flash = vec_mad(vec_mad(v.eye, v.down, -0.11f), v.right, 0.02f);
+    vec_basis(layout->pane_normal, &v.pane_u, &v.pane_v);
     float side = vec_dot(vec_sub(v.flash, layout->pane_point), layout->pane_normal);
     v.mirrored_flash = vec_mad(v.flash, layout->pane_normal, -2 * side);
     return v;
 }
 
-// Unpolarised Fresnel reflectance of both surfaces of a thin pane together.
-static float reflectance(float cosine, float n)
+static GlassShare glass_along(const View *v, Vec d)
 {
-    float c = fminf(fabsf(cosine), 1.0f), t = sqrtf(1 - (1 - c * c) / (n * n));
-    float s = (c - n * t) / (c + n * t), p = (t - n * c) / (t + n * c), one = 0.5f * (s * s + p * p);
-    return 2 * one / (1 + one);
+    return fs_glass_share(v->layout, v->light->refraction, vec_dot(d, v->layout->pane_normal));
 }
 
 static Vec pixel_ray(const View *v, float x, float y)
@@ -118,7 +120,8 @@ static void shade_behind(const View *v, Ray ray, const Hit *hit, const Vec *jitt
     const Surface *surface = fs_world_surface_of(w, hit);
     Vec d = ray.d, at = vec_mad(ray.from, d, hit->t), normal = fs_world_normal(w, hit);
     if (vec_dot(normal, d) > 0) normal = vec_scale(normal, -1);
-    Vec albedo = fs_world_albedo(w, hit, v->spread * hit->t);
+    Vec albedo = fs_world_albedo(w, hit, v->spread * hit->t), tint = surface->in_front ? vec(1, 1, 1) : v->layout->tint;
+    albedo = vec_mul(albedo, tint);
     Vec plain = vec_scale(vec_mul(albedo, fs_world_ambient(w, hit)), v->light->behind * through);
     s->layer[TRACE_T_N] = plain;
     s->layer[TRACE_T_F] = plain;
@@ -130,35 +133,99 @@ static void shade_behind(const View *v, Ray ray, const Hit *hit, const Vec *jitt
     s->met.shadow = shadow >= 0 ? shadow : fs_bvh_blocked(&w->bvh, vec_mad(at, normal, 1e-3f), to, 1e-3f, 0.98f, 0);
     if (s->met.shadow) return;
     to = vec_unit(to);
-    if (!surface->in_front) factor *= 1 - reflectance(vec_dot(to, v->layout->pane_normal), v->light->refraction);
-    Vec sum = vec_mad(plain, albedo, factor * through);
-    if (surface->gloss > 0) { // a soft highlight
+    if (!surface->in_front) factor *= glass_along(v, to).through;
+    Vec sum = vec_mad(plain, vec_mul(albedo, tint), factor * through); // tinted on its way there too
+    if (surface->gloss > 0) {                                          // a soft highlight
         float h = vec_dot(vec_unit(vec_sub(to, d)), normal), h2 = h * h, h8 = h2 * h2 * h2 * h2;
-        sum = vec_mad(sum, vec(1, 1, 1), surface->gloss * h8 * h8 * h8 * h8 * factor * through);
+        sum = vec_mad(sum, vec_mul(tint, tint), surface->gloss * h8 * h8 * h8 * h8 * factor * through);
     }
     s->layer[TRACE_T_F] = sum;
 }
 
-static void shade_room(const View *v, Ray ray, float distance, bool flash, float beta, int guess, Sample *s)
+// What a ray in the mirrored room meets.
+typedef struct Mirrored {
+    float t;
+    Vec normal, albedo, light;
+    bool flash; // the flash reaches it
+    int prim;   // NOTHING for a figure
+} Mirrored;
+
+static bool look_into_room(const View *v, Ray ray, float distance, int guess, Mirrored *m)
 {
     const World *w = &v->layout->room;
-    Vec from = vec_mad(ray.from, ray.d, distance), back = vec_reflect(ray.d, v->layout->pane_normal);
     Hit hit;
-    if (!search(w, from, back, guess, &hit)) return;
-    s->met.room = hit.prim;
+    bool found = search(w, ray.from, ray.d, guess, &hit);
+    if (v->optics && v->optics->n_figures) {
+        FigureHit person = {.t = hit.t};
+        fs_figure_hit(v->optics->figure, v->optics->n_figures, ray.from, ray.d, &person);
+        if (person.figure) {
+            Vec light = vec_scale(v->room_light, 0.7f + 0.3f * person.normal.z);
+            *m = (Mirrored){person.t, person.normal, person.albedo, light, person.figure->lit, NOTHING};
+            return true;
+        }
+    }
+    if (!found) return false;
     const Surface *surface = fs_world_surface_of(w, &hit);
-    Vec albedo = fs_world_albedo(w, &hit, v->spread * (distance + hit.t));
-    Vec light = surface->glow > 0 ? vec(surface->glow, surface->glow, surface->glow) : fs_world_ambient(w, &hit);
-    Vec plain = vec_scale(vec_mul(albedo, light), v->light->room * beta);
-    s->layer[TRACE_R_N] = plain;
-    s->layer[TRACE_R_F] = plain;
-    if (!flash || surface->glow > 0) return;
-    Vec at = vec_mad(from, back, hit.t), normal = fs_world_normal(w, &hit), to = vec_sub(v->mirrored_flash, at);
-    if (vec_dot(normal, back) > 0) normal = vec_scale(normal, -1);
-    Vec axis = vec_reflect(v->ahead, v->layout->pane_normal);
-    float factor = flash_factor(axis, normal, to) * v->light->flash_back;
-    factor *= reflectance(vec_dot(vec_unit(to), v->layout->pane_normal), v->light->refraction);
-    s->layer[TRACE_R_F] = vec_mad(vec_scale(plain, 1 + v->light->even_back), albedo, factor * beta);
+    *m = (Mirrored){.t = hit.t, .prim = hit.prim, .flash = surface->glow <= 0};
+    m->albedo = fs_world_albedo(w, &hit, v->spread * (distance + hit.t));
+    m->light = surface->glow > 0 ? vec(surface->glow, surface->glow, surface->glow) : fs_world_ambient(w, &hit);
+    m->normal = fs_world_normal(w, &hit);
+    return true;
+}
+
+// A sheet of glass, where the ray meets it.
+typedef struct Sheen {
+    float distance, beta;
+    Vec normal;
+} Sheen;
+
+static void shade_room(const View *v, Ray ray, Sheen sheen, bool flash, int guess, Sample *s)
+{
+    Vec from = vec_mad(ray.from, ray.d, sheen.distance), back = vec_reflect(ray.d, sheen.normal);
+    Mirrored m;
+    if (!look_into_room(v, (Ray){from, back}, sheen.distance, guess, &m)) return;
+    s->met.room = m.prim;
+    Vec plain = vec_scale(vec_mul(m.albedo, m.light), v->light->room * sheen.beta), lit = plain;
+    if (flash && m.flash) {
+        Vec at = vec_mad(from, back, m.t), to = vec_sub(v->mirrored_flash, at);
+        if (vec_dot(m.normal, back) > 0) m.normal = vec_scale(m.normal, -1);
+        Vec axis = vec_reflect(v->ahead, v->layout->pane_normal);
+        float factor = flash_factor(axis, m.normal, to) * v->light->flash_back;
+        GlassShare share = glass_along(v, vec_unit(to));
+        factor *= share.front + share.rear;
+        lit = vec_mad(vec_scale(plain, 1 + v->light->even_back), m.albedo, factor * sheen.beta);
+    }
+    s->layer[TRACE_R_N] = vec_add(s->layer[TRACE_R_N], plain);
+    s->layer[TRACE_R_F] = vec_add(s->layer[TRACE_R_F], lit);
+}
+
+// Both mirror images where there are two panes; they are never quite parallel.
+static void shade_mirrored(const View *v, Ray ray, float pane, GlassShare share, bool flash, int guess, Sample *s)
+{
+    const Layout *l = v->layout;
+    shade_room(v, ray, (Sheen){pane, share.front, l->pane_normal}, flash, guess, s);
+    if (share.rear <= 0) return;
+    int met = s->met.room;
+    float rear = pane - l->gap / vec_dot(ray.d, l->pane_normal);
+    Vec normal = vec_unit(vec_mad(l->pane_normal, v->pane_u, 0.002f));
+    shade_room(v, ray, (Sheen){rear, share.rear, normal}, flash, NOTHING, s);
+    s->met.room = met;
+}
+
+// Dirt hides a little of everything and shines in the light that falls on it, most in the near flash's.
+static void add_dirt(const View *v, Ray ray, float pane, Sample *s)
+{
+    const Layout *l = v->layout;
+    const float albedo = 0.7f;
+    Vec at = vec_mad(ray.from, ray.d, pane), in_pane = vec_sub(at, l->pane_point), to = vec_sub(v->flash, at);
+    float cover =
+        v->optics->dirt * fs_glass_dirt(v->optics->dirt_seed, vec_dot(in_pane, v->pane_u), vec_dot(in_pane, v->pane_v));
+    cover = fminf(cover, 0.9f);
+    for (int k = 0; k < TRACE_LAYERS; k++) s->layer[k] = vec_scale(s->layer[k], 1 - cover);
+    float flash = flash_factor(v->ahead, l->pane_normal, to) * v->light->flash;
+    Vec plain = vec_scale(v->dirt_light, albedo * cover);
+    s->layer[TRACE_T_N] = vec_add(s->layer[TRACE_T_N], plain);
+    s->layer[TRACE_T_F] = vec_add(s->layer[TRACE_T_F], vec_mad(plain, vec(1, 1, 1), albedo * cover * flash));
 }
 
 static Sample take_sample(const View *v, float x, float y, unsigned want, Met guess, Rng *rng)
@@ -172,11 +239,12 @@ static Sample take_sample(const View *v, float x, float y, unsigned want, Met gu
     bool found = search(&v->layout->behind, ray.from, ray.d, guess.behind, &hit);
     s.met.behind = hit.prim;
     bool bare = pane > 1e8f || (found && fs_world_surface_of(&v->layout->behind, &hit)->in_front);
-    float beta = bare ? 0.0f : reflectance(vec_dot(ray.d, v->layout->pane_normal), v->light->refraction);
+    GlassShare share = bare ? (GlassShare){0, 0, 1} : glass_along(v, ray.d);
     if (found && want & (1 << TRACE_T_N | 1 << TRACE_T_F))
-        shade_behind(v, ray, &hit, want & 1 << TRACE_T_F ? &jitter : NULL, 1 - beta, guess.shadow, &s);
+        shade_behind(v, ray, &hit, want & 1 << TRACE_T_F ? &jitter : NULL, share.through, guess.shadow, &s);
     if (!bare && want & (1 << TRACE_R_N | 1 << TRACE_R_F))
-        shade_room(v, ray, pane, want & 1 << TRACE_R_F, beta, guess.room, &s);
+        shade_mirrored(v, ray, pane, share, want & 1 << TRACE_R_F, guess.room, &s);
+    if (!bare && v->optics && v->optics->dirt > 0) add_dirt(v, ray, pane, &s);
     return s;
 }
 
@@ -229,7 +297,7 @@ typedef struct Job {
     unsigned want;
     uint64_t seed;
     Traced *traced;
-    Image *depth, *beta;
+    Image *depth, *beta, *mask;
     int width;
 } Job;
 
@@ -245,6 +313,15 @@ static void row_job(void *context, int y, int worker)
     }
 }
 
+static void see_through(View *view, const Optics *optics)
+{
+    const Layout *l = view->layout;
+    view->optics = optics;
+    view->room_light = fs_world_mean_light(&l->room);
+    view->dirt_light = vec_scale(fs_world_mean_light(&l->behind), 0.5f * view->light->behind);
+    view->dirt_light = vec_mad(view->dirt_light, view->room_light, 0.5f * view->light->room); // from both sides
+}
+
 int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, TraceRequest request,
                   Threads *threads, Traced *traced, FsError *err)
 {
@@ -255,7 +332,7 @@ int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighti
     for (int l = 0; l < TRACE_LAYERS; l++)
         if (want & 1u << l) TRY(fs_image_new(&traced->layer[l], camera->width, camera->height, 3, err));
     View view = view_of(layout, lighting, camera);
-    view.optics = request.optics;
+    if (request.optics) see_through(&view, request.optics);
     Job job = {.view = &view, .want = want, .traced = traced, .width = camera->width};
     job.seed = ((uint64_t)spec->seed << 48) ^ ((uint64_t)(unsigned)request.number << 32);
     fs_threads_for(threads, camera->height, row_job, &job);
@@ -276,8 +353,8 @@ static void geometry_job(void *context, int y, int worker)
         bool found = fs_bvh_hit(&v->layout->behind.bvh, v->eye, d, &hit);
         bool bare = found && fs_world_surface_of(&v->layout->behind, &hit)->in_front;
         *fs_image_at(job->depth, x, y) = found ? hit.t * vec_dot(d, v->ahead) : 0.0f;
-        *fs_image_at(job->beta, x, y) =
-            bare ? 0.0f : reflectance(vec_dot(d, v->layout->pane_normal), v->light->refraction);
+        GlassShare share = bare ? (GlassShare){0, 0, 1} : glass_along(v, d);
+        *fs_image_at(job->beta, x, y) = share.front + share.rear;
     }
 }
 
@@ -292,15 +369,39 @@ int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Came
     return 0;
 }
 
+static void figures_job(void *context, int y, int worker)
+{
+    const Job *job = context;
+    const View *v = job->view;
+    (void)worker;
+    for (int x = 0; x < job->width; x++) {
+        Ray ray = {v->eye, pixel_ray(v, (float)x + 0.5f, (float)y + 0.5f)};
+        float pane = pane_distance(v, ray);
+        Mirrored m;
+        Hit hit;
+        bool found = search(&v->layout->behind, ray.from, ray.d, NOTHING, &hit);
+        if (pane > 1e8f || (found && fs_world_surface_of(&v->layout->behind, &hit)->in_front)) continue;
+        Ray back = {vec_mad(ray.from, ray.d, pane), vec_reflect(ray.d, v->layout->pane_normal)};
+        bool seen = look_into_room(v, back, pane, NOTHING, &m) && m.prim == NOTHING;
+        *fs_image_at(job->mask, x, y) = seen ? 1.0f : 0.0f;
+    }
+}
+
+int fs_trace_figures(const Layout *layout, TraceRequest request, Threads *threads, Image *mask, FsError *err)
+{
+    const Lighting none = {0};
+    const Camera *camera = request.camera;
+    MUST(fs_image_new(mask, camera->width, camera->height, 1, err));
+    View view = view_of(layout, &none, camera);
+    view.optics = request.optics;
+    Job job = {.view = &view, .mask = mask, .width = camera->width};
+    fs_threads_for(threads, camera->height, figures_job, &job);
+    return 0;
+}
+
 // ---- balance ----
 
 enum { PROBE_WIDTH = 96, MEAN_VIEWS = 6 };
-
-static float index_for(float f0) // of a thin pane whose reflectance at normal incidence is f0
-{
-    float r = sqrtf(f0 / (2 - f0));
-    return (1 + r) / (1 - r);
-}
 
 static double mean_of(const Image *image)
 {
@@ -315,7 +416,8 @@ int fs_trace_balance(const Layout *layout, const Spec *spec, const Shot *shot, T
 {
     const float target = 0.11f; // mean linear value of a no-flash photo
     const float even = 0.06f;   // of the flash's light, comes after many bounces from everywhere
-    Lighting unit = {.behind = 1, .room = 1, .flash = 1, .flash_back = 1, .refraction = index_for(spec->f0)};
+    Lighting unit = {
+        .behind = 1, .room = 1, .flash = 1, .flash_back = 1, .refraction = fs_glass_refraction(layout, spec->f0)};
     double mean[TRACE_LAYERS] = {0};
     int n = spec->photos, views = n < MEAN_VIEWS ? n : MEAN_VIEWS;
     for (int i = 0; i < views; i++) { // means of all layers over a few of the photos, at a small size

@@ -4,6 +4,7 @@
 #include "base/threads.h"
 #include "image/image.h"
 #include "model/lens.h"
+#include "synth/figure.h"
 #include "synth/path.h"
 
 // How bright everything is; found by fs_trace_balance.
@@ -32,6 +33,10 @@ typedef struct Optics {
     Lens lens;      // width 0: none
     float aperture; // the opening's radius, metres
     float focus;    // distance along the axis that is sharp, metres
+    Figure figure[2];
+    int n_figures;
+    float dirt; // share of the pane that it covers
+    uint32_t dirt_seed;
 } Optics;
 typedef struct TraceRequest {
     const Camera *camera;
@@ -41,6 +46,8 @@ typedef struct TraceRequest {
 } TraceRequest;
 int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, TraceRequest request,
                   Threads *threads, Traced *traced, FsError *err);
+// 1 where a photo shows one of the figures, at pixel centres.
+int fs_trace_figures(const Layout *layout, TraceRequest request, Threads *threads, Image *mask, FsError *err);
 // z-depth of the transmitted scene and reflectance of the pane, at pixel centres.
 int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
                       Image *depth, Image *beta, FsError *err);

@@ -106,3 +106,9 @@ int fs_truth_files_geometry(const char *dir, const Shot *shot, const Image *dept
     MUST(write_png(dir, RENDER_DEPTH_T, shot->name, depth, NULL, 1000.0f / 65535.0f, err));
     return write_png(dir, RENDER_BETA, shot->name, beta, NULL, 1, err);
 }
+
+int fs_truth_files_mask(const char *dir, const Shot *shot, const Image *mask, FsError *err)
+{
+    MUST(fs_file_mkdirs(fs_file_at("%s/figures", dir).text, err));
+    return fs_png_write(fs_file_at("%s/figures/%s.png", dir, shot->name).text, mask, 8, err);
+}

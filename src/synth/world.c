@@ -236,6 +236,18 @@ Vec fs_world_ambient(const World *world, const Hit *hit)
     return vec_mad(low, vec_sub(high, low), t);
 }
 
+Vec fs_world_mean_light(const World *world)
+{
+    double sum[3] = {0};
+    for (int i = 0; i < world->n_points; i++) {
+        sum[0] += (double)world->point[i].light.x;
+        sum[1] += (double)world->point[i].light.y;
+        sum[2] += (double)world->point[i].light.z;
+    }
+    double n = world->n_points > 0 ? world->n_points : 1;
+    return vec((float)(sum[0] / n), (float)(sum[1] / n), (float)(sum[2] / n));
+}
+
 Vec fs_world_albedo(const World *world, const Hit *hit, float spread_m)
 {
     const PrimLook *look = &world->look[hit->prim];

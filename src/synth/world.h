@@ -93,6 +93,7 @@ int fs_bake_ambient(World *world, Threads *threads, FsError *err); // then: the 
 
 // Ambient light at a point of a primitive, and its colour.
 Vec fs_world_ambient(const World *world, const Hit *hit);
+Vec fs_world_mean_light(const World *world); // of all its baked points
 Vec fs_world_albedo(const World *world, const Hit *hit,
                     float spread_m); // spread_m: width of the looked-up area, metres
 Vec fs_world_normal(const World *world, const Hit *hit);

@@ -1,4 +1,5 @@
 """Command lines that are wrong, and the help."""
+import pathlib
 import re
 import unittest
 
@@ -81,10 +82,23 @@ class Usage(FolderTest):
         for value in ("0", "-1", "abc", "1.5", "nan", "inf", "1e99", "", "3x", "99999999999999999999"):
             self.assert_fails(run("train", self.dir, f"--steps={value}"), 2, "--steps", "whole number")
         self.assert_fails(run("synth", "-o", "x", "--alpha", "x"), 2, "--alpha", "number")
+        self.assert_fails(run("synth", "-o", self.dir / "x", "--field", "shake=x"), 2, "--field", "shake", "'x'")
         self.assert_fails(run("train", self.dir, "--preset", "best"), 2, "--preset", "preview|standard|paper")
         self.assert_fails(run("train", self.dir, "--force=maybe"), 2, "--force", "true or false")
         self.assert_fails(run("train", self.dir, "--no-steps"), 2, "--no-steps")
         self.assert_fails(run("train", self.dir, "--no-force=true"), 2, "--no-force")
+
+    def test_faults_are_told(self):
+        """Every fault that synth knows is in its help and in docs/synth.md."""
+        process = run("synth", "-o", self.dir / "x", "--field", "fog")
+        self.assert_fails(process, 2, "--field", "fog", "known are all, ")
+        known = process.stderr.split("known are ")[1].splitlines()[0].split()
+        words = " ".join(run("synth", "--help").stdout.split())
+        told = (pathlib.Path(__file__).parents[2] / "docs" / "synth.md").read_text(encoding="utf-8")
+        self.assertGreater(len(known), 14)
+        for name in known[1:]:
+            self.assertIn(f" {name.strip(',')}", words)
+            self.assertIn(f"| `{name.strip(',')}` |", told)
 
     def test_missing_and_extra_arguments(self):
         for words in (["run"], ["run", "x"], ["ingest", "x"], ["synth"], ["pair", "a", "-o", "b"], ["poses"],

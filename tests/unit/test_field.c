@@ -36,6 +36,12 @@ static int make(void **state, const char *name, const char *field, const char *t
     return rc;
 }
 
+static void make_ideal(void **state) // once
+{
+    if (fs_file_exists(in(state, "ideal/truth/cameras.json").text)) return;
+    assert_int_equal(make(state, "ideal", "", "2", NULL), 0);
+}
+
 static json_t *nuisance_of(void **state, const char *capture)
 {
     json_t *root = NULL;
@@ -268,7 +274,7 @@ static double sharpness(const Mosaic *m) // green differences, of the light
 static void test_blur(void **state)
 {
     double ideal[2] = {0}, blurred[2] = {0};
-    assert_int_equal(make(state, "ideal", "", "2", NULL), 0);
+    make_ideal(state);
     for (int k = 0; k < 2; k++) {
         assert_int_equal(make(state, "cap", k ? "shake=20" : "defocus=20", "2", NULL), 0);
         json_t *root = nuisance_of(state, "cap");
@@ -300,7 +306,7 @@ static void test_distortion(void **state) // undistorted with sparse_opencv's le
 {
     FsError err;
     ColmapModel model = {0};
-    assert_int_equal(make(state, "ideal", "", "2", NULL), 0);
+    make_ideal(state);
     assert_int_equal(make(state, "cap", "distortion=2", "2", NULL), 0);
     assert_int_equal(fs_colmap_model_read(in(state, "cap/truth/sparse_opencv").text, &model, &err), 0);
     assert_int_equal(model.n_images, PHOTOS + 1);
@@ -327,7 +333,109 @@ static void test_distortion(void **state) // undistorted with sparse_opencv's le
     fs_colmap_model_free(&model);
 }
 
-static void same_folder(void **state, const char *folder, bool same)
+static Image png_of(void **state, const char *path)
+{
+    Image image;
+    assert_int_equal(fs_png_read(in(state, path).text, &image, NULL), 0);
+    return image;
+}
+
+// The light in and outside of the figures, of that without them.
+static void figure_light(void **state, int i, double *share, double *in_figure, double *outside)
+{
+    Image mask = png_of(state, fs_file_at("cap/truth/figures/IMG_%04d.png", i + 1).text);
+    Mosaic a = raw_of(state, "ideal", i), b = raw_of(state, "cap", i);
+    double sum[2][2] = {{0}}, n = 0;
+    for (int p = 0; p < W * H; p++) {
+        int inside = mask.px[p] > 0.5f;
+        n += inside;
+        sum[inside][0] += (double)a.px[p] - SENSOR_BLACK;
+        sum[inside][1] += (double)b.px[p] - SENSOR_BLACK;
+    }
+    *share = n / (W * H);
+    *in_figure = n > 0 ? sum[1][1] / sum[1][0] : 1;
+    *outside = sum[0][1] / sum[0][0];
+    free(a.px);
+    free(b.px);
+    fs_image_free(&mask);
+}
+
+static void test_figures(void **state)
+{
+    make_ideal(state);
+    for (int k = 0; k < 2; k++) {
+        int shown = 0;
+        assert_int_equal(make(state, "cap", k ? "pedestrian" : "photographer", "2", NULL), 0);
+        for (int i = 0; i < PHOTOS; i++) {
+            double share, in_figure, outside;
+            figure_light(state, i, &share, &in_figure, &outside);
+            shown += share > 0.01;
+            assert_true(share < 0.4 && fabs(outside - 1) < 0.02);
+            assert_true(k || (share > 0.05 && in_figure < 0.97)); // dark, in every photo
+        }
+        assert_true(k ? shown >= 2 && shown < PHOTOS : shown == PHOTOS);
+    }
+}
+
+static double sum_of(const Image *image, int channel, const Image *less)
+{
+    double sum = 0;
+    for (size_t i = 0; i < fs_image_pixels(image); i++)
+        sum += (double)(image->px[3 * i + (size_t)channel] - (less ? less->px[3 * i + (size_t)channel] : 0));
+    return sum;
+}
+
+static void test_pane(void **state)
+{
+    static const char *const layers[] = {"T_N", "T_F", "R"};
+    Image ideal[3], tinted[3];
+    make_ideal(state);
+    assert_int_equal(make(state, "cap", "tint=0.5", "2", NULL), 0); // seed 2: green
+    for (int k = 0; k < 3; k++) {
+        ideal[k] = truth_of(state, "ideal", layers[k], 0);
+        tinted[k] = truth_of(state, "cap", layers[k], 0);
+    }
+    double once = sum_of(&tinted[0], 0, NULL) / sum_of(&ideal[0], 0, NULL) /
+                  (sum_of(&tinted[0], 1, NULL) / sum_of(&ideal[0], 1, NULL));
+    double twice = sum_of(&tinted[1], 0, &tinted[0]) / sum_of(&ideal[1], 0, &ideal[0]) /
+                   (sum_of(&tinted[1], 1, &tinted[0]) / sum_of(&ideal[1], 1, &ideal[0]));
+    assert_true(fabs(once - 0.5 / 0.85) < 0.02 && fabs(twice - once * once) < 0.05);
+    assert_int_equal(make(state, "cap", "double-glazing", "2", NULL), 0);
+    Image beta[2] = {png_of(state, "ideal/truth/beta/TEST_01.png"), png_of(state, "cap/truth/beta/TEST_01.png")};
+    Image ghost = truth_of(state, "cap", "R", 0);
+    double apart = 0, mean[2] = {0};
+    for (size_t i = 0; i < fs_image_values(&ghost); i++) apart += fabs((double)(ghost.px[i] - ideal[2].px[i]));
+    for (size_t i = 0; i < W * H; i++)
+        for (int k = 0; k < 2; k++) mean[k] += (double)beta[k].px[i];
+    assert_true(fabs(mean[1] / mean[0] - 1) < 0.1); // two weaker panes mirror as much together
+    assert_true(apart > 0.04 * sum_of(&ideal[2], 1, NULL) &&
+                fabs(sum_of(&ghost, 1, NULL) / sum_of(&ideal[2], 1, NULL) - 1) < 0.1);
+    for (int k = 0; k < 3; k++) {
+        fs_image_free(&ideal[k]);
+        fs_image_free(&tinted[k]);
+    }
+    fs_image_free(&beta[0]);
+    fs_image_free(&beta[1]);
+    fs_image_free(&ghost);
+}
+
+static void test_dirt(void **state) // shines in the flash, hardly without
+{
+    double more[2] = {0};
+    make_ideal(state);
+    assert_int_equal(make(state, "cap", "dirt=0.05", "2", NULL), 0);
+    json_t *root = nuisance_of(state, "cap");
+    for (int i = 0; i < PHOTOS; i++) {
+        Mosaic a = raw_of(state, "ideal", i), b = raw_of(state, "cap", i);
+        for (int p = 0; p < W * H; p++) more[of_photo(root, i, "flash") > 0] += (double)b.px[p] - (double)a.px[p];
+        free(a.px);
+        free(b.px);
+    }
+    assert_true(more[1] > 4 * fabs(more[0]));
+    json_decref(root);
+}
+
+static void same_folder(void **state, const char *other, const char *folder, bool same)
 {
     FileList list;
     int different = 0;
@@ -337,7 +445,7 @@ static void same_folder(void **state, const char *folder, bool same)
         char *data[2];
         size_t size[2];
         for (int i = 0; i < 2; i++) {
-            FilePath path = fs_file_at("%s/%s/%s/%s", (char *)*state, i ? "two" : "one", folder, list.name[k]);
+            FilePath path = fs_file_at("%s/%s/%s/%s", (char *)*state, i ? other : "one", folder, list.name[k]);
             if (fs_file_read(path.text, 1 << 24, &data[i], &size[i], NULL) < 0) data[i] = strdup(""), size[i] = 0;
         }
         different += size[0] != size[1] || memcmp(data[0], data[1], size[0]) != 0;
@@ -351,11 +459,12 @@ static void test_bits(void **state)
 {
     static const char *const truth[] = {"truth/T_N", "truth/T_F",  "truth/R",       "truth/I_N",
                                         "truth/I_F", "truth/beta", "truth/depth_T", "truth/sparse"};
-    assert_int_equal(make(state, "one", "all", "1", NULL), 0);
-    assert_int_equal(make(state, "two", "all", "2", NULL), 0);
-    same_folder(state, "capture/raw", true);
-    same_folder(state, "capture/jpeg", true);
-    same_folder(state, "truth/sparse_opencv", true);
+    assert_int_equal(make(state, "one", "all,tint=0,double-glazing=0", "1", NULL), 0);
+    assert_int_equal(make(state, "two", "all,tint=0,double-glazing=0", "2", NULL), 0);
+    same_folder(state, "two", "capture/raw", true);
+    same_folder(state, "two", "capture/jpeg", true);
+    same_folder(state, "two", "truth/sparse_opencv", true);
+    same_folder(state, "two", "truth/figures", true);
     json_t *all = nuisance_of(state, "one"), *again = nuisance_of(state, "two");
     assert_true(json_equal(all, again));
     json_decref(again);
@@ -370,9 +479,9 @@ static void test_bits(void **state)
     json_decref(all);
     assert_int_equal(make(state, "two", "", "2", NULL),
                      0); // the truth is that of ideal photos, which differ from these
-    same_folder(state, "capture/raw", false);
-    for (size_t i = 0; i < sizeof truth / sizeof *truth; i++) same_folder(state, truth[i], true);
-    FilePath path = in(state, "two/truth/nuisance.json");
+    same_folder(state, "ideal", "capture/raw", false);
+    for (size_t i = 0; i < sizeof truth / sizeof *truth; i++) same_folder(state, "ideal", truth[i], true);
+    FilePath path = in(state, "ideal/truth/nuisance.json");
     FsError err;
     char *data;
     size_t size;
@@ -381,9 +490,9 @@ static void test_bits(void **state)
 
 static void test_list(void **state)
 {
-    static const char *const wrong[][2] = {{"fog", "'fog'"},       {"drift=x", "'x'"},      {"drift=-1", "0 to"},
-                                           {"drift=nan", "'nan'"}, {"vignetting=2", "0.9"}, {"all=2", "'all'"},
-                                           {"drift=", "''"}};
+    static const char *const wrong[][2] = {{"fog", "'fog'"},       {"drift=x", "'x'"},        {"drift=-1", "0 to"},
+                                           {"drift=nan", "'nan'"}, {"vignetting=2", "0.9"},   {"all=2", "'all'"},
+                                           {"drift=", "''"},       {"pedestrian=2", "0 to 1"}};
     (void)state;
     Field field;
     FsError err;
@@ -400,10 +509,11 @@ static void test_list(void **state)
 
 int main(void)
 {
-#define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, temp_dir_make, temp_dir_remove)
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_light),      IN_FOLDER(test_jpeg), cmocka_unit_test(test_gather), IN_FOLDER(test_blur),
-        IN_FOLDER(test_distortion), IN_FOLDER(test_bits), cmocka_unit_test(test_list),
+        cmocka_unit_test(test_light), cmocka_unit_test(test_jpeg),       cmocka_unit_test(test_gather),
+        cmocka_unit_test(test_blur),  cmocka_unit_test(test_distortion), cmocka_unit_test(test_figures),
+        cmocka_unit_test(test_pane),  cmocka_unit_test(test_dirt),       cmocka_unit_test(test_bits),
+        cmocka_unit_test(test_list),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }
