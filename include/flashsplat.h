@@ -104,7 +104,7 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
 void fs_project_close(FsProject *project);
 
 // The stages. Each skips what is done already (and says so through the log) unless the setting "force" is on.
-int fs_ingest(FsProject *project, const char *photos, FsError *err); // photos: folder of RAW/JPEG/PNG/TIFF
+int fs_ingest(FsProject *project, const char *photos, FsError *err); // photos: folder of RAW/JPEG/HEIF/PNG/TIFF
 int fs_poses(FsProject *project, FsError *err);                      // setting "poses": known poses, else COLMAP
 int fs_initialise(FsProject *project, FsError *err);
 int fs_train(FsProject *project, FsError *err);

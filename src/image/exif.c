@@ -12,7 +12,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include "image/ifd.h"
+#include "image/heif.h"
 
 #define MAX_TEXT (1 << 20) // of a PNG
 #define MAX_PARTS 10000    // segments, chunks or boxes looked at in one file
@@ -240,6 +240,8 @@ int fs_exif_read(const char *path, ExifInfo *info, FsError *err)
             read_mrw(&file, info);
         else if (memcmp(p + 4, "ftypcrx ", 8) == 0)
             read_boxes(&file, 0, info);
+        else if (fs_heif_is(p))
+            fs_heif_read_exif(path, info);
         else
             fs_ifd_read(&file, info);
     }

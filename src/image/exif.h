@@ -16,8 +16,8 @@ typedef struct ExifInfo {
     char make[64], model[64];
 } ExifInfo;
 
-// JPEG, PNG, TIFF, and RAW files that are TIFF (DNG, NEF, CR2, ARW...), CR3, RAF or MRW. Fields stay unknown where the
-// file does not tell them, or is of another kind; only a file that cannot be opened is an error.
+// JPEG, PNG, TIFF, HEIF, and RAW files that are TIFF (DNG, NEF, CR2, ARW...), CR3, RAF or MRW. Fields stay unknown
+// where the file does not tell them, or is of another kind; only a file that cannot be opened is an error.
 int fs_exif_read(const char *path, ExifInfo *info, FsError *err);
 // The flash went off: 1, it did not: 0, the photo does not tell: -1. Bit 0 alone says so: 16 and 24 mean "did not
 // fire".

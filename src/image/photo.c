@@ -7,12 +7,14 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "image/heif.h"
 #include "image/profile.h"
 #include "image/raw.h"
 
 #define CLIP_LINEAR 0.98f  // of white
 #define CLIP_ENCODED 0.99f // of 255: a camera's curve is flat long before
 #define FLOATS_BYTES 14    // a pixel, of what is not RAW, as it is read
+#define HEIF_BYTES 12      // and these of HEIF
 #define UNKNOWN_PIXELS 24e6
 
 int fs_photo_kind(const char *path)
@@ -22,6 +24,7 @@ int fs_photo_kind(const char *path)
         const char *extensions;
     } known[] = {{PHOTO_RAW, "dng cr2 cr3 crw nef nrw arw sr2 srf raf orf rw2 pef srw x3f 3fr fff iiq erf mrw kdc dcr "
                              "mef mos rwl gpr"},
+                 {PHOTO_HEIF, "heic heif hif avif heics avifs"},
                  {PHOTO_JPEG, "jpg jpeg jpe"},
                  {PHOTO_PNG, "png"},
                  {PHOTO_TIFF, "tif tiff"}};
@@ -40,6 +43,7 @@ PhotoKind fs_photo_kind_inside(const char *path)
     if (n < sizeof head) return kind < 0 ? PHOTO_RAW : (PhotoKind)kind;
     if (memcmp(head, "\xff\xd8\xff", 3) == 0) return PHOTO_JPEG;
     if (memcmp(head, "\x89PNG\r\n\x1a\n", 8) == 0) return PHOTO_PNG;
+    if (fs_heif_is(head)) return PHOTO_HEIF;
     bool tiff = memcmp(head, "II*\0", 4) == 0 || memcmp(head, "MM\0*", 4) == 0; // or RAW
     if (tiff && kind > PHOTO_RAW) return PHOTO_TIFF;
     return kind < 0 ? PHOTO_RAW : (PhotoKind)kind;
@@ -51,7 +55,8 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
     for (int c = 0; c < 3; c++) white_balance[c] = 0;
     MUST(fs_exif_read(path, exif, err));
     double stored = (double)exif->width * exif->height;
-    if (memory) *memory = FLOATS_BYTES * (stored > 0 ? stored : UNKNOWN_PIXELS);
+    double bytes = FLOATS_BYTES + (fs_photo_kind_inside(path) == PHOTO_HEIF ? HEIF_BYTES : 0);
+    if (memory) *memory = bytes * (stored > 0 ? stored : UNKNOWN_PIXELS);
     if (fs_photo_kind_inside(path) != PHOTO_RAW) return 0;
     MUST(fs_raw_read_info(path, &raw, err));
     bool known = raw.white_balance[0] > 0;
@@ -74,16 +79,22 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
 
 int fs_photo_read_stored(const char *path, Image *image, FsError *err)
 {
-    PhotoKind kind = fs_photo_kind_inside(path);
-    return (kind == PHOTO_PNG ? fs_png_read : kind == PHOTO_TIFF ? fs_tiff_read : fs_jpeg_read)(path, image, err);
+    switch (fs_photo_kind_inside(path)) {
+    case PHOTO_HEIF: return fs_heif_read(path, image, err);
+    case PHOTO_PNG: return fs_png_read(path, image, err);
+    case PHOTO_TIFF: return fs_tiff_read(path, image, err);
+    default: return fs_jpeg_read(path, image, err);
+    }
 }
 
 static int read_tag(const char *path, LightTag *tag, FsError *err)
 {
-    PhotoKind kind = fs_photo_kind_inside(path);
-    return (kind == PHOTO_PNG    ? fs_png_read_tag
-            : kind == PHOTO_TIFF ? fs_tiff_read_tag
-                                 : fs_jpeg_read_tag)(path, tag, err);
+    switch (fs_photo_kind_inside(path)) {
+    case PHOTO_HEIF: return fs_heif_read_tag(path, tag, err);
+    case PHOTO_PNG: return fs_png_read_tag(path, tag, err);
+    case PHOTO_TIFF: return fs_tiff_read_tag(path, tag, err);
+    default: return fs_jpeg_read_tag(path, tag, err);
+    }
 }
 
 static int read_profile(const char *path, Profile *profile, PhotoLight *light, FsError *err)
@@ -93,7 +104,8 @@ static int read_profile(const char *path, Profile *profile, PhotoLight *light, F
     bool untold;
     MUST(fs_exif_read(path, &exif, err));
     MUST(read_tag(path, &tag, err));
-    fs_profile_of_tag(profile, &tag, exif.adobe_rgb, &untold);
+    if (exif.adobe_rgb) tag.colors = COLORS_ADOBE;
+    fs_profile_of_tag(profile, &tag, &untold);
     fs_profile_tag_free(&tag);
     *light = untold ? PHOTO_UNTOLD : profile->linear ? PHOTO_LIGHT : PHOTO_ENCODED;
     return 0;

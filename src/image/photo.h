@@ -4,9 +4,9 @@
 #include "image/exif.h"
 #include "image/sizes.h"
 
-typedef enum PhotoKind { PHOTO_RAW, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind;
+typedef enum PhotoKind { PHOTO_RAW, PHOTO_HEIF, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind;
 int fs_photo_kind(const char *path); // by the one table of extensions; -1: none of a photo
-// What readers take it for: the same, but a JPEG, PNG or TIFF under another's name is known by its first bytes.
+// What readers take it for: the same, but a JPEG, PNG, HEIF or TIFF under another's name is known by its first bytes.
 PhotoKind fs_photo_kind_inside(const char *path);
 
 typedef enum PhotoLight {
@@ -23,5 +23,5 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
 // primaries of sRGB, as its colour profile says.
 int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, PhotoLight *light, FsError *err);
 
-// JPEG, PNG or TIFF with the values it has.
+// JPEG, PNG, TIFF or HEIF with the values it has.
 int fs_photo_read_stored(const char *path, Image *image, FsError *err);

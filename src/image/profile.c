@@ -8,8 +8,13 @@
 #include "image/tone.h"
 
 // XYZ under D50, as profiles have it.
-static const double adobe_colors[9] = {0.6097559, 0.2052401, 0.1492240, 0.3111242, 0.6256560,
-                                       0.0632197, 0.0194811, 0.0608902, 0.7448387};
+static const double known_colors[][9] = {
+    [COLORS_ADOBE] = {0.6097559, 0.2052401, 0.1492240, 0.3111242, 0.6256560, 0.0632197, 0.0194811, 0.0608902,
+                      0.7448387},
+    [COLORS_P3] = {0.5151187, 0.2919778, 0.1571035, 0.2411892, 0.6922441, 0.0665668, -0.0010505, 0.0418791, 0.7840713},
+    [COLORS_2020] = {0.6734241, 0.1656411, 0.1251286, 0.2790177, 0.6753402, 0.0456377, -0.0019300, 0.0299784,
+                     0.7973330},
+};
 static const double srgb_from_xyz[9] = {3.1338561, -1.6168667, -0.4906146, -0.9787684, 1.9161415,
                                         0.0334540, 0.0719453,  -0.2289914, 1.4052427};
 #define ADOBE_GAMMA 2.19921875
@@ -122,17 +127,17 @@ bool fs_profile_read(Profile *profile, const void *icc, size_t size)
     return good;
 }
 
-void fs_profile_of_tag(Profile *profile, const LightTag *tag, bool adobe, bool *untold)
+void fs_profile_of_tag(Profile *profile, const LightTag *tag, bool *untold)
 {
     set_srgb(profile);
     *untold = false;
     if (tag->icc && fs_profile_read(profile, tag->icc, tag->icc_size)) return;
-    bool silent = !tag->icc && !tag->srgb && tag->gamma <= 0 && !tag->linear && !adobe;
+    bool silent = !tag->icc && !tag->srgb && tag->gamma <= 0 && !tag->linear && tag->colors == COLORS_SRGB;
+    if (tag->colors != COLORS_SRGB) set_colors(profile, known_colors[tag->colors]);
     if (tag->linear || (silent && tag->deep)) {
         profile->linear = true;
         *untold = !tag->linear;
-    } else if (adobe) {
-        set_colors(profile, adobe_colors);
+    } else if (tag->colors == COLORS_ADOBE) {
         set_gamma(profile, ADOBE_GAMMA);
     } else if (!tag->icc && !tag->srgb && tag->gamma > 0.2 && tag->gamma < 5 && fabs(tag->gamma - 2.2) > 0.05) {
         set_gamma(profile, tag->gamma);

@@ -6,9 +6,10 @@
 struct LightTag {
     void *icc; // colour profile, to be freed (fs_profile_tag_free); NULL: none
     size_t icc_size;
-    double gamma;      // light = value^gamma; 0: the file does not say
-    bool srgb, linear; // so it says
-    bool deep;         // integers of more than 8 bits
+    double gamma;                                                      // light = value^gamma; 0: the file does not say
+    bool srgb, linear;                                                 // so it says
+    enum { COLORS_SRGB, COLORS_ADOBE, COLORS_P3, COLORS_2020 } colors; // primaries, where there is no profile
+    bool deep;                                                         // integers of more than 8 bits
 };
 void fs_profile_tag_free(LightTag *tag);
 
@@ -21,8 +22,8 @@ typedef struct Profile {
 } Profile;
 // An RGB or grey ICC profile of curves and primaries. False for anything else, damaged ones included.
 bool fs_profile_read(Profile *profile, const void *icc, size_t size);
-// What cannot be read counts as sRGB. adobe: EXIF says Adobe RGB. *untold: nothing says so, yet deep values are taken
+// What cannot be read counts as sRGB. *untold: nothing says so, yet deep values are taken
 // for linear light, as RAW converters write them.
-void fs_profile_of_tag(Profile *profile, const LightTag *tag, bool adobe, bool *untold);
+void fs_profile_of_tag(Profile *profile, const LightTag *tag, bool *untold);
 // A row of n pixels in place; values outside 0..1 are taken for the nearest.
 void fs_profile_linearise(const Profile *profile, float *rgb, size_t n);

@@ -29,9 +29,22 @@ static void on_memory_error(void *user, const char *file, const char *where)
     fs_error_memory(NULL);
 }
 
+static const char *what_it_takes(const char *path)
+{
+    if (fs_file_has_ext(path, "gpr")) return "GoPro's GPR takes a LibRaw that was built with GoPro's GPR SDK";
+    if (fs_file_has_ext(path, "cr3")) return "Canon's newer cameras take LibRaw 0.21";
+    if (fs_file_has_ext(path, "dng")) return "damaged, or compressed by JPEG XL, which takes LibRaw 0.22";
+    return "damaged, or of a camera newer than it";
+}
+
 static int raw_error(const char *path, int code, FsError *err)
 {
     if (code == LIBRAW_UNSUFFICIENT_MEMORY || errno == ENOMEM) return fs_error_memory(err);
+    if (code == LIBRAW_FILE_UNSUPPORTED)
+        return fs_error_input(err,
+                              "%s: cannot read as RAW with LibRaw %s, which is at hand (%s): convert it to DNG or use "
+                              "JPEGs",
+                              path, libraw_version(), what_it_takes(path));
     return fs_error_input(err, "%s: cannot read as RAW: %s", path, code > 0 ? strerror(code) : libraw_strerror(code));
 }
 

@@ -12,7 +12,7 @@
 #define MAX_NAME 160 // bytes of a view's: files are called so, with something behind it
 #define MAX_PHOTOS 100000
 
-static const char formats[] = "RAW (DNG, CR2, CR3, NEF, ARW, RAF, ORF, RW2...), JPEG, PNG or TIFF";
+static const char formats[] = "RAW (DNG, CR2, CR3, NEF, ARW, RAF, ORF, RW2...), JPEG, HEIF, PNG or TIFF";
 
 typedef struct Search {
     Photos *photos;

@@ -57,6 +57,13 @@ static bool same_folder(const PhotoFile *a, const PhotoFile *b)
     return n == folder_length(b) && strncmp(a->path, b->path, n) == 0;
 }
 
+// What a camera writes beside its RAW, or its HEIF.
+static bool is_pair(const PhotoFile *better, const PhotoFile *photo)
+{
+    return better->folder_says == photo->folder_says && better->kind <= PHOTO_HEIF && photo->kind > better->kind &&
+           photo->kind <= PHOTO_JPEG;
+}
+
 // Photos of one name that are not the same shot twice: the second of them; NULL: none.
 static const PhotoFile *find_clash(const Photos *photos, const PhotoFile **first)
 {
@@ -64,8 +71,7 @@ static const PhotoFile *find_clash(const Photos *photos, const PhotoFile **first
     for (const PhotoFile *photo = *first + 1; photo < photos->photo + photos->n; photo++) {
         if (strcmp((*first)->name, photo->name) != 0)
             *first = photo;
-        else if ((*first)->kind != PHOTO_RAW || photo->kind != PHOTO_JPEG ||
-                 (*first)->folder_says != photo->folder_says)
+        else if (!is_pair(*first, photo))
             return photo;
     }
     return NULL;
@@ -90,7 +96,7 @@ static int add_folders(Photos *photos, FsError *err)
 // Photos of one name stand together, RAW first.
 static int drop_doubles(Photos *photos, const Log *log, FsError *err)
 {
-    int doubles = 0;
+    int doubles = 0, raws = 0;
     const PhotoFile *last, *clash = find_clash(photos, &last);
     if (clash && !same_folder(clash, last)) {
         MUST(add_folders(photos, err));
@@ -106,10 +112,12 @@ static int drop_doubles(Photos *photos, const Log *log, FsError *err)
             continue;
         }
         doubles++;
+        raws += last->kind == PHOTO_RAW;
         free_photo(photo);
     }
     fs_photos_close_gaps(photos);
-    if (doubles) fs_log_info(log, "%d photos are there as RAW and as JPEG: the RAW files are used", doubles);
+    const char *used = raws ? "RAW" : "HEIF";
+    if (doubles) fs_log_info(log, "%d photos are there as %s and as JPEG: the %s files are used", doubles, used, used);
     return 0;
 }
 

@@ -16,6 +16,7 @@
 #include "evaluate/lpips.h"
 #include "evaluate/truth.h"
 #include "image/exif.h"
+#include "image/heif.h"
 #include "image/image.h"
 #include "image/photo.h"
 #include "image/profile.h"
@@ -88,6 +89,17 @@ static int read_jpeg(const char *dir, FsError *err)
     fs_profile_tag_free(&tag);
     free(path);
     return read_image(dir, "a.jpg", fs_jpeg_read, err);
+}
+
+static int read_heif(const char *dir, FsError *err)
+{
+    LightTag tag;
+    ExifInfo exif;
+    char *path = in(dir, "a.heic");
+    if (fs_heif_read_tag(path, &tag, NULL) == 0) fs_profile_tag_free(&tag);
+    check(fs_exif_read(path, &exif, NULL) < 0 || (exif.orientation >= 1 && exif.orientation <= 8), "EXIF", path);
+    free(path);
+    return read_image(dir, "a.heic", fs_heif_read, err);
 }
 
 static int read_raw(const char *dir, FsError *err)
@@ -456,6 +468,7 @@ const FuzzKind fuzz_kinds[] = {
     {"png", {"a.png"}, read_png},
     {"jpeg", {"a.jpg"}, read_jpeg},
     {"tiff", {"a.tif"}, read_tiff},
+    {"heif", {"a.heic"}, read_heif},
     {"raw", {"a.dng"}, read_raw},
 };
 const int fuzz_n_kinds = sizeof fuzz_kinds / sizeof *fuzz_kinds;

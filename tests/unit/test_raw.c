@@ -6,6 +6,7 @@
 #include "base/rng.h"
 #include "image/demosaic.h"
 #include "image/extent.h"
+#include "image/tone.h"
 #include "synth/photo_file.h"
 
 static const double white_balance[3] = {2, 1, 1.6};
@@ -192,6 +193,40 @@ static void test_cut(void **state)
     assert_int_equal(fs_extent_check(temp("missing.dng"), NULL), 0); // whoever reads it will say so
 }
 
+// A lossy linear DNG is read; what this LibRaw does not know is said with what would.
+static void test_kinds_of_dng(void **state)
+{
+    (void)state;
+    Image picture[2];
+    FsError err = {0};
+    char *data;
+    size_t size;
+    if (read_whole(given("lossy.dng"), white_balance, false, picture, &err) != 0) fail_msg("%s", err.message);
+    for (int x = 8; x < 64; x += 48) // 60 and 120 of 255, by the curve that is usual without one
+        for (int c = 0; c < 3; c++) {
+            double want = (double)fs_tone_srgb_decode((x < 32 ? 60 : 120) / 255.0f) * white_balance[c],
+                   got = fs_image_at(&picture[0], x, 20)[c];
+            if (fabs(got - want) > 0.02) fail_msg("(%d, %d) is %g, not %g", x, c, got, want);
+        }
+    fs_image_free(&picture[0]);
+    fs_image_free(&picture[1]);
+    static const unsigned char compression[12] = {3, 1, 3, 0, 1, 0, 0, 0, 0x4c, 0x88};
+    static const char *const cases[][2] = {{"a.dng", "JPEG XL, which takes LibRaw 0.22"},
+                                           {"a.gpr", "GoPro's GPR SDK"},
+                                           {"a.cr3", "LibRaw 0.21"},
+                                           {"a.nef", "newer than it"}};
+    assert_int_equal(fs_file_read(given("lossy.dng"), 1 << 20, &data, &size, NULL), 0);
+    unsigned char *at = memmem(data, size, compression, sizeof compression);
+    assert_non_null(at);
+    at[8] = 0x42, at[9] = 0xcd;
+    for (int i = 0; i < 4; i++) {
+        write_file(cases[i][0], data, size);
+        expect_refused(temp(cases[i][0]), cases[i][1]);
+        expect_refused(temp(cases[i][0]), "convert it to DNG");
+    }
+    free(data);
+}
+
 // Zeros where a damaged file has no data, one value all over.
 static void test_empty(void **state)
 {
@@ -234,7 +269,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_dng),    cmocka_unit_test(test_plain), cmocka_unit_test(test_demosaic),
-        cmocka_unit_test(test_errors), cmocka_unit_test(test_cut),   cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_errors), cmocka_unit_test(test_cut),   cmocka_unit_test(test_kinds_of_dng),
+        cmocka_unit_test(test_empty),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }

@@ -4,6 +4,7 @@
 Every pixel follows a formula that the tests know: see PATTERN, SMOOTH and RAW below.
 """
 import os
+import struct
 import subprocess
 
 import cv2
@@ -79,3 +80,28 @@ dng("ambient.dng", RAW, [0, 1, 1, 2], "-EXIF:Flash#=16", "-IFD0:Orientation#=1")
 dng("turned.dng", RAW, [2, 1, 1, 0], "-EXIF:Flash#=16", "-IFD0:Orientation#=6", black=[500, 520, 530, 510])
 dng("gbrg.dng", RAW, [1, 2, 0, 1], "-EXIF:Flash#=0", "-IFD0:Orientation#=1")
 dng("linear.dng", RAW, None, "-EXIF:Flash#=16", "-IFD0:Orientation#=1", linear=True)
+
+
+def lossy(name):
+    """A linear DNG of one lossy JPEG tile, 60 and 120 of 255, which no program at hand writes."""
+    grey = np.full((48, 64, 3), 120, np.uint8)
+    grey[:, :32] = 60
+    tile = cv2.imencode(".jpg", grey, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+    tags = [(254, "I", [0]), (256, "I", [64]), (257, "I", [48]), (258, "H", [8] * 3), (259, "H", [34892]),
+            (262, "H", [34892]), (271, "s", [b"Test"]), (272, "s", [b"Camera"]), (277, "H", [3]), (284, "H", [1]),
+            (322, "I", [64]), (323, "I", [48]), (324, "I", [0]), (325, "I", [len(tile)]), (50706, "B", [1, 4, 0, 0]),
+            (50721, "ii", [1, 1, 0, 1, 0, 1, 0, 1, 1, 1, 0, 1, 0, 1, 0, 1, 1, 1]), (50728, "II", [1, 2, 1, 1, 5, 8])]
+    types = {"B": 1, "s": 2, "H": 3, "I": 4, "II": 5, "ii": 10}
+    base, entries, more = 8 + 2 + 12 * len(tags) + 4, [], b""
+    for tag, kind, values in tags:
+        data = values[0] + b"\0" if kind == "s" else struct.pack(f"<{len(values)}{kind[0]}", *values)
+        count = len(data) if kind == "s" else len(values) // len(kind)
+        place = data.ljust(4, b"\0") if len(data) <= 4 else struct.pack("<I", base + len(more))
+        more += data.ljust(len(data) + len(data) % 2, b"\0") if len(data) > 4 else b""
+        entries.append(struct.pack("<HHI", tag, types[kind], count) + place)
+    entries[12] = struct.pack("<HHII", 324, 4, 1, base + len(more))
+    with open(name, "wb") as f:
+        f.write(b"II*\0" + struct.pack("<IH", 8, len(tags)) + b"".join(entries) + bytes(4) + more + tile)
+
+
+lossy("lossy.dng")
