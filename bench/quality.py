@@ -147,14 +147,16 @@ MAKING = {}
 def cases_of(args):
     only = [s for s in args.only.split(",") if s]
     found = {d.name: d for d in sorted(pathlib.Path(args.scenes).glob("*")) if (d / "truth" / "cameras.json").is_file()}
-    unknown = [o for o in only if not fnmatch.filter([*found, *SYNTH], o)]
-    if unknown:
-        sys.exit(f"--only: no scene {', '.join(sorted(unknown))}; there are {', '.join([*found, *SYNTH])}")
     if not found:
         print(f"{args.scenes}: no captures there; only made ones are measured", file=sys.stderr)
     captures = pathlib.Path(args.out) / "captures"
     scenes = [(n, d, "raw", None) for n, d in found.items()]
+    scenes += [(f"{n}-{p.name[4:]}", d, p.name, None) for n, d in found.items() for p in sorted(d.glob("capture/raw-*")) if not args.jpeg]
     scenes += [(n, captures / n, photos, (seed, hard, *options)) for n, (seed, hard, photos, *options) in SYNTH.items()]
+    names = [s[0] for s in scenes]
+    unknown = [o for o in only if not fnmatch.filter(names, o)]
+    if unknown:
+        sys.exit(f"--only: no scene {', '.join(sorted(unknown))}; there are {', '.join(names)}")
     return [Case(args, n + ("-jpeg" if args.jpeg and photos == "raw" else ""), d, "jpeg" if args.jpeg else photos, true_poses, recipe)
             for n, d, photos, recipe in scenes
             if (any(fnmatch.fnmatch(n, o) for o in only) if only else not any(fnmatch.fnmatch(n, o) for o in ONLY_NAMED))

@@ -55,7 +55,7 @@ static void draw_exposures(Nuisance *u, const Spec *spec)
             p->exposure.shutter = other[which].shutter;
             p->exposure.iso = other[which].iso;
         }
-        p->exposure.f_number *= sqrt(1 / (double)under); // set for more light than there was
+        p->exposure.f_number = round(10 * p->exposure.f_number / sqrt((double)under)) / 10;
         p->flash = under * (float)p->exposure.iso / SHOT_ISO;
         p->ambient = p->flash * SHOT_SHUTTER / (float)p->exposure.shutter;
         float warm = deviation(&balance), green = deviation(&balance);
