@@ -6,7 +6,7 @@
 
 #include "flashsplat.h"
 
-enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, EXIT_CANCELLED = 130 };
+enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, EXIT_DOUBTS = 3, EXIT_CANCELLED = 130 };
 
 // What "-o" names.
 typedef enum OutKind {

@@ -59,6 +59,11 @@ static int call_pair(const Invocation *in, const FsCallbacks *callbacks, FsError
     return fs_pair(in->arg[0], in->arg[1], in->out, in->settings, callbacks, err);
 }
 
+static int call_check(const Invocation *in, const FsCallbacks *callbacks, FsError *err)
+{
+    return fs_check(in->arg[0], in->settings, callbacks, err);
+}
+
 static int call_info(const Invocation *in, const FsCallbacks *callbacks, FsError *err)
 {
     return fs_info(in->arg[0], in->settings, callbacks, err);
@@ -94,6 +99,10 @@ static const Command commands[] = {
      .stages = FS_STAGE_SYNTH, .out = OUT_NEW, .call = call_synth},
     {.name = "pair", .usage = "FLASH NOFLASH -o FILE", .help = "difference of a flash / no-flash pair from a tripod",
      .stages = FS_STAGE_PAIR, .n_args = 2, .out = OUT_NEW, .call = call_pair},
+    {.name = "check", .usage = "PHOTOS", .help = "whether photos will do, in seconds: what to retake",
+     .detail = "A line for each photo, then what to do. Exits with 0 where all is good, 3 where the photos are usable "
+               "with doubts, 1 where they are not.",
+     .stages = FS_STAGE_CHECK, .n_args = 1, .out = OUT_NONE, .prints = true, .call = call_check},
     {.name = "info", .usage = "FILE|OUT", .help = "describe a photo, a PLY, a COLMAP model or a project folder",
      .n_args = 1, .out = OUT_NONE, .prints = true, .call = call_info},
     {.name = "bench", .usage = "", .help = "time the kernels and the training step on this machine",

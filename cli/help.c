@@ -12,7 +12,7 @@ static const struct {
     {FS_STAGE_INGEST, "ingest"}, {FS_STAGE_POSES, "poses"},   {FS_STAGE_INITIALISE, "initialise"},
     {FS_STAGE_TRAIN, "train"},   {FS_STAGE_RENDER, "render"}, {FS_STAGE_EVALUATE, "evaluate"},
     {FS_STAGE_EXPORT, "export"}, {FS_STAGE_SYNTH, "synth"},   {FS_STAGE_PAIR, "pair"},
-    {FS_STAGE_BENCH, "bench"},
+    {FS_STAGE_BENCH, "bench"},   {FS_STAGE_CHECK, "check"},
 };
 #define N_GROUPS (sizeof groups / sizeof *groups)
 
@@ -135,7 +135,7 @@ void cli_help_command(FILE *f, const Command *command)
     fprintf(f, "  %-34s %s\n  %-34s %s\n  %-34s %s\n", "-q, --quiet", "no progress, only warnings and results",
             "-v, --verbose", "more about what is done", "-h, --help", "this help");
     fputs("\nAn on-or-off option --x is turned off by --no-x. Exit codes: 0 done, 1 failed, 2 wrong usage, "
-          "130 interrupted.\n",
+          "3 done with doubts (check), 130 interrupted.\n",
           f);
     fs_settings_free(defaults);
 }
@@ -236,7 +236,7 @@ void cli_help_man(FILE *f)
         roff_item(f, name, text, "");
     }
     fputs(".SH EXIT STATUS\n.TP\n0\nDone.\n.TP\n1\nFailed; one line on standard error says why.\n.TP\n2\nThe command "
-          "line is wrong.\n.TP\n130\nInterrupted; what was computed is kept.\n",
+          "line is wrong.\n.TP\n3\nOf check: usable with doubts.\n.TP\n130\nInterrupted; what was computed is kept.\n",
           f);
     fs_settings_free(defaults);
 }

@@ -7,6 +7,7 @@
 static int exit_code(int rc)
 {
     switch (rc) {
+    case FS_DOUBTS: return EXIT_DOUBTS;
     case FS_ERR_USAGE: return EXIT_USAGE;
     case FS_ERR_CANCELLED: return EXIT_CANCELLED;
     default: return rc < 0 ? EXIT_FAILED : EXIT_OK;

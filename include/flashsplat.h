@@ -16,6 +16,7 @@ extern "C" {
 
 typedef enum FsStatus {
     FS_OK = 0,
+    FS_DOUBTS = 3,         // of fs_check: usable with doubts
     FS_ERR_INPUT = -1,     // a file or folder is missing or wrong; the message names it and says what to do
     FS_ERR_USAGE = -2,     // an option or argument is wrong
     FS_ERR_MEMORY = -3,    // out of memory
@@ -67,6 +68,7 @@ enum {
     FS_STAGE_SYNTH = 1 << 7,
     FS_STAGE_PAIR = 1 << 8,
     FS_STAGE_BENCH = 1 << 9,
+    FS_STAGE_CHECK = 1 << 10,
     FS_STAGE_ALL = (1 << 7) - 1, // the stages of `run`
 };
 
@@ -118,6 +120,9 @@ int fs_run(FsProject *project, const char *photos, FsError *err); // all of them
 int fs_synth(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
 int fs_pair(const char *flash, const char *noflash, const char *out, const FsSettings *settings,
             const FsCallbacks *callbacks, FsError *err);
+// Whether photos will do, in seconds: a line for each and then what to do, through the log callback at FS_LOG_INFO.
+// 0: good, FS_DOUBTS, or FS_ERR_INPUT: not usable. Setting "json": the same as a file.
+int fs_check(const char *photos, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
 // One-file or one-project description, lines through the log callback at FS_LOG_INFO.
 int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
 int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "base/owned.h"
 #include "bench/bench.h"
+#include "check/check.h"
 #include "estimate.h"
 #include "evaluate/evaluate.h"
 #include "export/export.h"
@@ -163,6 +164,14 @@ int fs_pair(const char *flash, const char *noflash, const char *out, const FsSet
 int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
     return fs_bench_run(settings, callbacks, err);
+}
+
+int fs_check(const char *photos, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
+{
+    static const FsCallbacks none;
+    unsigned failures = fs_memory_begin();
+    int rc = fs_check_run(photos, settings, callbacks ? callbacks : &none, err);
+    return rc < 0 ? rc : fs_memory_end(failures, 0, err) < 0 ? FS_ERR_MEMORY : rc;
 }
 
 int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)

@@ -58,6 +58,8 @@ int fs_tiff_write_float(const char *path, const Image *image, FsError *err);
 // JPEG: 8 bits as 0..1, encoded values (sRGB), not linearised. exif/exif_size: TIFF block ("II*" or "MM", with or
 // without "Exif\0\0" before it) to embed as APP1, or NULL.
 int fs_jpeg_read(const char *path, Image *image, FsError *err);
+// The same made smaller while it is decoded, by 2, 4 or 8, as long as the longer side stays at least `enough`.
+int fs_jpeg_read_small(const char *path, int enough, Image *image, FsError *err);
 int fs_jpeg_write(const char *path, const Image *image, int quality, const void *exif, size_t exif_size, FsError *err);
 // What the file says of its values (profile.h).
 typedef struct LightTag LightTag;

@@ -69,7 +69,8 @@ static void set_handlers(Jpeg *s)
     s->progress.progress_monitor = on_progress;
 }
 
-static void decode(Jpeg *s, FILE *f, Image *image)
+// enough: 0, the whole size.
+static void decode(Jpeg *s, FILE *f, int enough, Image *image)
 {
     jpeg_create_decompress(&s->in);
     s->in.progress = &s->progress;
@@ -80,7 +81,11 @@ static void decode(Jpeg *s, FILE *f, Image *image)
                                s->in.num_components));
     s->in.out_color_space = s->in.num_components == 1 ? JCS_GRAYSCALE : JCS_RGB;
     s->in.dct_method = JDCT_ISLOW;
-    int rc = fs_image_new(image, (int)s->in.image_width, (int)s->in.image_height, s->in.num_components, s->err);
+    unsigned longer = s->in.image_width > s->in.image_height ? s->in.image_width : s->in.image_height;
+    while (enough > 0 && s->in.scale_denom < 8 && longer / (2 * s->in.scale_denom) >= (unsigned)enough)
+        s->in.scale_denom *= 2;
+    jpeg_calc_output_dimensions(&s->in);
+    int rc = fs_image_new(image, (int)s->in.output_width, (int)s->in.output_height, s->in.num_components, s->err);
     if (rc < 0) stop(s, fs_error_about(rc, s->path, s->err));
     jpeg_start_decompress(&s->in);
     size_t n = (size_t)image->width * (size_t)image->channels;
@@ -106,7 +111,7 @@ static void decode_tag(Jpeg *s, FILE *f, LightTag *tag)
 }
 
 // Reads the picture into image, or (image NULL) what its values are.
-static int read_jpeg(const char *path, Image *image, LightTag *tag, FsError *err)
+static int read_jpeg(const char *path, int enough, Image *image, LightTag *tag, FsError *err)
 {
     FILE *f = fopen(path, "rb");
     if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
@@ -115,7 +120,7 @@ static int read_jpeg(const char *path, Image *image, LightTag *tag, FsError *err
     s.in.err = &s.manager;
     if (setjmp(s.jump) == 0) {
         if (image)
-            decode(&s, f, image);
+            decode(&s, f, enough, image);
         else
             decode_tag(&s, f, tag);
     }
@@ -129,13 +134,19 @@ static int read_jpeg(const char *path, Image *image, LightTag *tag, FsError *err
 int fs_jpeg_read(const char *path, Image *image, FsError *err)
 {
     *image = (Image){0};
-    return read_jpeg(path, image, NULL, err);
+    return read_jpeg(path, 0, image, NULL, err);
+}
+
+int fs_jpeg_read_small(const char *path, int enough, Image *image, FsError *err)
+{
+    *image = (Image){0};
+    return read_jpeg(path, enough, image, NULL, err);
 }
 
 int fs_jpeg_read_tag(const char *path, LightTag *tag, FsError *err)
 {
     *tag = (LightTag){0};
-    int rc = read_jpeg(path, NULL, tag, err);
+    int rc = read_jpeg(path, 0, NULL, tag, err);
     if (rc < 0) fs_profile_tag_free(tag);
     return rc;
 }

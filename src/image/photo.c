@@ -142,7 +142,9 @@ int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *s
     Image image = {0};
     Profile profile;
     int rc = read_profile(path, &profile, light, err);
-    if (rc == 0) rc = fs_photo_read_stored(path, &image, err);
+    bool small = sizes->enough > 0 && fs_photo_kind_inside(path) == PHOTO_JPEG;
+    if (rc == 0 && small) rc = fs_jpeg_read_small(path, sizes->enough, &image, err);
+    if (rc == 0 && !small) rc = fs_photo_read_stored(path, &image, err);
     if (rc == 0) rc = linearise(&image, &profile, sizes, err);
     fs_image_free(&image);
     if (rc < 0) fs_sizes_free(sizes);

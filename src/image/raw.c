@@ -250,6 +250,38 @@ static void put_picture(void *user, int y, const float *rgb)
     fs_sizes_row(s->sizes, rgb, clipped_row(s, y));
 }
 
+// A pixel for each cell of 2 x 2.
+static int put_cells(const Sensor *s, const unsigned char cfa[4], FsError *err)
+{
+    int width = s->width / 2, height = s->height / 2;
+    float *mosaic = malloc((size_t)s->width * 2 * sizeof *mosaic);
+    float *rgb = calloc((size_t)width * 4, sizeof *rgb), *clipped = rgb ? rgb + 3 * (size_t)width : NULL;
+    int rc = 0;
+    if (!mosaic || !rgb) TRY(fs_error_memory(err));
+    TRY(fs_sizes_begin(s->sizes, width, height, err));
+    for (int y = 0; y < height; y++) {
+        memset(rgb, 0, (size_t)width * 4 * sizeof *rgb);
+        for (int j = 0; j < 2; j++) get_mosaic(s, 2 * y + j, mosaic + (size_t)j * (size_t)s->width);
+        for (int x = 0; x < width; x++)
+            for (int i = 0; i < 4; i++) {
+                size_t at = (size_t)(i / 2) * (size_t)s->width + 2 * (size_t)x + (size_t)(i % 2);
+                rgb[3 * x + cfa[i]] += (cfa[i] == 1 ? 0.5f : 1.0f) * mosaic[at];
+                if (s->px[(size_t)(2 * y + i / 2) * s->pitch + 2 * (size_t)x + (size_t)(i % 2)] >= s->clip)
+                    clipped[x] = 1;
+            }
+        fs_sizes_row(s->sizes, rgb, clipped);
+    }
+fail:
+    free(mosaic);
+    free(rgb);
+    return rc;
+}
+
+static bool half_is_enough(const PhotoSizes *sizes, int width, int height)
+{
+    return sizes->enough > 0 && (width > height ? width : height) / 2 >= sizes->enough;
+}
+
 static int read_bayer(const char *path, libraw_data_t *raw, const unsigned char cfa[4], const double white_balance[3],
                       PhotoSizes *sizes, FsError *err)
 {
@@ -267,6 +299,10 @@ static int read_bayer(const char *path, libraw_data_t *raw, const unsigned char 
     if (!s.highest || !s.clipped) TRY(fs_error_memory(err));
     TRY(check_sensor(path, &s, err));
     find_clip(&s);
+    if (half_is_enough(sizes, s.width, s.height)) {
+        rc = put_cells(&s, cfa, err);
+        goto fail;
+    }
     TRY(fs_sizes_begin(sizes, s.width, s.height, err));
     TRY(fs_demosaic(&(DemosaicRows){get_mosaic, put_picture, &s}, s.width, s.height, cfa, err));
 fail:
@@ -339,6 +375,7 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
     p->output_bps = 16;
     p->user_qual = 3; // adaptive homogeneity-directed
     p->user_flip = 0;
+    p->half_size = half_is_enough(sizes, raw->sizes.width, raw->sizes.height);
     errno = 0;
     code = libraw_dcraw_process(raw);
     if (code != LIBRAW_SUCCESS || errno == ENOMEM) return raw_error(path, code, err);

@@ -13,7 +13,8 @@ enum { PHOTO_SIZES = 2 };
 typedef struct PhotoSizes {
     int n;
     PhotoSize size[PHOTO_SIZES]; // long_edge is the caller's, the rest is made
-    int width, height;           // as stored
+    int enough;                  // for a look: a longer side of so many pixels may be read for the photo; 0: all of it
+    int width, height;           // as read: as stored, or less of it
 } PhotoSizes;
 
 void fs_sizes_clear(PhotoSizes *sizes); // no pictures yet, whatever was there; what is wanted stays

@@ -52,6 +52,9 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     photo->encoded = light == PHOTO_ENCODED;
     photo->untold = light == PHOTO_UNTOLD;
     TRY(level(photo, &sizes, working, mask, err));
+    TRY(fs_look_at(&photo->look, working, err));
+    photo->look.clipped = photo->clipped;
+    photo->look_gain = photo->gain;
     TRY(write_features(photo, features, dir, err));
     TRY(fs_tiff_write_float(fs_file_at("%s/%s.tif", dir, photo->name).text, working, err));
     TRY(fs_png_write(fs_file_at("%s/%s_mask.png", dir, photo->name).text, mask, 8, err));

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include "base/file.h"
@@ -11,6 +12,7 @@
 #include "base/owned.h"
 #include "image/raw.h"
 #include "ingest/develop.h"
+#include "model/findings.h"
 
 typedef struct Work {
     const FsProject *project;
@@ -94,6 +96,19 @@ static void check_pictures(const Photos *photos, const Log *log)
                     on, off);
     if (clipped > 0.05)
         fs_log_warn(log, "%.0f %% of the pixels are clipped and will not be used: expose less", 100 * clipped);
+}
+
+// What `check` says, as far as the warnings above do not.
+static int warn_of_findings(Photos *photos, const Log *log, FsError *err)
+{
+    static const char *const kinds[] = {"misfire", "wrong-flash", "gap", "blur", "zoom"};
+    Findings findings;
+    MUST(fs_findings_make(&findings, photos, err));
+    for (int i = 0; i < findings.n; i++)
+        for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
+            if (strcmp(findings.finding[i].kind, kinds[k]) == 0) fs_log_warn(log, "%s", findings.finding[i].text);
+    fs_findings_free(&findings);
+    return 0;
 }
 
 static json_t *photo_json(const PhotoFile *photo)
@@ -187,6 +202,7 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     TRY(fs_photos_drop_failed(&photos, log, err));
     TRY(fs_photos_check_groups(&photos, project, err));
     check_pictures(&photos, log);
+    TRY(warn_of_findings(&photos, log, err));
     TRY(write_json(project, &photos, err));
     TRY(fs_project_mark_done(project, FS_STAGE_INGEST, err));
 fail:

@@ -164,18 +164,21 @@ int fs_photos_check_groups(const Photos *photos, const FsProject *project, FsErr
     return 0;
 }
 
+int fs_photos_mark_flash(Photos *photos, const Settings *set, const Log *log, FsError *err)
+{
+    bool by_glob = set->flash_glob && *set->flash_glob, by_list = set->flash_list && *set->flash_list;
+    if (!by_glob && !by_list) return photos->n >= 2 ? mark_by_itself(photos, log, err) : 0;
+    for (int i = 0; i < photos->n; i++) photos->photo[i].flash = 0;
+    if (by_glob) MUST(mark_by_glob(photos, set->flash_glob, err));
+    if (by_list) MUST(mark_by_list(photos, set->flash_list, err));
+    return 0;
+}
+
 int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err)
 {
     const Settings *set = &project->set;
     const Log *log = &project->log;
-    bool by_glob = set->flash_glob && *set->flash_glob, by_list = set->flash_list && *set->flash_list;
-    if (by_glob || by_list) {
-        for (int i = 0; i < photos->n; i++) photos->photo[i].flash = 0;
-        if (by_glob) MUST(mark_by_glob(photos, set->flash_glob, err));
-        if (by_list) MUST(mark_by_list(photos, set->flash_list, err));
-    } else if (photos->n >= 2) {
-        MUST(mark_by_itself(photos, log, err));
-    }
+    MUST(fs_photos_mark_flash(photos, set, log, err));
     MUST(fs_photos_drop_failed(photos, log, err));
     MUST(fs_photos_check_groups(photos, project, err));
     int flash = 0, sorted = 0;
@@ -184,9 +187,9 @@ int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err)
         sorted += photos->photo[i].folder_says >= 0;
     }
     fs_log_info(log, "%d photos: %d with flash, %d without (%s)", photos->n, flash, photos->n - flash,
-                by_glob   ? "--flash-glob"
-                : by_list ? "--flash-list"
-                : sorted  ? "their folders and EXIF"
-                          : "EXIF");
+                set->flash_glob && *set->flash_glob   ? "--flash-glob"
+                : set->flash_list && *set->flash_list ? "--flash-list"
+                : sorted                              ? "their folders and EXIF"
+                                                      : "EXIF");
     return 0;
 }

@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/threads.h"
 #include "image/photo.h"
+#include "model/look.h"
 #include "model/project.h"
 
 typedef struct PhotoFile {
@@ -25,6 +26,13 @@ typedef struct PhotoFile {
     int width, height, orig_width, orig_height; // upright
     double clipped;                             // fraction of the working image
     double mean;                                // of the working image's linear values
+
+    // for findings.h
+    Look look;
+    double look_gain; // that the look's light was multiplied by
+    double sharpness; // detail as a share of its neighbours', in the worst direction
+    bool odd_light;   // as bright as photos of the other lighting
+    int beside;       // the nearest photo of the other lighting, -1: none
 } PhotoFile;
 
 typedef struct Photos {
@@ -50,6 +58,8 @@ void fs_photos_read_headers(Photos *photos, Threads *threads);
 // Drops the photos that failed, each with a warning; an error when that leaves fewer than two thirds.
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err);
 
+// By EXIF, the name of the folder, or the settings flash-glob and flash-list; photos that do not tell get a failure.
+int fs_photos_mark_flash(Photos *photos, const Settings *set, const Log *log, FsError *err);
 // Flash or not: by EXIF, the name of the folder, or the settings flash-glob and flash-list; then drops the photos that
 // failed. An error unless both kinds are there.
 int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err);

@@ -35,11 +35,12 @@
 #define SYNTH FS_STAGE_SYNTH
 #define PAIR FS_STAGE_PAIR
 #define BENCH FS_STAGE_BENCH
+#define CHECK FS_STAGE_CHECK
 
 static const FsOption table[] = {
     ENUM("preset", preset, INGEST | INITIALISE | TRAIN | RENDER, "standard", "preview|standard|paper",
          "named set of the settings below"),
-    INT("threads", threads, ALL | SYNTH | BENCH, "0", 0, 1024, "N", "threads to use; 0: one per core"),
+    INT("threads", threads, ALL | SYNTH | BENCH | CHECK, "0", 0, 1024, "N", "threads to use; 0: one per core"),
     INT("seed", seed, INITIALISE | TRAIN | SYNTH, "1", 0, INT_MAX, "N", "seed of all random choices"),
     INT("long-edge", long_edge, INGEST | RENDER | PAIR, "1200", 0, 16384, "N",
         "longer side of the working images in pixels; 0: as shot"),
@@ -48,8 +49,8 @@ static const FsOption table[] = {
          "what computes: the best at hand, the CPU's cores, or the plain definition (very slow, for tests)"),
     ENUM("cpu", cpu, TRAIN | RENDER | BENCH, "best", "best|scalar|avx2|avx512|neon", "highest instruction set to use"),
 
-    STRING("flash-glob", flash_glob, INGEST | PAIR, "", "PATTERN", "file names that are flash photos, instead of EXIF"),
-    STRING("flash-list", flash_list, INGEST, "", "FILE",
+    STRING("flash-glob", flash_glob, INGEST | PAIR | CHECK, "", "PATTERN", "file names that are flash photos, instead of EXIF"),
+    STRING("flash-list", flash_list, INGEST | CHECK, "", "FILE",
            "text file with one flash photo's name per line, instead of EXIF"),
 
     STRING("poses", poses, POSES, "", "MODEL", "known poses: COLMAP model folder or nerfstudio transforms.json"),
@@ -121,7 +122,7 @@ static const FsOption table[] = {
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
 
     STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]", "other programs' output folders to compare"),
-    STRING("json", json, EVALUATE | BENCH, "", "FILE", "write the figures as JSON too"),
+    STRING("json", json, EVALUATE | BENCH | CHECK, "", "FILE", "write the figures as JSON too"),
     ENUM("views", views, EVALUATE, "held_out", "held_out|capture|all", "views to measure at"),
     STRING("lpips-weights", lpips_weights, EVALUATE, "", "FILE",
            "weights that make evaluate measure LPIPS too; see docs/lpips.md"),

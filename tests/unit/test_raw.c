@@ -57,6 +57,36 @@ static void test_dng(void **state)
     }
 }
 
+// For a look, a pixel of every cell.
+static void test_half(void **state)
+{
+    (void)state;
+    PhotoSizes sizes = {.n = 1, .enough = 32};
+    assert_int_equal(fs_raw_read(given("gbrg.dng"), white_balance, false, &sizes, NULL), 0);
+    const Image *rgb = &sizes.size[0].rgb;
+    assert_true(rgb->width == 32 && rgb->height == 24);
+    for (int y = 0; y < 24; y++)
+        for (int x = 0; x < 32; x++)
+            for (int c = 0; c < 3 && (x < 20 || x >= 22 || y < 10 || y >= 12); c++)
+                assert_true(fabs(fs_image_at(rgb, x, y)[c] - light(2 * x, 2 * y, c)) < 0.006);
+    for (int i = 0; i < 32 * 24; i++) {
+        bool inside = i % 32 >= 20 && i % 32 < 22 && i / 32 >= 10 && i / 32 < 12;
+        assert_true(sizes.size[0].clipped.px[i] == (inside ? 1 : 0));
+    }
+    fs_sizes_free(&sizes);
+    sizes.enough = 33; // half is not
+    assert_int_equal(fs_raw_read(given("gbrg.dng"), white_balance, false, &sizes, NULL), 0);
+    assert_int_equal(rgb->width, 64);
+    fs_sizes_free(&sizes);
+    Image image;
+    static const int enough[] = {0, 25, 24, 12, 7, 3, 1}, width[] = {24, 24, 24, 12, 12, 3, 3};
+    for (int i = 0; i < 7; i++) {
+        assert_int_equal(fs_jpeg_read_small(given("rgb.jpg"), enough[i], &image, NULL), 0);
+        assert_int_equal(image.width, width[i]);
+        fs_image_free(&image);
+    }
+}
+
 // LibRaw's own processing has the same scale as ours.
 static void test_plain(void **state)
 {
@@ -268,9 +298,9 @@ static void test_empty(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_dng),    cmocka_unit_test(test_plain), cmocka_unit_test(test_demosaic),
-        cmocka_unit_test(test_errors), cmocka_unit_test(test_cut),   cmocka_unit_test(test_kinds_of_dng),
-        cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_dng),          cmocka_unit_test(test_half),   cmocka_unit_test(test_plain),
+        cmocka_unit_test(test_demosaic),     cmocka_unit_test(test_errors), cmocka_unit_test(test_cut),
+        cmocka_unit_test(test_kinds_of_dng), cmocka_unit_test(test_empty),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }

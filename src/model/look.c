@@ -1,0 +1,98 @@
+#include "model/look.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define FINE_SIGMA 0.7f // pixels
+#define COARSE_SIGMA 2.0f
+#define LEAST_ENERGY 1e-8 // of what has no structure at all
+
+// A Gaussian along rows (step 1) or columns (step width), mirrored at the ends.
+static void blur_line(const float *in, float *out, int n, size_t step, float sigma)
+{
+    int radius = (int)(3 * sigma + 0.5f);
+    float weight[16], sum = 0;
+    for (int k = 0; k <= radius; k++) sum += (k ? 2 : 1) * (weight[k] = expf(-0.5f * (float)(k * k) / (sigma * sigma)));
+    for (int i = 0; i < n; i++) {
+        float v = 0;
+        for (int k = -radius; k <= radius; k++) {
+            int at = i + k < 0 ? -(i + k) : i + k >= n ? 2 * n - 2 - i - k : i + k;
+            v += weight[abs(k)] * in[(size_t)at * step];
+        }
+        out[(size_t)i * step] = v / sum;
+    }
+}
+
+static void blur(const Image *grey, float *scratch, float *out, float sigma)
+{
+    size_t width = (size_t)grey->width;
+    for (int y = 0; y < grey->height; y++)
+        blur_line(grey->px + (size_t)y * width, scratch + (size_t)y * width, grey->width, 1, sigma);
+    for (size_t x = 0; x < width; x++) blur_line(scratch + x, out + x, grey->height, width, sigma);
+}
+
+// Of second differences along a direction.
+static double energy(const float *px, int width, int height, int dx, int dy)
+{
+    double sum = 0;
+    for (int y = 1; y < height - 1; y++) {
+        const float *row = px + (size_t)y * (size_t)width;
+        long step = (long)dy * width + dx;
+        for (int x = 1; x < width - 1; x++) {
+            float d = 2 * row[x] - row[x + step] - row[x - step];
+            sum += (double)d * (double)d;
+        }
+    }
+    return sum / ((double)(width - 2) * (height - 2));
+}
+
+// The square root evens out shot noise, and light and shade.
+static int make_grey(const Image *rgb, Image *grey, double *mean, FsError *err)
+{
+    Image small = {0};
+    int width = rgb->width, height = rgb->height, rc = 0;
+    fs_image_limit(FS_LOOK_EDGE, &width, &height);
+    bool shrink = width < rgb->width || height < rgb->height;
+    if (shrink) TRY(fs_image_resize_area(rgb, width, height, &small, err));
+    const Image *from = shrink ? &small : rgb;
+    TRY(fs_image_new(grey, from->width, from->height, 1, err));
+    *mean = 0;
+    for (size_t i = 0; i < fs_image_pixels(from); i++) {
+        float v = (from->px[3 * i] + from->px[3 * i + 1] + from->px[3 * i + 2]) / 3;
+        *mean += (double)v / (double)fs_image_pixels(from);
+        grey->px[i] = sqrtf(fmaxf(v, 1e-4f));
+    }
+fail:
+    fs_image_free(&small);
+    return rc;
+}
+
+int fs_look_at(Look *look, const Image *rgb, FsError *err)
+{
+    static const int direction[LOOK_DIRECTIONS][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
+    Image grey = {0};
+    float *fine = NULL, *coarse = NULL, *scratch = NULL;
+    int rc = 0;
+    memset(look->detail, 0, sizeof look->detail);
+    TRY(make_grey(rgb, &grey, &look->mean, err));
+    if (grey.width < 16 || grey.height < 16) goto fail; // nothing to see
+    size_t n = fs_image_pixels(&grey);
+    fine = malloc(n * sizeof *fine);
+    coarse = malloc(n * sizeof *coarse);
+    scratch = malloc(n * sizeof *scratch);
+    if (!fine || !coarse || !scratch) TRY(fs_error_memory(err));
+    blur(&grey, scratch, fine, FINE_SIGMA);
+    blur(&grey, scratch, coarse, COARSE_SIGMA);
+    for (int k = 0; k < LOOK_DIRECTIONS; k++) {
+        int dx = direction[k][0], dy = direction[k][1];
+        look->detail[k] = energy(fine, grey.width, grey.height, dx, dy) /
+                          (energy(coarse, grey.width, grey.height, dx, dy) + LEAST_ENERGY);
+    }
+fail:
+    free(fine);
+    free(coarse);
+    free(scratch);
+    fs_image_free(&grey);
+    return rc;
+}

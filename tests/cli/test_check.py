@@ -1,0 +1,180 @@
+"""`flashsplat check`: it names each fault that is planted in a capture, and nothing in a good one."""
+import array
+import json
+import pathlib
+import shutil
+import struct
+import tempfile
+
+import common
+from common import FolderTest, run
+
+WIDTH, HEIGHT = 360, 240
+
+
+def entry(data, tag):
+    """Where a tag's entry of a DNG lies, in its first directory or EXIF's."""
+    def look(directory):
+        count = struct.unpack_from("<H", data, directory)[0]
+        return {struct.unpack_from("<H", data, directory + 2 + 12 * i)[0]: directory + 2 + 12 * i for i in range(count)}
+
+    first = look(struct.unpack_from("<I", data, 4)[0])
+    exif = look(struct.unpack_from("<I", data, first[0x8769] + 8)[0])
+    return first.get(tag) or exif[tag]
+
+
+def change(path, tag, *value):
+    """A number, or the two of a fraction."""
+    data = bytearray(path.read_bytes())
+    at = entry(data, tag)
+    if len(value) == 1:
+        struct.pack_into("<H", data, at + 8, *value)
+    else:
+        struct.pack_into("<II", data, struct.unpack_from("<I", data, at + 8)[0], *value)
+    path.write_bytes(data)
+
+
+def change_pixels(path, new):
+    """new(row of the sensor, black taken off) for every row."""
+    data = bytearray(path.read_bytes())
+    at = struct.unpack_from("<I", data, entry(data, 0x0111) + 8)[0]
+    for y in range(HEIGHT):
+        row = array.array("H", bytes(data[at:at + 2 * WIDTH]))
+        new_row = [min(16383, max(0, round(v) + 512)) for v in new([v - 512 for v in row])]
+        data[at:at + 2 * WIDTH] = array.array("H", new_row).tobytes()
+        at += 2 * WIDTH
+    path.write_bytes(data)
+
+
+def shake(row):
+    """Six pixels of motion, each colour of the mosaic by itself."""
+    n = len(row)
+    return [(row[max(x - 2, x % 2)] + row[x] + row[min(x + 2, n - 2 + x % 2)]) / 3 for x in range(n)]
+
+
+class Check(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        holder = tempfile.TemporaryDirectory(prefix="flashsplat-check-")
+        cls.addClassCleanup(holder.cleanup)
+        cls.made = pathlib.Path(holder.name) / "made"
+        process = run("synth", "-o", cls.made, "--width", WIDTH, "--height", HEIGHT, "--photos", 24, "--held-out", 0)
+        assert process.returncode == 0, process.stderr
+        views = json.loads((cls.made / "truth/cameras.json").read_text())["images"]
+        cls.flash = {view["name"]: view["flash"] for view in views}
+
+    def setUp(self):
+        super().setUp()
+        self.photos = self.dir / "photos"
+        shutil.copytree(self.made / "capture/raw", self.photos)
+
+    def some(self, flash, n):
+        """The nth such photo's file."""
+        return self.photos / ([name for name, lit in sorted(self.flash.items()) if lit == flash][n] + ".DNG")
+
+    def check(self, *more, code=3):
+        path = self.dir / "check.json"
+        path.unlink(missing_ok=True)
+        process = run("check", self.photos, "--json", path, *more)
+        self.assertEqual(process.returncode, code, process.stderr + process.stdout)
+        self.result = json.loads(path.read_text())
+        for finding in self.result["findings"]:
+            self.assertIn(finding["text"], process.stdout)
+        return {f["kind"]: f["text"] for f in self.result["findings"] if f["weight"] != "hint"}
+
+    def finds(self, kind, *paths):
+        found = self.check()
+        self.assertEqual(list(found), [kind])
+        for path in paths:
+            self.assertIn(path.name, found[kind])
+
+    def test_good(self):
+        self.assertEqual(self.check(code=0), {})
+        self.assertEqual(self.result["verdict"], "good")
+        self.assertEqual(len(self.result["photos"]), 24)
+        self.assertGreater(self.result["flash_adds"], 0.3)
+        for photo in self.result["photos"]:
+            self.assertEqual(photo["flash"], self.flash[photo["name"]])
+            self.assertNotEqual(self.flash[photo["beside"]], photo["flash"])
+        text = run("check", self.photos, "-q").stdout
+        self.assertRegex(text, r"IMG_0001.DNG +(no )?flash +1/40 s, ISO 200, f/5.6.*sharp \d+ %, clipped .*beside IMG_")
+
+    def test_jpeg(self):
+        shutil.rmtree(self.photos)
+        shutil.copytree(self.made / "capture/jpeg", self.photos)
+        self.assertEqual(self.check(code=0), {})
+        self.assertIn("set the camera to RAW", self.result["findings"][0]["text"])
+
+    def test_blur(self):
+        for path in (self.some(True, 5), self.some(False, 8)):
+            change_pixels(path, lambda row: shake(shake(row)))
+        self.finds("blur", self.some(True, 5), self.some(False, 8))
+
+    def test_wrong_flash(self):
+        change(self.some(True, 4), 0x9209, 16)
+        self.finds("wrong-flash", self.some(True, 4))
+        change(self.some(True, 4), 0x9209, 9)
+        change(self.some(False, 6), 0x9209, 9)
+        self.finds("wrong-flash", self.some(False, 6))
+
+    def test_misfire(self):
+        change(self.some(False, 3), 0x9209, 8)  # on, did not fire
+        self.finds("misfire", self.some(False, 3))
+        self.assertIn("did not fire in 1 of 13", self.result["findings"][0]["text"])
+
+    def test_zoom(self):
+        change(self.some(True, 2), 0x920A, 35, 1)
+        self.finds("zoom", self.some(True, 2))
+
+    def test_exposure(self):
+        change(self.some(False, 2), 0x829A, 1, 20)
+        change(self.some(False, 2), 0x8827, 100)  # the same product
+        found = self.check()
+        self.assertIn("exposure", found)
+        self.assertIn("another ISO than ISO 200: " + self.some(False, 2).name, found["exposure"])
+
+    def test_gap(self):
+        names = sorted(self.flash)
+        lost = [name for name in names[8:14] if self.flash[name]]
+        for name in lost:
+            (self.photos / f"{name}.DNG").unlink()
+        found = self.check()
+        self.assertEqual(set(found) - {"few"}, {"gap"})
+        self.assertRegex(found["gap"], "no photo with flash near IMG_00(09|1[0-3]).DNG")
+
+    def test_clipped(self):
+        change_pixels(self.some(False, 7), lambda row: [8 * v for v in row])
+        self.finds("clipped", self.some(False, 7))
+
+    def test_unusable(self):
+        for n in range(9):
+            self.some(True, n).unlink()
+        self.assertIn("only 3 photos with flash", self.check(code=1)["few"])
+        self.assert_fails(run("check", self.photos), 1, "not usable")
+        self.assert_fails(run("check", self.dir / "none"), 1, "none")
+        (self.dir / "mine.json").write_text("{}")
+        self.assert_fails(run("check", self.photos, "--json", self.dir / "mine.json"), 1, "mine.json")
+
+    def test_weak_flash(self):
+        for n in range(12):  # the others' pictures, with a little more light
+            shutil.copy(self.some(False, n), self.some(True, n))
+            change(self.some(True, n), 0x9209, 9)
+            change_pixels(self.some(True, n), lambda row: [1.06 * v for v in row])
+        found = self.check()
+        self.assertRegex(found["weak-flash"], "the flash adds [4-8] % of light: go closer")
+
+    def test_damaged(self):
+        path = self.some(True, 1)
+        path.write_bytes(path.read_bytes()[:9000])
+        self.assertEqual(self.check(), {})
+        self.assertEqual(len(self.result["photos"]), 23)
+
+    def test_run_says_the_same(self):
+        change_pixels(self.some(True, 5), lambda row: shake(shake(row)))
+        process = run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertIn("blurred: " + self.some(True, 5).name, process.stderr)
+        self.assertIn("blurred: " + self.some(True, 5).name, (self.dir / "out/warnings/ingest.txt").read_text())
+
+
+common.main()
