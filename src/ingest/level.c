@@ -57,14 +57,12 @@ static void level_exposure(Photos *photos, double *value, const Log *log)
     for (int i = 0; i < photos->n; i++) value[i] = fs_exif_exposure(&photos->photo[i].exif);
     double m = median(value, photos->n);
     int unknown = 0, differ = 0;
-    bool flash_differs = false;
     const PhotoFile *odd = NULL;
     for (int i = 0; i < photos->n; i++) {
         PhotoFile *photo = &photos->photo[i];
         unknown += value[i] == 0;
         if (m == 0 || value[i] == 0 || fabs(value[i] / m - 1) < 0.01) continue;
         photo->gain = m / value[i];
-        flash_differs |= photo->flash == 1;
         differ++;
         odd = photo;
     }
@@ -73,14 +71,44 @@ static void level_exposure(Photos *photos, double *value, const Log *log)
     if (differ)
         fs_log_warn(log,
                     "%d of %d photos have another shutter time, ISO or aperture (e.g. %s: %s, ISO %g, f/%g); they "
-                    "are brought to the median exposure%s",
-                    differ, photos->n, odd->file, shutter, odd->exif.iso, odd->exif.f_number,
-                    flash_differs ? ", but the flash's light does not follow the shutter: use one manual exposure"
-                                  : "");
+                    "are brought to the median exposure",
+                    differ, photos->n, odd->file, shutter, odd->exif.iso, odd->exif.f_number);
     if (unknown == photos->n)
         fs_log_warn(log, "the photos do not tell their exposure: taken to be the same for all");
     else if (unknown)
         fs_log_warn(log, "%d of %d photos do not tell their exposure: taken to be the median", unknown, photos->n);
+}
+
+// The shutter scales the room's light and not the flash's: of two photos of one exposure, the one of half the shutter
+// time has twice the flash.
+static void level_flash(Photos *photos, double *value, const Log *log)
+{
+    int differ = 0, flash = 0;
+    const PhotoFile *odd = NULL;
+    for (int i = 0; i < photos->n; i++) {
+        const PhotoFile *photo = &photos->photo[i];
+        ExifInfo without_shutter = photo->exif;
+        without_shutter.exposure_s = 1;
+        value[i] =
+            photo->flash == 1 && photo->exif.exposure_s > 0 ? photo->gain * fs_exif_exposure(&without_shutter) : 0;
+        flash += photo->flash == 1;
+    }
+    double m = median(value, photos->n);
+    for (int i = 0; i < photos->n; i++) {
+        if (m == 0 || value[i] == 0) continue;
+        photos->photo[i].flash_gain = value[i] / m;
+        if (fabs(value[i] / m - 1) < 0.02) continue;
+        differ++;
+        odd = &photos->photo[i];
+    }
+    if (!differ) return;
+    char shutter[24];
+    fs_exif_shutter_text(odd->exif.exposure_s, shutter);
+    fs_log_warn(
+        log,
+        "%d of %d flash photos have another shutter time, which the flash's light does not follow (e.g. %s: %s, "
+        "ISO %g: %.2g times as much of it as the others): use one manual exposure",
+        differ, flash, odd->file, shutter, odd->exif.iso, odd->flash_gain);
 }
 
 int fs_level_photos(Photos *photos, const Log *log, FsError *err)
@@ -89,6 +117,7 @@ int fs_level_photos(Photos *photos, const Log *log, FsError *err)
     if (!value) return fs_error_memory(err);
     level_white_balance(photos, value, log);
     level_exposure(photos, value, log);
+    level_flash(photos, value, log);
     free(value);
     return 0;
 }

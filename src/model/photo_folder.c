@@ -96,7 +96,8 @@ static int add_photo(Photos *photos, const char *path, int kind, int says, FsErr
     MUST(fs_memory_grow(&photos->photo, photos->n, sizeof *photos->photo, err));
     PhotoFile *photo = &photos->photo[photos->n++];
     char *stem = fs_file_stem(path);
-    *photo = (PhotoFile){.path = strdup(path), .file = as_utf8(path), .kind = (PhotoKind)kind, .gain = 1};
+    *photo =
+        (PhotoFile){.path = strdup(path), .file = as_utf8(path), .kind = (PhotoKind)kind, .gain = 1, .flash_gain = 1};
     photo->folder_says = says;
     photo->name = stem ? fs_photos_view_name(stem) : NULL;
     free(stem);

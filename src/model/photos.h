@@ -18,6 +18,7 @@ typedef struct PhotoFile {
     double white_balance[3]; // as shot, green 1; 0 unknown (RAW only)
     double memory;           // bytes that reading it takes
     double gain;             // brings the photo to the capture's exposure
+    double flash_gain;       // then its flash is so many times the other flash photos'
 
     // known after development
     FsError failure;                            // code 0: the photo is good

@@ -238,29 +238,57 @@ static void test_orientation(void **state)
     fs_image_free(&photo);
 }
 
+// A given RAW photo with another exposure in its EXIF: 1/shutter s and an ISO.
+static void write_exposed(const char *from, const char *to, unsigned shutter, unsigned iso)
+{
+    static const unsigned char time[8] = {0x9a, 0x82, 5, 0, 1, 0, 0, 0}; // ExposureTime: one fraction, 1/4
+    static const unsigned char speed[8] = {0x27, 0x88, 3, 0, 1, 0, 0, 0};
+    char *data;
+    size_t size;
+    assert_int_equal(fs_file_read(given(from), 1 << 20, &data, &size, NULL), 0);
+    char *at = memmem(data, size, time, 8), *iso_at = memmem(data, size, speed, 8);
+    assert_true(at && iso_at);
+    at = data + ((unsigned char)at[8] | (unsigned char)at[9] << 8);
+    assert_memory_equal(at, "\1\0\0\0\4\0\0\0", 8);
+    at[4] = (char)shutter;
+    iso_at[8] = (char)iso, iso_at[9] = (char)(iso >> 8);
+    assert_int_equal(fs_file_write(temp(to), data, size, NULL), 0);
+    free(data);
+}
+
 // A photo of half the exposure time comes out twice as bright as its file, and is told of.
 static void test_exposure(void **state)
 {
     (void)state;
     FILL(FOUR, {"gbrg.dng", "A_5.dng"}, {"gbrg.dng", "A_6.dng"});
-    char *data;
-    size_t size;
-    static const unsigned char entry[8] = {0x9a, 0x82, 5, 0, 1, 0, 0, 0}; // ExposureTime: one fraction, 1/4
-    assert_int_equal(fs_file_read(given("ambient.dng"), 1 << 20, &data, &size, NULL), 0);
-    char *at = memmem(data, size, entry, 8);
-    assert_non_null(at);
-    at = data + ((unsigned char)at[8] | (unsigned char)at[9] << 8);
-    assert_memory_equal(at, "\1\0\0\0\4\0\0\0", 8);
-    at[4] = 8;
-    assert_int_equal(fs_file_write(temp("photos/A_4.DNG"), data, size, NULL), 0);
-    free(data);
+    write_exposed("ambient.dng", "photos/A_4.DNG", 8, 200);
     expect_good("photos", NULL, "W 1 of 6 photos have another shutter time, ISO or aperture (e.g. A_4.DNG: 1/8 s");
+    assert_null(strstr(said, "flash's light"));
     Image a, b;
     assert_int_equal(fs_tiff_read(temp("out/linear/A_2.tif"), &a, NULL), 0);
     assert_int_equal(fs_tiff_read(temp("out/linear/A_4.tif"), &b, NULL), 0);
     for (int i = 0; i < a.width * a.height * 3; i++) assert_true(fabsf(2 * a.px[i] - b.px[i]) < 1e-6f);
     fs_image_free(&a);
     fs_image_free(&b);
+}
+
+// 1/2 s at ISO 100 among 1/4 s at ISO 200: the same light of the room, half the flash.
+static void test_shutter_and_flash(void **state)
+{
+    (void)state;
+    FILL(FOUR, {"flash.dng", "A_5.DNG"}, {"ambient.dng", "A_6.DNG"});
+    write_exposed("flash.dng", "photos/A_5.DNG", 2, 100);
+    write_exposed("ambient.dng", "photos/A_6.DNG", 2, 100);
+    expect_good("photos", NULL,
+                "W 1 of 3 flash photos have another shutter time, which the flash's light does not follow");
+    assert_non_null(strstr(said, "A_5.DNG: 0.5 s, ISO 100: 0.5 times"));
+    assert_null(strstr(said, "median exposure"));
+    json_t *root = json_load_file(temp("out/ingest.json"), 0, NULL);
+    assert_true(fabs(figure(photo_entry(root, "A_5"), "flash_gain") - 0.5) < 1e-6);
+    assert_true(figure(photo_entry(root, "A_1"), "flash_gain") == 1 &&
+                figure(photo_entry(root, "A_6"), "flash_gain") == 1);
+    assert_true(figure(photo_entry(root, "A_5"), "exposure_gain") == 1);
+    json_decref(root);
 }
 
 static void test_cancel(void **state)
@@ -287,7 +315,8 @@ static void test_large(void **state)
     for (int i = 0; i < 24000000; i++) mosaic.px[i] = (uint16_t)(SENSOR_BLACK + i % 6000 / 2 + i / 6000);
     FILL({"flash.dng", "P1.DNG"}, {"ambient.dng", "P2.DNG"});
     for (int i = 0; i < 4; i++) {
-        ShotInfo info = {.flash = i & 1, .width = 6000, .height = 4000, .focal_mm = 24, .focal_35mm = 24, SHOT_EXPOSURE};
+        ShotInfo info = {
+            .flash = i & 1, .width = 6000, .height = 4000, .focal_mm = 24, .focal_35mm = 24, SHOT_EXPOSURE};
         FilePath path = fs_file_at("%s/photos/P%d.DNG", scratch, i + 1);
         assert_int_equal(fs_dng_write(path.text, &mosaic, &info, NULL), 0);
     }
@@ -308,11 +337,13 @@ static void test_large(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_good),        cmocka_unit_test(test_again),           cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_missing),     cmocka_unit_test(test_fewest),          cmocka_unit_test(test_flash_state),
-        cmocka_unit_test(test_unreadable),  cmocka_unit_test(test_raw_before_jpeg), cmocka_unit_test(test_jpeg),
-        cmocka_unit_test(test_orientation), cmocka_unit_test(test_exposure),        cmocka_unit_test(test_cancel),
-        cmocka_unit_test(test_large),
+        cmocka_unit_test(test_good),       cmocka_unit_test(test_again),
+        cmocka_unit_test(test_threads),    cmocka_unit_test(test_missing),
+        cmocka_unit_test(test_fewest),     cmocka_unit_test(test_flash_state),
+        cmocka_unit_test(test_unreadable), cmocka_unit_test(test_raw_before_jpeg),
+        cmocka_unit_test(test_jpeg),       cmocka_unit_test(test_orientation),
+        cmocka_unit_test(test_exposure),   cmocka_unit_test(test_shutter_and_flash),
+        cmocka_unit_test(test_cancel),     cmocka_unit_test(test_large),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }
