@@ -281,7 +281,7 @@ static void find_zoom(Findings *f, const Photos *photos, double *value, bool *ma
     }
     if (count(marked, n))
         add(f, "zoom", FINDING_DOUBT,
-            "another focal length: %s (%.4g mm, the others %.4g mm): retake them with one, or "
+            "another focal length: %s (%.4g mm, the others %.4g mm): one for all is surer; retake them or "
             "leave them out",
             names(photos, marked, text), value[last], usual);
     for (int i = 0; i < n; i++) {

@@ -1,5 +1,6 @@
 #include "poses/colmap.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/statvfs.h>
@@ -8,6 +9,8 @@
 #include "base/owned.h"
 #include "base/process.h"
 #include "poses/match.h"
+
+#define SAME_FOCAL 0.015 // share by which a camera's focal length in EXIF may vary
 
 typedef struct Option {
     const char *name, *value; // name NULL: the last one
@@ -63,7 +66,15 @@ static Lens prior_lens(const Photo *photo)
     return (Lens){LENS_SIMPLE_RADIAL, w, h, {photo->focal_px > 0 ? focal : guess, 0.5 * w, 0.5 * h, 0}};
 }
 
-// One camera for all photos of one size.
+// Of one size, and of one focal length where both tell it.
+static bool same_camera(const Photo *p, const Photo *q)
+{
+    bool known = p->focal_px > 0 && q->focal_px > 0;
+    return p->picture_width == q->picture_width && p->picture_height == q->picture_height &&
+           (!known || fabs(p->focal_px / q->focal_px - 1) < SAME_FOCAL);
+}
+
+// One camera for all photos of one size and focal length.
 static int enter_photos(Colmap *colmap, FsError *err)
 {
     const Capture *cap = colmap->capture;
@@ -76,7 +87,7 @@ static int enter_photos(Colmap *colmap, FsError *err)
         Lens lens = prior_lens(p);
         for (int j = 0; j < i && !camera[i]; j++) {
             const Photo *q = &cap->photo[j];
-            if (p->picture_width == q->picture_width && p->picture_height == q->picture_height) camera[i] = camera[j];
+            if (same_camera(p, q)) camera[i] = camera[j];
         }
         if (!camera[i]) {
             camera[i] = ++n_cameras;
@@ -86,7 +97,8 @@ static int enter_photos(Colmap *colmap, FsError *err)
     }
     TRY(fs_database_end(colmap->db, err));
     if (n_cameras > 1)
-        fs_log_warn(&colmap->project->log, "photos of %d sizes: each size gets a camera of its own", n_cameras);
+        fs_log_warn(&colmap->project->log, "photos of %d sizes or focal lengths: each gets a camera of its own",
+                    n_cameras);
 fail:
     free(camera);
     return rc;

@@ -3,11 +3,14 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <sqlite3.h>
 #include <string.h>
 #include <cmocka.h>
 
+#include "base/process.h"
 #include "model/cameras_file.h"
 #include "model/project.h"
+#include "poses/colmap.h"
 #include "poses/poses.h"
 #include "temp_dir.h"
 
@@ -256,10 +259,46 @@ static void test_refused(void **state)
     free(model);
 }
 
+// A zoom, or a phone's other lens, is another camera to COLMAP.
+static void test_cameras(void **state)
+{
+    static const struct {
+        int width;
+        double focal;
+        int camera;
+    } photos[6] = {{60, 50, 1}, {60, 50.3, 1}, {60, 70, 2}, {60, 0, 1}, {40, 50, 3}, {60, 70.1, 2}};
+    FsProject project = {.out = *state, .set = {.colmap = "colmap"}};
+    Photo photo[6] = {0};
+    char name[6][10];
+    Capture capture = {.photo = photo, .n = 6, .pictures = *state};
+    Colmap colmap;
+    FsError err = {0};
+    if (!fs_process_found("colmap")) skip();
+    for (int i = 0; i < 6; i++) {
+        sprintf(name[i], "%d.png", i);
+        photo[i] = (Photo){.name = name[i], .picture = name[i], .width = photos[i].width, .height = 40};
+        photo[i].picture_width = photos[i].width, photo[i].picture_height = 40, photo[i].focal_px = photos[i].focal;
+    }
+    if (fs_colmap_open(&colmap, &project, &capture, &err) != 0) fail_msg("%s", err.message);
+    sqlite3 *db;
+    sqlite3_stmt *row;
+    assert_int_equal(sqlite3_open(colmap.database, &db), SQLITE_OK);
+    assert_int_equal(sqlite3_prepare_v2(db, "SELECT camera_id FROM images ORDER BY image_id", -1, &row, NULL),
+                     SQLITE_OK);
+    for (int i = 0; i < 6; i++) {
+        assert_int_equal(sqlite3_step(row), SQLITE_ROW);
+        assert_int_equal(sqlite3_column_int(row, 0), photos[i].camera);
+    }
+    sqlite3_finalize(row);
+    sqlite3_close(db);
+    fs_colmap_close(&colmap);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_known, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_cameras, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_refused, temp_dir_make, temp_dir_remove),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
