@@ -48,6 +48,15 @@ static int raw_error(const char *path, int code, FsError *err)
     return fs_error_input(err, "%s: cannot read as RAW: %s", path, code > 0 ? strerror(code) : libraw_strerror(code));
 }
 
+// The pixels of Fujifilm's Super CCD stand on their corners: LibRaw means a square that holds them turned.
+static bool fits_sensor(const libraw_data_t *raw)
+{
+    const libraw_image_sizes_t *s = &raw->sizes;
+    bool turned = strncasecmp(raw->idata.make, "fuji", 4) == 0 && s->height == s->width - 1;
+    if (turned) return s->width <= s->raw_width + s->raw_height;
+    return s->width <= s->raw_width && s->height <= s->raw_height;
+}
+
 static int open_raw(const char *path, bool *damaged, libraw_data_t **raw, FsError *err)
 {
     *damaged = false;
@@ -62,8 +71,8 @@ static int open_raw(const char *path, bool *damaged, libraw_data_t **raw, FsErro
     const libraw_image_sizes_t *s = &(*raw)->sizes;
     if (code != LIBRAW_SUCCESS || errno == ENOMEM) { // then it may have left something out
         code = raw_error(path, code, err);
-    } else if (s->width < FS_DEMOSAIC_MIN_SIDE || s->height < FS_DEMOSAIC_MIN_SIDE || s->width > s->raw_width ||
-               s->height > s->raw_height || (int64_t)s->raw_width * s->raw_height > FS_IMAGE_MAX_PIXELS) {
+    } else if (s->width < FS_DEMOSAIC_MIN_SIDE || s->height < FS_DEMOSAIC_MIN_SIDE || !fits_sensor(*raw) ||
+               (int64_t)s->raw_width * s->raw_height > FS_IMAGE_MAX_PIXELS) {
         code = fs_error_input(err, "%s: a RAW picture of %d x %d pixels on a sensor of %d x %d: damaged?", path,
                               s->width, s->height, s->raw_width, s->raw_height);
     } else {
@@ -323,7 +332,7 @@ static double mean_black(const libraw_colordata_t *color, int channel)
 
 // What LibRaw made, times scale.
 static int put_processed(const char *path, const libraw_processed_image_t *made, const double scale[3],
-                         const double white_balance[3], PhotoSizes *sizes, FsError *err)
+                         const double white_balance[3], bool turned, PhotoSizes *sizes, FsError *err)
 {
     size_t width = made->width;
     int filled = 0, rc = 0;
@@ -346,7 +355,7 @@ static int put_processed(const char *path, const libraw_processed_image_t *made,
         }
         fs_sizes_row(sizes, rgb, clipped);
     }
-    rc = check_filled(path, one_value, made->height, filled, err);
+    rc = check_filled(path, one_value, turned && filled ? filled : made->height, filled, err);
 fail:
     free(rgb);
     return rc;
@@ -385,7 +394,7 @@ static int read_plain(const char *path, libraw_data_t *raw, const double white_b
         TRY(fs_error_input(err, "%s: a sensor of %d colours, expected red, green and blue", path, made->colors));
     const double scale[3] = {largest * raw->color.maximum / range[0], largest * raw->color.maximum / range[1],
                              largest * raw->color.maximum / range[2]};
-    TRY(put_processed(path, made, scale, white_balance, sizes, err));
+    TRY(put_processed(path, made, scale, white_balance, raw->rawdata.ioparams.fuji_width, sizes, err));
 fail:
     libraw_dcraw_clear_mem(made);
     return rc;

@@ -165,6 +165,24 @@ static void test_errors(void **state)
     assert_non_null(strstr(err.message, "make.py"));
 }
 
+// LibRaw means a square larger than the sensor before it turns the picture.
+static void test_super_ccd(void **state)
+{
+    (void)state;
+    Image picture[2];
+    RawInfo info;
+    FsError err = {0};
+    if (fs_raw_read_info(given("super_ccd.raf"), &info, &err) != 0) fail_msg("%s", err.message);
+    assert_non_null(strstr(info.model, "T100"));
+    if (read_whole(given("super_ccd.raf"), white_balance, false, picture, &err) != 0) fail_msg("%s", err.message);
+    assert_true(picture[0].width > 16 && picture[0].height > 16);
+    double sum = 0;
+    for (size_t i = 0; i < fs_image_values(&picture[0]); i++) sum += picture[0].px[i];
+    assert_true(sum > 0);
+    fs_image_free(&picture[0]);
+    fs_image_free(&picture[1]);
+}
+
 static void expect_refused(const char *path, const char *words)
 {
     Image picture[2];
@@ -298,9 +316,9 @@ static void test_empty(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_dng),          cmocka_unit_test(test_half),   cmocka_unit_test(test_plain),
-        cmocka_unit_test(test_demosaic),     cmocka_unit_test(test_errors), cmocka_unit_test(test_cut),
-        cmocka_unit_test(test_kinds_of_dng), cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_dng),      cmocka_unit_test(test_half),         cmocka_unit_test(test_plain),
+        cmocka_unit_test(test_demosaic), cmocka_unit_test(test_errors),       cmocka_unit_test(test_super_ccd),
+        cmocka_unit_test(test_cut),      cmocka_unit_test(test_kinds_of_dng), cmocka_unit_test(test_empty),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }

@@ -105,3 +105,22 @@ def lossy(name):
 
 
 lossy("lossy.dng")
+
+
+def super_ccd(name):
+    """Fujifilm's pixels that stand on their corners: a sensor of 40 x 60, its values 1000 to 1899."""
+    model, tags = b"FinePix T100", ((0x100, (60, 40)), (0x121, (56, 36)), (0x130, (0, 0)))
+    tiff = b"II*\0" + struct.pack("<IH", 8, 2) + struct.pack("<HHII", 0x10F, 2, 9, 38) + \
+        struct.pack("<HHII", 0x110, 2, len(model) + 1, 48) + bytes(4) + b"FUJIFILM\0\0" + model + b"\0"
+    jpeg = b"\xff\xd8\xff\xe1" + struct.pack(">H", len(tiff) + 8) + b"Exif\0\0" + tiff + b"\xff\xd9"
+    directory = struct.pack(">I", len(tags)) + b"".join(struct.pack(">HHHH", tag, 4, *v) for tag, v in tags)
+    pixels = b"".join(struct.pack("<H", 1000 + (x * 7 + y * 3) % 900) for y in range(60) for x in range(40))
+    head = bytearray(b"FUJIFILMCCD-RAW 0201".ljust(160, b"\0"))
+    head[28:28 + len(model)] = model
+    struct.pack_into(">IIIIII", head, 84, 160, len(jpeg), 160 + len(jpeg), len(directory),
+                     160 + len(jpeg) + len(directory), len(pixels))
+    with open(name, "wb") as f:
+        f.write(bytes(head) + jpeg + directory + pixels)
+
+
+super_ccd("super_ccd.raf")
