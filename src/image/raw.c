@@ -116,7 +116,6 @@ int fs_raw_read_info(const char *path, RawInfo *info, FsError *err)
     info->height = raw->sizes.height;
     info->orientation = exif_of_flip[raw->sizes.flip & 7];
     info->flash = raw->color.flash_used > 0 ? 1 : -1;
-    if (fs_file_has_ext(path, "crw") && info->flash < 0) info->flash = 0; // Canon's first RAWs always tell
     snprintf(info->make, sizeof info->make, "%s", raw->idata.make);
     snprintf(info->model, sizeof info->model, "%s", raw->idata.model);
     green_to_one(raw->color.cam_mul, info->white_balance);
