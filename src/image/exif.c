@@ -82,6 +82,7 @@ static void read_jpeg(const Block *file, ExifInfo *info)
 static unsigned char *get_chunk(const Block *file, uint64_t at, uint64_t size, size_t *n)
 {
     unsigned char *data = size <= MAX_TEXT && size <= file->size - at ? malloc(size + 1) : NULL;
+    if (!data && size <= MAX_TEXT && size <= file->size - at) fs_error_memory(NULL);
     if (data && !fs_ifd_read_at(file, at, data, size)) {
         free(data);
         data = NULL;
@@ -96,6 +97,7 @@ static unsigned char *unpack_text(const unsigned char *data, size_t n, uLong *si
 {
     unsigned char *text = malloc(MAX_TEXT + 1);
     *size = MAX_TEXT;
+    if (!text) fs_error_memory(NULL);
     if (!text || uncompress(text, size, data, n) != Z_OK) {
         free(text);
         return NULL;

@@ -110,6 +110,7 @@ static void read_exif(const Heif *h, ExifInfo *info)
     if (heif_image_handle_get_list_of_metadata_block_IDs(h->handle, "Exif", &id, 1) < 1) return;
     size_t size = heif_image_handle_get_metadata_size(h->handle, id);
     unsigned char *data = size > 4 && size < 1 << 24 ? malloc(size) : NULL;
+    if (!data && size > 4 && size < 1 << 24) fs_error_memory(NULL);
     if (data && !heif_image_handle_get_metadata(h->handle, id, data).code) {
         uint64_t skip = 4 + ((uint64_t)data[0] << 24 | (uint64_t)data[1] << 16 | (uint64_t)data[2] << 8 | data[3]);
         if (skip < size) fs_ifd_read(&(Block){.fd = -1, .memory = data + skip, .size = size - skip}, info);

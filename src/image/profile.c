@@ -1,5 +1,6 @@
 #include "image/profile.h"
 
+#include <errno.h>
 #include <lcms2.h>
 #include <math.h>
 #include <stdlib.h>
@@ -110,6 +111,7 @@ static bool read_grey(Profile *p, cmsHPROFILE icc)
 bool fs_profile_read(Profile *profile, const void *icc, size_t size)
 {
     set_srgb(profile);
+    errno = 0;
     cmsContext context = cmsCreateContext(NULL, NULL); // says nothing of its own
     cmsHPROFILE h =
         context && size <= UINT32_MAX ? cmsOpenProfileFromMemTHR(context, icc, (cmsUInt32Number)size) : NULL;
@@ -120,6 +122,7 @@ bool fs_profile_read(Profile *profile, const void *icc, size_t size)
                                                       : false;
     if (h) cmsCloseProfile(h);
     if (context) cmsDeleteContext(context);
+    if (errno == ENOMEM) fs_error_memory(NULL); // not a profile that cannot be read
     if (good)
         look_at_curves(profile);
     else

@@ -2,6 +2,7 @@
 #include "model/photos.h"
 
 #include <ctype.h>
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -156,7 +157,9 @@ static void drop_copies(Photos *photos, const Log *log)
     const char *example = NULL;
     for (int i = 0; i < n; i++) {
         PhotoFile *photo = &photos->photo[i];
+        errno = 0;
         char *name = copied_name(photo->name);
+        if (!name && errno == ENOMEM) fs_error_memory(NULL);
         for (int k = 0; name && k < n; k++) {
             const PhotoFile *of = &photos->photo[k];
             if (k == i || !of->path || strcmp(of->name, name) != 0 || !same_folder(of, photo)) continue;
