@@ -9,7 +9,7 @@ import tempfile
 import common
 from common import FolderTest, run
 
-WIDTH, HEIGHT = 360, 240
+WIDTH, HEIGHT = 240, 160
 
 
 def entry(data, tag):
@@ -58,7 +58,8 @@ class Check(FolderTest):
         holder = tempfile.TemporaryDirectory(prefix="flashsplat-check-")
         cls.addClassCleanup(holder.cleanup)
         cls.made = pathlib.Path(holder.name) / "made"
-        process = run("synth", "-o", cls.made, "--width", WIDTH, "--height", HEIGHT, "--photos", 24, "--held-out", 0)
+        process = run("synth", "-o", cls.made, "--width", WIDTH, "--height", HEIGHT, "--photos", 20, "--held-out", 0,
+                      timeout=600)
         assert process.returncode == 0, process.stderr
         views = json.loads((cls.made / "truth/cameras.json").read_text())["images"]
         cls.flash = {view["name"]: view["flash"] for view in views}
@@ -84,14 +85,14 @@ class Check(FolderTest):
 
     def finds(self, kind, *paths):
         found = self.check()
-        self.assertEqual(list(found), [kind])
+        self.assertEqual(set(found) - {"few"}, {kind})  # 10 of each kind: one less is told of
         for path in paths:
             self.assertIn(path.name, found[kind])
 
     def test_good(self):
         self.assertEqual(self.check(code=0), {})
         self.assertEqual(self.result["verdict"], "good")
-        self.assertEqual(len(self.result["photos"]), 24)
+        self.assertEqual(len(self.result["photos"]), 20)
         self.assertGreater(self.result["flash_adds"], 0.3)
         for photo in self.result["photos"]:
             self.assertEqual(photo["flash"], self.flash[photo["name"]])
@@ -120,7 +121,7 @@ class Check(FolderTest):
     def test_misfire(self):
         change(self.some(False, 3), 0x9209, 8)  # on, did not fire
         self.finds("misfire", self.some(False, 3))
-        self.assertIn("did not fire in 1 of 13", self.result["findings"][0]["text"])
+        self.assertIn("did not fire in 1 of 11", self.result["findings"][0]["text"])
 
     def test_zoom(self):
         change(self.some(True, 2), 0x920A, 35, 1)
@@ -147,7 +148,7 @@ class Check(FolderTest):
         self.finds("clipped", self.some(False, 7))
 
     def test_unusable(self):
-        for n in range(9):
+        for n in range(7):
             self.some(True, n).unlink()
         self.assertIn("only 3 photos with flash", self.check(code=1)["few"])
         self.assert_fails(run("check", self.photos), 1, "not usable")
@@ -156,7 +157,7 @@ class Check(FolderTest):
         self.assert_fails(run("check", self.photos, "--json", self.dir / "mine.json"), 1, "mine.json")
 
     def test_weak_flash(self):
-        for n in range(12):  # the others' pictures, with a little more light
+        for n in range(10):  # the others' pictures, with a little more light
             shutil.copy(self.some(False, n), self.some(True, n))
             change(self.some(True, n), 0x9209, 9)
             change_pixels(self.some(True, n), lambda row: [1.06 * v for v in row])
@@ -166,8 +167,8 @@ class Check(FolderTest):
     def test_damaged(self):
         path = self.some(True, 1)
         path.write_bytes(path.read_bytes()[:9000])
-        self.assertEqual(self.check(), {})
-        self.assertEqual(len(self.result["photos"]), 23)
+        self.assertEqual(list(self.check()), ["few"])  # nine are left
+        self.assertEqual(len(self.result["photos"]), 19)
 
     def test_run_says_the_same(self):
         change_pixels(self.some(True, 5), lambda row: shake(shake(row)))
