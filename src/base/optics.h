@@ -8,3 +8,9 @@
 // a reflectance is at most MOST.
 #define FS_OPTICS_GRAZING 22
 #define FS_OPTICS_MOST 0.97
+
+// A camera's photometric calibration (kernels/calibration.h): coefficients of the vignetting; knots of the response and
+// what lies between them, tone-mapped.
+#define FS_OPTICS_VIGNETTING 3
+#define FS_OPTICS_KNOTS 11
+#define FS_OPTICS_SPACING 0.125f

@@ -16,6 +16,7 @@ typedef struct EngineDevice {
     int (*edit)(Engine *engine, const CloudEdit *edit, FsError *err);
     int (*neighbours)(Engine *engine, const int *neighbour, FsError *err);
     int (*load_view)(Engine *engine, const EngineView *view, FsError *err);
+    int (*photos_down)(Engine *engine, PhotoState *states, FsError *err);
     void (*drop_views)(Engine *engine);
     int (*render)(Engine *engine, const Camera *camera, Renders *renders, FsError *err);
     int (*step)(Engine *engine, const StepArgs *args, StepResult *result, FsError *err);

@@ -140,6 +140,11 @@ int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err)
     return 0;
 }
 
+int fs_engine_photos_down(Engine *engine, PhotoState *states, FsError *err)
+{
+    return engine->device->photos_down(engine, states, err);
+}
+
 void fs_engine_drop_views(Engine *engine)
 {
     engine->device->drop_views(engine);

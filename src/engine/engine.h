@@ -29,7 +29,9 @@ typedef struct CloudState {
     Cloud m, v;    // Adam's moments, fields like the cloud's
     float *screen; // (N, 2) since the last edit: sum of screen-space gradients (RasterTask.d_screen), steps in view
 } CloudState;
-enum { ENGINE_NUMBERS = 8 }; // of the whole scene that are learned: see engine/update.c
+enum {
+    ENGINE_NUMBERS = 8 + FS_OPTICS_VIGNETTING + FS_OPTICS_KNOTS
+}; // of the whole scene that are learned: see engine/update.c
 typedef struct TrainState {
     CloudState cloud[LAYERS];
     float m[ENGINE_NUMBERS], v[ENGINE_NUMBERS];
@@ -65,14 +67,32 @@ void fs_engine_renders_free(Renders *renders);
 
 // ---- training ----
 
+// How a photo's light differs from the capture's: logarithms of factors on tau T, beta R and the flash's part of T, and
+// on the three channels (white balance). Their means over the photos are 0, so that the scene keeps its brightness.
+enum { PHOTO_T, PHOTO_R, PHOTO_FLASH, PHOTO_WHITE, PHOTO_NUMBERS = PHOTO_WHITE + 3 };
+typedef struct PhotoState {
+    float x[PHOTO_NUMBERS];
+    float m[PHOTO_NUMBERS], v[PHOTO_NUMBERS]; // Adam's moments
+} PhotoState;
+
 // A photo to train on, numbered from 0 in the order of loading; photo and mask as fs_dataset_load_view gives them.
 typedef struct EngineView {
     const Camera *camera;
     bool flash;
     const Image *photo, *mask;
+    PhotoState state; // to go on from; {0}: nothing is known
 } EngineView;
 int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err);
-void fs_engine_drop_views(Engine *engine); // all photos; the next is number 0
+int fs_engine_photos_down(Engine *engine, PhotoState *states, FsError *err); // of all photos
+void fs_engine_drop_views(Engine *engine);                                   // all photos; the next is number 0
+
+// What is learned of the camera beside the scene.
+enum {
+    LEARN_LIGHT = 1 << 0,      // PHOTO_T, PHOTO_R, PHOTO_FLASH of scenes with a pane
+    LEARN_WHITE = 1 << 1,      // PHOTO_WHITE
+    LEARN_VIGNETTING = 1 << 2, // Scene.vignetting
+    LEARN_RESPONSE = 1 << 3,   // Scene.response
+};
 
 typedef struct StepArgs {
     int view; // number of the photo
@@ -83,6 +103,8 @@ typedef struct StepArgs {
     double explore;            // standard deviations that nearly transparent Gaussians wander; 0: none do
     double darkest[LAYERS];    // least tone-mapped colour of a Gaussian
     bool statistics;           // keep CloudState.screen
+    unsigned learn;            // of the camera (LEARN_*)
+    double settle;             // factor on the rates of what is learned of the camera
     uint64_t seed;
 } StepArgs;
 

@@ -197,7 +197,8 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
            bytes = (3 * three + one) * sizeof(float);
     if (fs_memory_grow(&e->views, e->n_views, sizeof *e->views, err) < 0) return FS_ERR_MEMORY;
     HostView *v = &e->views[e->n_views];
-    *v = (HostView){.camera = *view->camera, .flash = view->flash, .memory = aligned_alloc(64, bytes)};
+    *v = (HostView){
+        .camera = *view->camera, .flash = view->flash, .state = view->state, .memory = aligned_alloc(64, bytes)};
     void *scratch = aligned_alloc(64, (fs_photometric_scratch(w) + 63) / 64 * 64);
     if (!v->memory || !scratch) {
         free(v->memory);
@@ -218,6 +219,14 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
     return 0;
 }
 
+static int photos_down(Engine *base, PhotoState *states, FsError *err)
+{
+    (void)err;
+    const HostEngine *e = fs_host_engine(base);
+    for (int i = 0; i < e->n_views; i++) states[i] = e->views[i].state;
+    return 0;
+}
+
 // ---- rendering and training begin alike ----
 
 RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *part)
@@ -232,8 +241,8 @@ RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *pa
 
 #define HOST_DEVICE(name, open)                                                                                        \
     {                                                                                                                  \
-        name, open, close_host, scene_up, scene_down, state_up, state_down, edit, neighbours, load_view, drop_views,   \
-            fs_host_render, fs_host_step                                                                               \
+        name, open, close_host, scene_up, scene_down, state_up, state_down, edit, neighbours, load_view, photos_down,  \
+            drop_views, fs_host_render, fs_host_step                                                                   \
     }
 const EngineDevice fs_device_cpu = HOST_DEVICE("cpu", open_cpu);
 const EngineDevice fs_device_reference = HOST_DEVICE("reference", open_reference);

@@ -12,7 +12,8 @@ typedef struct HostView {
     Planes photo;   // (3, h, w) tone-mapped
     Planes mask;    // (1, h, w)
     Planes mu, var; // (3, h, w) of photo, for SSIM
-    float *memory;  // of all these
+    PhotoState state;
+    float *memory; // of all these
 } HostView;
 
 enum { TASK_T, TASK_R, TASK_BETA, TASK_OTHER_T, TASK_LIT_R, HOST_TASKS };

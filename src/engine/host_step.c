@@ -14,12 +14,13 @@ typedef struct StripSums {
     double loss[LOSS_TERMS];
     PearsonSums pearson;
     PaneGradient pane;
+    CalibrationGradient calibration;
 } StripSums;
 
 typedef struct Step {
     HostEngine *engine;
     const StepArgs *args;
-    const HostView *view;
+    HostView *view;
     ViewImages images;
     RasterPass pass, back; // what is rasterised; what gets gradients
     ViewLoss loss;
@@ -65,6 +66,7 @@ static int set_up(Step *s, FsError *err)
     s->pass = (RasterPass){&e->kernels, e->threads, {NULL}, 0, camera, (float)(FS_NEAR * e->scene.extent)};
     s->back = s->pass;
     *plan = fs_view_plan(&e->scene, camera, s->view->flash);
+    fs_view_plan_photo(plan, &e->scene, camera, &s->view->state, s->args->learn);
     if (!plan->T.cloud)
         return fs_error_set(err, FS_ERR_INPUT, "training: no cloud %s for photos of that lighting",
                             fs_layers[plan->T.layer].name);
@@ -104,7 +106,7 @@ static void forward_job(void *context, int strip, int worker)
     const Kernels *k = &s->engine->kernels;
     int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->view->camera.height);
     fs_view_images_forward(&s->images, y0, y1);
-    k->pixelwise->clipped(&s->view->mask, &s->view->photo, &s->images.I, &s->mask, y0, y1);
+    k->pixelwise->clipped(&s->view->mask, &s->view->photo, &s->images.P, &s->mask, y0, y1);
     if (!s->loss.other) return;
     Planes other = fs_view_images_rgb(&s->loss.other->feature);
     k->compose->decode(&other, &s->other_linear, y0, y1);
@@ -128,8 +130,8 @@ static void backward_job(void *context, int strip, int worker)
     for (int t = 0; t < s->back.n; t++) zero_rows(&s->back.task[t]->d_feature, y0, y1);
     fs_view_images_zero(&s->images, y0, y1);
     for (int k = 0; k < LOSS_TERMS; k++) {
-        // What d_I says goes back through the image equation as soon as the photo's terms are done.
-        if (k == LOSS_DSSIM + 1) fs_view_images_backward(&s->images, y0, y1);
+        // What d_P says goes back through the image equation as soon as the photo's terms are done.
+        if (k == LOSS_DSSIM + 1) fs_view_images_backward(&s->images, y0, y1, &sums->calibration);
         bool wanted = s->args->weight[k] > 0 || k == LOSS_L1; // l1's row is dssim's too
         if (wanted && fs_loss_terms[k].rows) fs_loss_terms[k].rows(&loss, y0, y1, sums->loss);
     }
@@ -147,17 +149,24 @@ static void add_pearson(Step *s)
     }
 }
 
-static PaneGradient add_strips(const Step *s, StepResult *result)
+static void add_strips(const Step *s, Update *update, StepResult *result)
 {
-    PaneGradient pane = {0};
+    PaneGradient *pane = &update->pane;
+    CalibrationGradient *sum = &update->calibration;
     for (int i = 0; i < s->n_strips; i++) {
         for (int k = 0; k < LOSS_TERMS; k++) result->loss[k] += s->strips[i].loss[k];
-        for (int k = 0; k < 3; k++) pane.normal[k] += s->strips[i].pane.normal[k];
-        pane.dimming += s->strips[i].pane.dimming;
+        const PaneGradient *p = &s->strips[i].pane;
+        const CalibrationGradient *c = &s->strips[i].calibration;
+        for (int k = 0; k < 3; k++) pane->normal[k] += p->normal[k];
+        pane->dimming += p->dimming;
+        pane->T += p->T;
+        pane->R += p->R;
+        for (int k = 0; k < 3; k++) sum->white[k] += c->white[k];
+        for (int k = 0; k < FS_OPTICS_VIGNETTING; k++) sum->vignetting[k] += c->vignetting[k];
+        for (int k = 0; k < FS_OPTICS_KNOTS; k++) sum->response[k] += c->response[k];
     }
     if (s->pearson.n > 0) result->loss[LOSS_LINEARITY] = fs_pearson_fit(&s->pearson).loss;
     for (int l = 0; l < LAYERS; l++) result->visible[l] = s->loss.task[l] ? s->loss.task[l]->n_visible : 0;
-    return pane;
 }
 
 int fs_host_step(Engine *base, const StepArgs *args, StepResult *result, FsError *err)
@@ -174,9 +183,10 @@ int fs_host_step(Engine *base, const StepArgs *args, StepResult *result, FsError
     e->raster->backward(&s->back);
     Update update = {.engine = e,
                      .args = args,
-                     .flash = s->view->flash,
-                     .task = {[LAYER_R] = s->images.R, [LAYER_BETA] = s->images.beta},
-                     .pane = add_strips(s, result)};
+                     .photo = s->view,
+                     .plan = &s->images.plan,
+                     .task = {[LAYER_R] = s->images.R, [LAYER_BETA] = s->images.beta}};
+    add_strips(s, &update, result);
     update.task[s->images.plan.T.layer] = s->images.T;
     TRY(fs_update_run(&update, result, err));
 fail:

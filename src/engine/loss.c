@@ -9,14 +9,14 @@
 static void photo_rows(const ViewLoss *v, int y0, int y1, double *sum)
 {
     double weight = v->weight[LOSS_L1] + v->weight[LOSS_DSSIM];
-    PhotometricArgs args = {.I = &v->images->I,
+    PhotometricArgs args = {.I = &v->images->P,
                             .Y = v->photo,
                             .mu_Y = v->mu,
                             .var_Y = v->var,
                             .mask = v->mask,
                             .lambda = (float)(weight > 0 ? v->weight[LOSS_DSSIM] / weight : 0),
                             .weight = (float)weight,
-                            .d_I = &v->images->d_I,
+                            .d_I = &v->images->d_P,
                             .scratch = v->scratch};
     PhotometricSums s = v->kernels->photometric->loss(&args, y0, y1);
     sum[LOSS_L1] += s.l1;

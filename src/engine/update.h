@@ -8,9 +8,11 @@
 typedef struct Update {
     HostEngine *engine;
     const StepArgs *args;
-    bool flash;               // the photo was taken with the flash
+    HostView *photo;          // whose state is stepped too
+    const ViewPlan *plan;     // of it
     RasterTask *task[LAYERS]; // that hold the gradients of the clouds to step; NULL: not stepped
     PaneGradient pane;
+    CalibrationGradient calibration;
 } Update;
 
 int fs_update_run(const Update *update, StepResult *result, FsError *err);

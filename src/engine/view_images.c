@@ -17,6 +17,8 @@ void fs_view_images_set_up(ViewImages *v, const Kernels *kernels, Arena *arena, 
     Planes *const three[] = {&v->T_linear, &v->R_linear, &v->I_linear, &v->I, &v->d_I};
     for (int i = 0; i < (train ? 4 : 2); i++) *one[i] = fs_scratch_planes(arena, camera, 1);
     for (int i = 0; i < (train ? 5 : 4); i++) *three[i] = fs_scratch_planes(arena, camera, 3);
+    v->P = train && v->plan.calibrated ? fs_scratch_planes(arena, camera, 3) : v->I;
+    v->d_P = train && v->plan.calibrated ? fs_scratch_planes(arena, camera, 3) : v->d_I;
     if (!v->R) v->black = fs_scratch_planes(arena, camera, 3);
     if (!v->R && train) v->d_black = fs_scratch_planes(arena, camera, 3);
 }
@@ -61,6 +63,7 @@ void fs_view_images_forward(const ViewImages *v, int y0, int y1)
         zero_rows(&v->beta_map, y0, y1);
     if (!v->R) zero_rows(&v->black, y0, y1);
     v->kernels->compose->forward(wire(v, &w), y0, y1);
+    if (v->plan.calibrated) v->kernels->calibration->forward(&v->plan.calibration, &v->I, &v->P, y0, y1);
 }
 
 void fs_view_images_zero(const ViewImages *v, int y0, int y1)
@@ -70,9 +73,11 @@ void fs_view_images_zero(const ViewImages *v, int y0, int y1)
     if (!v->R) zero_rows(&v->d_black, y0, y1);
 }
 
-void fs_view_images_backward(const ViewImages *v, int y0, int y1)
+void fs_view_images_backward(const ViewImages *v, int y0, int y1, CalibrationGradient *gradient)
 {
     Wiring w;
+    if (v->plan.calibrated)
+        v->kernels->calibration->backward(&v->plan.calibration, &v->I, &v->d_P, &v->d_I, y0, y1, gradient);
     v->kernels->compose->backward(wire(v, &w), y0, y1);
 }
 

@@ -1,6 +1,7 @@
 // The image equation at one view, wired once for training and rendering: from what was rasterised to the photo,
 //
 //   I = encode(tau * decode(T) + beta * decode(R))      (kernels/compose.h),
+//   P = what the camera makes of I                      (kernels/calibration.h),
 //
 // and back. In strips of rows, so that many threads can share the work.
 #ifndef FS_ENGINE_VIEW_IMAGES_H
@@ -16,16 +17,17 @@ typedef struct ViewImages {
     // forward, (channels, h, w)
     Planes beta_map, tau, T_linear, R_linear, I_linear, I; // 1, 1, 3, 3, 3, 3
     Planes black;                                          // 3, R where there is none
+    Planes P; // 3, what the camera makes of I (kernels/calibration.h); I itself where it shows light as it is
     // backward
-    Planes d_I, d_beta, d_tau, d_black;
+    Planes d_P, d_I, d_beta, d_tau, d_black;
     float slope_floor; // kernels/compose.h
 } ViewImages;
 
 // Plan and tasks are set; planes come from the arena (check arena->failed). train: with those of backward.
 void fs_view_images_set_up(ViewImages *images, const Kernels *kernels, Arena *arena, const Camera *camera, bool train);
 void fs_view_images_forward(const ViewImages *images, int y0, int y1);
-// From d_I to the tasks' d_feature, d_beta and d_tau, all added to: zero them first.
-void fs_view_images_backward(const ViewImages *images, int y0, int y1);
+// From d_P to the tasks' d_feature, d_beta and d_tau, and to the calibration's gradient, all added to: zero them first.
+void fs_view_images_backward(const ViewImages *images, int y0, int y1, CalibrationGradient *gradient);
 // From d_beta and d_tau, complete, to the pane (returned) or the beta task's d_feature.
 PaneGradient fs_view_images_backward_beta(const ViewImages *images, int y0, int y1);
 void fs_view_images_zero(const ViewImages *images, int y0, int y1); // what backward adds to

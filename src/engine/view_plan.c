@@ -6,7 +6,8 @@ PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera)
 {
     const double *m = camera->w2c, *n = pane->normal;
     double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    PaneView v = {.f0 = (float)pane->f0, .dimming = (float)pane->dimming, .most = (float)FS_OPTICS_MOST};
+    PaneView v = {
+        .f0 = (float)pane->f0, .dimming = (float)pane->dimming, .most = (float)FS_OPTICS_MOST, .T = 1, .R = 1};
     for (int k = 0; k < 3; k++) { // R^T K^-1 (x, y, 1)
         v.dx[k] = (float)(m[k] / camera->fx);
         v.dy[k] = (float)(m[4 + k] / camera->fy);
@@ -51,4 +52,42 @@ ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash)
         plan.R.light = flash_at(scene, camera, (float)scene->flash_return); // what comes back by the room
     }
     return plan;
+}
+
+static CalibrationView calibration_of(const Scene *scene, const Camera *camera, const PhotoState *photo)
+{
+    CalibrationView v = {.cx = (float)camera->cx, .cy = (float)camera->cy};
+    v.per_px = (float)(2 / hypot(camera->width, camera->height));
+    for (int k = 0; k < 3; k++) v.white[k] = photo->x[PHOTO_WHITE + k];
+    for (int k = 0; k < FS_OPTICS_VIGNETTING; k++) v.vignetting[k] = (float)scene->vignetting[k];
+    for (int k = 0; k < FS_OPTICS_KNOTS; k++) v.response[k] = (float)scene->response[k];
+    return v;
+}
+
+static bool any(const float *x, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (x[i] != 0) return true;
+    return false;
+}
+
+float fs_view_plan_flash(const PhotoState *photo)
+{
+    return expf(photo->x[PHOTO_FLASH] - photo->x[PHOTO_T]);
+}
+
+void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,
+                        unsigned learn)
+{
+    plan->pane.T = expf(photo->x[PHOTO_T]);
+    plan->pane.R = expf(photo->x[PHOTO_R]);
+    for (int k = 0; k < 3; k++) {
+        plan->T.light.tint[k] *= fs_view_plan_flash(photo);
+        plan->R.light.tint[k] *= fs_view_plan_flash(photo);
+    }
+    CalibrationView *v = &plan->calibration;
+    *v = calibration_of(scene, camera, photo);
+    v->curved = learn & LEARN_RESPONSE || any(v->response, FS_OPTICS_KNOTS);
+    plan->calibrated = learn & (LEARN_WHITE | LEARN_VIGNETTING) || v->curved || any(v->white, 3) ||
+                       any(v->vignetting, FS_OPTICS_VIGNETTING);
 }

@@ -3,6 +3,8 @@
 #ifndef FS_ENGINE_VIEW_PLAN_H
 #define FS_ENGINE_VIEW_PLAN_H
 
+#include "engine/engine.h"
+#include "kernels/calibration.h"
 #include "kernels/pane.h"
 #include "kernels/shade.h"
 #include "model/camera.h"
@@ -22,9 +24,15 @@ typedef struct ViewPlan {
     PlanPart beta; // NULL cloud: beta and tau follow `pane`, or there is no R
     bool pane_beta;
     PaneView pane;
+    bool calibrated; // the photo shows the light as `calibration` says; else as it is
+    CalibrationView calibration;
 } ViewPlan;
 
 ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash);
+// Of a photo: with its light, and what the camera made of it. learn: LEARN_*
+void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,
+                        unsigned learn);
+float fs_view_plan_flash(const PhotoState *photo); // factor on alpha
 PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera);
 
 #define FS_NEAR 0.1 // near plane, in scene extents

@@ -4,6 +4,7 @@
 
 #include "base/cpu.h"
 #include "kernels/adam.h"
+#include "kernels/calibration.h"
 #include "kernels/compose.h"
 #include "kernels/gain.h"
 #include "kernels/pane.h"
@@ -30,6 +31,7 @@ typedef struct Kernels {
     const RegulariseKernels *regularise;
     const PixelwiseKernels *pixelwise;
     const GainKernels *gain;
+    const CalibrationKernels *calibration;
 } Kernels;
 
 // The tables of the setting "cpu" ("best" or a level's name); an error when this machine lacks it.

@@ -1,7 +1,7 @@
 // The pane (model/scene.h: Pane) at every pixel of a view, forward and backward.
 //
 //   c = normal . ray / |ray|,   rho = 1 + 22 (1 - |c|)^5,   ray = base + x dx + y dy
-//   beta = min(f0 rho, most),   tau = (1 - min(dimming rho, most)) / (1 - dimming)
+//   beta = R min(f0 rho, most),   tau = T (1 - min(dimming rho, most)) / (1 - dimming)
 #ifndef FS_KERNELS_PANE_H
 #define FS_KERNELS_PANE_H
 
@@ -12,11 +12,13 @@ typedef struct PaneView {
     float base[3], dx[3], dy[3]; // ray of pixel (x, y) in the world, any length
     float normal[3];             // unit
     float f0, dimming, most;
+    float T, R; // of this photo: factors on tau and beta, for light that was stronger or weaker than in the others
 } PaneView;
 
 typedef struct PaneGradient {
     double normal[3]; // of the normal's free directions
     double dimming;
+    double T, R; // of the factors' logarithms
 } PaneGradient;
 
 typedef struct PaneKernels {

@@ -22,9 +22,9 @@ static void forward(const PaneView *v, const Planes *beta, const Planes *tau, in
         for (int x = 0; x < beta->stride; x += LANES) {
             real ray[3], u = one - r_abs(cosine(v, x, y, ray)),
                          rho = one + r_set(FS_OPTICS_GRAZING) * (u * u) * (u * u) * u;
-            r_store(fs_planes_row(beta, 0, y) + x, r_min(r_set(v->f0) * rho, most));
+            r_store(fs_planes_row(beta, 0, y) + x, r_min(r_set(v->f0) * rho, most) * r_set(v->R));
             r_store(fs_planes_row(tau, 0, y) + x,
-                    (one - r_min(r_set(v->dimming) * rho, most)) * r_set(1 / (1 - v->dimming)));
+                    (one - r_min(r_set(v->dimming) * rho, most)) * r_set(v->T / (1 - v->dimming)));
         }
 }
 
@@ -34,13 +34,17 @@ static PaneGradient backward(const PaneView *v, const Planes *d_beta, const Plan
     const real most = r_set(v->most), one = r_set(1), width = r_set((float)d_beta->width);
     const float rest = 1 / (1 - v->dimming);
     for (int y = y0; y < y1; y++) {
-        real part[4] = {r_set(0), r_set(0), r_set(0), r_set(0)};
+        real part[6] = {r_set(0), r_set(0), r_set(0), r_set(0), r_set(0), r_set(0)};
         for (int x = 0; x < d_beta->width; x += LANES) {
             real px = r_set((float)x) + r_lanes();
             real d_b = r_below(px, width, r_load(fs_planes_row(d_beta, 0, y) + x));
             real d_t = r_below(px, width, r_load(fs_planes_row(d_tau, 0, y) + x));
             real ray[3], c = cosine(v, x, y, ray), u = one - r_abs(c), u4 = (u * u) * (u * u);
             real rho = one + r_set(FS_OPTICS_GRAZING) * u4 * u;
+            d_b = d_b * r_set(v->R);
+            d_t = d_t * r_set(v->T);
+            part[4] = part[4] + d_t * (one - r_min(r_set(v->dimming) * rho, most)) * r_set(rest);
+            part[5] = part[5] + d_b * r_min(r_set(v->f0) * rho, most);
             d_t = r_below(r_set(v->dimming) * rho, most, d_t);
             real d_rho = r_below(r_set(v->f0) * rho, most, d_b * r_set(v->f0)) - d_t * r_set(v->dimming * rest);
             real d_c = d_rho * r_set(5 * FS_OPTICS_GRAZING) * u4;
@@ -50,6 +54,8 @@ static PaneGradient backward(const PaneView *v, const Planes *d_beta, const Plan
         }
         for (int k = 0; k < 3; k++) gradient.normal[k] += (double)r_sum(part[k]);
         gradient.dimming += (double)r_sum(part[3]);
+        gradient.T += (double)r_sum(part[4]);
+        gradient.R += (double)r_sum(part[5]);
     }
     return gradient;
 }

@@ -32,6 +32,7 @@ typedef struct Number {
     size_t offset;
     int n;
     double min, max;
+    bool optional; // 0 where older files lack it
 } Number;
 
 static const Number numbers[] = {
@@ -43,6 +44,8 @@ static const Number numbers[] = {
     {"flash_distance", offsetof(Scene, flash_distance), 1, 0, 1e12},
     {"extent", offsetof(Scene, extent), 1, 1e-12, 1e12},
     {"metres_per_unit", offsetof(Scene, metres_per_unit), 1, 0, 1e12},
+    {"vignetting", offsetof(Scene, vignetting), FS_OPTICS_VIGNETTING, -2, 2, .optional = true},
+    {"response", offsetof(Scene, response), FS_OPTICS_KNOTS, -1, 1, .optional = true},
 };
 #define N_NUMBERS (sizeof numbers / sizeof *numbers)
 
@@ -117,6 +120,7 @@ static int read_separation(const json_t *root, Scene *scene, const char *path, F
 static int read_number(const json_t *root, const Number *number, Scene *scene, const char *path, FsError *err)
 {
     json_t *value = json_object_get(root, number->name);
+    if (!value && number->optional) return 0;
     double *to = (double *)((char *)scene + number->offset);
     bool ok =
         number->n == 1 ? json_is_number(value) : json_is_array(value) && json_array_size(value) == (size_t)number->n;

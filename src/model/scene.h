@@ -50,6 +50,8 @@ typedef struct Scene {
     double metres_per_unit; // 0 when unknown
     double flash_return;    // shared geometry: flash light that comes back by the mirrored room brightens R like T,
                             // with gain_color times this and no gains
+    // The camera's, where they were learned (kernels/calibration.h); renders are without them. 0: none.
+    double vignetting[FS_OPTICS_VIGNETTING], response[FS_OPTICS_KNOTS];
 } Scene;
 
 void fs_scene_free(Scene *scene);

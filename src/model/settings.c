@@ -18,6 +18,7 @@
 #define NUMBER(type_, name_, member, stages_, initial_, min_, max_, argument_, help_)                                  \
     OPTION(type_, name_, member, stages_, initial_, help_, .min = min_, .max = max_, .argument = argument_)
 #define BOOL(name_, member, stages_, help_) OPTION(BOOL, name_, member, stages_, "false", help_, .argument = NULL)
+#define ON(name_, member, stages_, help_) OPTION(BOOL, name_, member, stages_, "true", help_, .argument = NULL)
 #define INT(...) NUMBER(INT, __VA_ARGS__)
 #define FLOAT(...) NUMBER(FLOAT, __VA_ARGS__)
 #define STRING(name_, member, stages_, initial_, argument_, help_)                                                     \
@@ -106,6 +107,12 @@ static const FsOption table[] = {
           "factor on 3DGS's learning rates of scales, rotations, colours and gains"),
     FLOAT("settle", settle, TRAIN, "0.2", 0, 1, "X",
           "share of the steps, at the end, in which those rates fall to a tenth"),
+    ON("photo-light", photo_light, TRAIN,
+       "learn by how much each photo's flash and the light of both scenes differ from the others'"),
+    ON("vignetting", vignetting, TRAIN, "learn by how much photos darken towards their corners"),
+    ENUM("response", response, TRAIN, "auto", "auto|learned|as-is",
+         "the camera's tone curve beyond what the files tell, and each photo's white balance: auto learns them of "
+         "JPEGs"),
     FLOAT("means-rate", means_rate, TRAIN, "4e-3", 0, 1, "X", "first learning rate of positions, in scene extents"),
 
     STRING("cameras", cameras, RENDER, "", "MODEL",
@@ -166,7 +173,8 @@ static const struct {
     {"paper", "dssim", "0.2"},       {"paper", "means-rate", "1.6e-4"}, {"paper", "rate-scale", "1"},
     {"paper", "slope-floor", "0"},   {"paper", "darkest", "0"},         {"paper", "scale-reg", "0"},
     {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},       {"paper", "opaque", "0"},
-    {"paper", "settle", "0"},
+    {"paper", "settle", "0"},        {"paper", "photo-light", "false"}, {"paper", "vignetting", "false"},
+    {"paper", "response", "as-is"},
 };
 
 const FsOption *fs_settings_options(size_t *n)

@@ -22,6 +22,8 @@ typedef struct FsSettings {
     char *separation, *lighting, *geometry, *beta, *densify;
     double rgb_weight, dssim, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg, means_rate,
         slope_floor, darkest, rate_scale, gain_push, opaque, settle;
+    bool photo_light, vignetting; // learned
+    char *response;
     // render
     char *cameras, *output, *path, *layers;
     bool linear, video;

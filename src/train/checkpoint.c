@@ -69,6 +69,13 @@ static int each_statistic(Trainer *trainer, const char *dir, bool write, FsError
     return rc;
 }
 
+// What the photos' light was found to be, one after the other as they are trained on.
+static int each_photo(Trainer *trainer, const char *dir, bool write, FsError *err)
+{
+    size_t size = sizeof *trainer->photo * (size_t)trainer->n_views;
+    return each_array(dir, "photos", (void **)&trainer->photo, size, write, err);
+}
+
 static json_t *numbers(const float *x, int n)
 {
     json_t *list = json_array();
@@ -94,11 +101,13 @@ int fs_checkpoint_write(Trainer *trainer, FsError *err)
     int rc;
     TRY(fs_engine_scene_down(trainer->engine, (1u << LAYERS) - 1, &trainer->scene, err));
     TRY(fs_engine_state_down(trainer->engine, &trainer->state, err));
+    if (trainer->halvings >= 0) TRY(fs_engine_photos_down(trainer->engine, trainer->photo, err));
     fs_owned_remove(fresh.text);
     TRY(fs_file_mkdirs(fresh.text, err));
     TRY(fs_scene_write(&trainer->scene, fresh.text, err));
     TRY(each_moment(&trainer->state, &trainer->scene, fresh.text, true, err));
     TRY(each_statistic(trainer, fresh.text, true, err));
+    TRY(each_photo(trainer, fresh.text, true, err));
     TRY(write_state(trainer, fresh.text, err));
     fs_owned_remove(old.text);
     if (fs_file_exists(dir.text)) TRY(fs_file_rename(dir.text, old.text, err));
@@ -146,6 +155,7 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
         TRY(fs_scene_read(&trainer->scene, dir.text, err));
         TRY(each_moment(&trainer->state, &trainer->scene, dir.text, false, err));
         TRY(each_statistic(trainer, dir.text, false, err));
+        TRY(each_photo(trainer, dir.text, false, err));
         TRY(read_state(trainer, dir.text, err));
         rc = 1;
     }

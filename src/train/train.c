@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "image/tone.h"
 #include "train/trainer.h"
 
@@ -115,6 +116,22 @@ static void fix_unit_of_R(Scene *scene)
     scene->pane.f0 = scene->pane.dimming;
 }
 
+// OUT/clouds/photos.json: the factors by which the light of each photo was found to differ.
+static int write_photos(const Trainer *trainer, FsError *err)
+{
+    json_t *photos = json_array();
+    for (int i = 0; i < trainer->n_views; i++) {
+        const float *x = trainer->photo[i].x, *w = x + PHOTO_WHITE;
+        json_array_append_new(photos,
+                              json_pack("{s:s, s:f, s:f, s:f, s:[fff]}", "name", trainer->views[i]->name, "transmitted",
+                                        exp((double)x[PHOTO_T]), "mirrored", exp((double)x[PHOTO_R]), "flash",
+                                        exp((double)x[PHOTO_FLASH]), "white_balance", exp((double)w[0]),
+                                        exp((double)w[1]), exp((double)w[2])));
+    }
+    return fs_json_file_write(fs_file_at("%s/clouds/photos.json", trainer->project->out).text,
+                              json_pack("{s:o}", "photos", photos), JSON_INDENT(1) | JSON_REAL_PRECISION(6), err);
+}
+
 int fs_train_run(FsProject *project, FsError *err)
 {
     if (fs_project_done(project, FS_STAGE_TRAIN)) return 0;
@@ -133,6 +150,7 @@ int fs_train_run(FsProject *project, FsError *err)
     fix_unit_of_R(&trainer.scene);
     TRY(fs_file_mkdirs(clouds.text, err));
     TRY(fs_scene_write(&trainer.scene, clouds.text, err));
+    TRY(write_photos(&trainer, err));
     TRY(fs_project_mark_done(project, FS_STAGE_TRAIN, err));
 fail:
     free_trainer(&trainer);

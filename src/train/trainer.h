@@ -22,10 +22,11 @@ typedef struct Trainer {
     int halvings;      // of the photos that the engine has; -1: it has none
     int *order, epoch; // (n_views) of the present epoch
     Scene scene;
-    TrainState state; // as last brought down, for checkpoints
-    int *neighbour;   // (N, ENGINE_NEIGHBOURS) of T_N, as the engine has them, or NULL
-    int step;         // steps done
-    int first_step;   // at which this run began (a checkpoint's)
+    TrainState state;  // as last brought down, for checkpoints
+    PhotoState *photo; // (n_views) of the photos, as last brought down
+    int *neighbour;    // (N, ENGINE_NEIGHBOURS) of T_N, as the engine has them, or NULL
+    int step;          // steps done
+    int first_step;    // at which this run began (a checkpoint's)
     StepResult last;
     double smoothed[LOSS_TERMS]; // running means, for people
 } Trainer;

@@ -30,14 +30,16 @@ static int shrink(Image *photo, Image *mask, const Camera *to, FsError *err)
     return 0;
 }
 
-static int load_view(const Trainer *trainer, const View *view, int halvings, FsError *err)
+static int load_view(const Trainer *trainer, int number, int halvings, FsError *err)
 {
+    const View *view = trainer->views[number];
     Image photo = {0}, mask = {0};
     Camera camera = fs_camera_limited(&view->camera, long_edge_of(&view->camera) >> halvings);
     int rc;
     TRY(fs_dataset_load_view(trainer->project->out, view, &photo, &mask, err));
     if (halvings) TRY(shrink(&photo, &mask, &camera, err));
-    TRY(fs_engine_load_view(trainer->engine, &(EngineView){&camera, view->flash, &photo, &mask}, err));
+    TRY(fs_engine_load_view(trainer->engine, &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number]},
+                            err));
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);
@@ -48,8 +50,9 @@ int fs_views_for_step(Trainer *trainer, int step, FsError *err)
 {
     int halvings = fs_schedule_halvings(trainer->set, trainer->long_edge, step);
     if (halvings == trainer->halvings) return 0;
+    if (trainer->halvings >= 0) MUST(fs_engine_photos_down(trainer->engine, trainer->photo, err));
     fs_engine_drop_views(trainer->engine);
-    for (int i = 0; i < trainer->n_views; i++) MUST(load_view(trainer, trainer->views[i], halvings, err));
+    for (int i = 0; i < trainer->n_views; i++) MUST(load_view(trainer, i, halvings, err));
     trainer->halvings = halvings;
     fs_log_info(&trainer->project->log, "train: photos of %d pixels from step %d on", trainer->long_edge >> halvings,
                 step + 1);
@@ -73,8 +76,9 @@ int fs_views_load(Trainer *trainer, FsError *err)
     TRY(fs_dataset_read(&trainer->dataset, path, err));
     trainer->views = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->views);
     trainer->order = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->order);
+    trainer->photo = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->photo);
     trainer->epoch = trainer->halvings = -1;
-    if (!trainer->views || !trainer->order) TRY(fs_error_memory(err));
+    if (!trainer->views || !trainer->order || !trainer->photo) TRY(fs_error_memory(err));
     for (int i = 0; i < trainer->dataset.n; i++)
         if (wanted(&trainer->dataset.view[i], trainer->set->lighting)) add_view(trainer, &trainer->dataset.view[i]);
     if (trainer->n_views == 0)
@@ -91,6 +95,7 @@ void fs_views_free(Trainer *trainer)
 {
     free(trainer->views);
     free(trainer->order);
+    free(trainer->photo);
     fs_dataset_free(&trainer->dataset);
 }
 

@@ -25,8 +25,15 @@ static void make(Case *c)
 {
     Rng rng = fs_rng_new(9);
     // from beyond the edge of the pane (grazing, beta at its most) to the other side of its normal
-    c->view = (PaneView){
-        {-1.2f, -0.4f, 0.7f}, {0.035f, 0.001f, -0.002f}, {0.002f, 0.03f, 0}, {0.6f, 0, 0.8f}, 0.09f, 0.06f, 0.97f};
+    c->view = (PaneView){{-1.2f, -0.4f, 0.7f},
+                         {0.035f, 0.001f, -0.002f},
+                         {0.002f, 0.03f, 0},
+                         {0.6f, 0, 0.8f},
+                         0.09f,
+                         0.06f,
+                         0.97f,
+                         1.2f,
+                         0.7f};
     c->beta = random_planes(W, H, 1, 0, 1, &rng);
     c->tau = random_planes(W, H, 1, 0, 1, &rng);
     c->d_beta = random_planes(W, H, 1, -1, 1, &rng);
@@ -51,7 +58,7 @@ static double loss(Case *c)
     return sum;
 }
 
-// dL/d dimming, and dL along a turn of the normal.
+// dL/d dimming, dL along a turn of the normal, and by the logarithms of the photo's factors.
 static void check_gradient(Case *c)
 {
     const float step = 2e-4f, turn[3] = {-0.8f, 0, 0.6f}; // at right angles to the normal
@@ -59,16 +66,18 @@ static void check_gradient(Case *c)
     c->view.most = 10; // the bound is a kink, which no difference can cross; so is a ray along the pane
     c->view.base[0] += 0.4f;
     PaneView at = c->view;
-    double slope[2], along = 0;
+    double slope[4], along = 0;
     run_backward(c);
     for (int k = 0; k < 3; k++) along += c->gradient.normal[k] * (double)turn[k];
-    for (int what = 0; what < 2; what++) {
+    for (int what = 0; what < 4; what++) {
         double l[2];
         for (int side = 0; side < 2; side++) {
             float h = side ? step : -step;
             c->view = at;
             if (what == 0) c->view.dimming += h;
             for (int k = 0; k < 3 && what == 1; k++) c->view.normal[k] += h * turn[k];
+            if (what == 2) c->view.T *= expf(h);
+            if (what == 3) c->view.R *= expf(h);
             l[side] = loss(c);
         }
         slope[what] = (l[1] - l[0]) / (2 * (double)step);
@@ -78,6 +87,10 @@ static void check_gradient(Case *c)
           slope[0], c->gradient.dimming);
     CHECK(fabs(slope[1] - along) < 2e-2 * fabs(slope[1]) + 1e-2, "normal: differences %g, gradient %g", slope[1],
           along);
+    CHECK(fabs(slope[2] - c->gradient.T) < 2e-2 * fabs(slope[2]) + 1e-2, "T: differences %g, gradient %g", slope[2],
+          c->gradient.T);
+    CHECK(fabs(slope[3] - c->gradient.R) < 2e-2 * fabs(slope[3]) + 1e-2, "R: differences %g, gradient %g", slope[3],
+          c->gradient.R);
 }
 
 int main(int argc, char **argv)
@@ -101,6 +114,10 @@ int main(int argc, char **argv)
         for (int k = 0; k < 3; k++)
             CHECK(fabs(p[k] - q[k]) < 1e-4 * (fabs(p[k]) + 1), "%s normal %d: %g, scalar %g", fs_cpu_name(level), k,
                   q[k], p[k]);
+        CHECK(fabs(ref.gradient.T - c.gradient.T) < 1e-4 * (fabs(ref.gradient.T) + 1) &&
+                  fabs(ref.gradient.R - c.gradient.R) < 1e-4 * (fabs(ref.gradient.R) + 1),
+              "%s factors: %g %g, scalar %g %g", fs_cpu_name(level), c.gradient.T, c.gradient.R, ref.gradient.T,
+              ref.gradient.R);
         CHECK(fabs(ref.gradient.dimming - c.gradient.dimming) < 1e-4 * (fabs(ref.gradient.dimming) + 1),
               "%s dimming: %g, scalar %g", fs_cpu_name(level), c.gradient.dimming, ref.gradient.dimming);
         BENCH("pane forward", level, "pixel", W * H, run_forward, &c);

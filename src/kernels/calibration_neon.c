@@ -1,0 +1,1 @@
+#include "kernels/calibration_simd.h"
