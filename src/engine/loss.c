@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "engine/engine.h"
 #include "engine/view_loss.h"
 
 // ---- terms on images ----
@@ -110,6 +111,20 @@ static void scale_range(const CloudLoss *c, double *sum)
         (n * c->scene->extent);
 }
 
+// ---- terms on the numbers of a photo ----
+
+// Squares: what the photos hardly tell is nothing.
+static double photo_reg(const PhotoState *photo, double weight, double gradient[])
+{
+    double sum = 0;
+    for (int k = 0; k < PHOTO_NUMBERS; k++) {
+        double x = (double)photo->x[k];
+        sum += x * x;
+        gradient[k] += weight * 2 * x;
+    }
+    return sum;
+}
+
 // ---- the table ----
 
 #define T (1u << LAYER_T_N | 1u << LAYER_T_F)
@@ -151,6 +166,7 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
                           .layers = T | R | BETA,
                           .gaussians = opacity_range},
     [LOSS_SCALE_REG] = {.name = "scale_reg", .setting = "scale-reg", .layers = T | R | BETA, .gaussians = scale_range},
+    [LOSS_PHOTO_REG] = {.name = "photo_reg", .setting = "photo-reg", .photo = photo_reg},
 };
 
 LossLooks fs_loss_looks(const double weight[LOSS_TERMS], Layer layer)

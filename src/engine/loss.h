@@ -17,6 +17,7 @@ typedef enum LossTerm {
     LOSS_GAIN_PUSH,
     LOSS_OPACITY_REG,
     LOSS_SCALE_REG,
+    LOSS_PHOTO_REG,
     LOSS_TERMS
 } LossTerm;
 
@@ -27,6 +28,7 @@ enum {
     LOSS_NEEDS_GAINS = 1 << 2,      // flash gains that are learned
 };
 
+struct PhotoState;
 struct ViewLoss;  // engine/view_loss.h: a view's images, for terms on images
 struct CloudLoss; // and a range of Gaussians
 
@@ -40,6 +42,8 @@ typedef struct LossInfo {
     bool transmittance;  // and at what light passes all of their splats
     // Adds a strip's gradient, and the strip's part of the term (not weighted) to sum. NULL: the row above does it.
     void (*rows)(const struct ViewLoss *view, int y0, int y1, double sum[LOSS_TERMS]);
+    // The same for the numbers of the photo (engine.h: PhotoState); returns the term.
+    double (*photo)(const struct PhotoState *photo, double weight, double gradient[]);
     void (*gaussians)(const struct CloudLoss *cloud, double sum[LOSS_TERMS]); // the same for a range of Gaussians
 } LossInfo;
 

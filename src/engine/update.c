@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stddef.h>
-#include <string.h>
 
 #include "base/rng.h"
 #include "engine/view_loss.h"
@@ -13,8 +12,6 @@ enum { CHUNK = 2048 }; // Gaussians per job
 #define GAIN_MIN -3.0f  // log: a twentieth of the usual gain
 #define GAIN_MAX 5.0f   // in deep shade the flash gives a hundred times the light that was there
 #define COLOR_MAX 4.0f  // tone-mapped
-#define RATE_PHOTO 5e-3 // of a photo's numbers, which are logarithms
-enum { GREY_KNOT = 6 }; // of the response, which stays
 #define SEARCHES -2.52f // logit of the opacity above which Gaussians wander less than a thousandth (explore)
 
 // ---- over all clouds at once ----
@@ -138,146 +135,15 @@ static void adam_job(void *context, int job, int worker)
     if (args->statistics) keep_statistics(&r);
 }
 
-// ---- the numbers of the whole scene ----
-
-// Which are learned, how fast, and within what; logarithmic ones are stepped as their logarithm.
-static const struct Number {
-    size_t offset; // in Scene
-    int n;
-    double rate;
-    enum Whose { OF_PANE, OF_FLASH, OF_VIGNETTING, OF_RESPONSE } whose;
-    bool logarithmic;
-    double min, max;
-} numbers[] = {
-    {offsetof(Scene, pane.normal), 3, 5e-3, OF_PANE, false, -INFINITY, INFINITY},
-    {offsetof(Scene, pane.dimming), 1, 1e-3, OF_PANE, false, 0.02, 0.5},
-    {offsetof(Scene, gain_color), 3, 1e-3, OF_FLASH, true, 0, INFINITY},
-    {offsetof(Scene, flash_return), 1, 5e-3, OF_FLASH, true, 0.01, 1},
-    {offsetof(Scene, vignetting), FS_OPTICS_VIGNETTING, 1e-3, OF_VIGNETTING, false, -1, 1},
-    {offsetof(Scene, response), FS_OPTICS_KNOTS, 1e-3, OF_RESPONSE, false, -0.5, 0.5},
-};
-
-// Gradients in the order of the table.
-static void number_gradients(const Update *u, double g[ENGINE_NUMBERS])
-{
-    const Scene *scene = &u->engine->scene;
-    const RasterTask *T = u->task[LAYER_T_N], *R = u->task[LAYER_R];
-    const double flash = (double)fs_view_plan_flash(&u->photo->state);
-    for (int k = 0; k < 3; k++) {
-        g[k] = u->pane.normal[k];
-        g[4 + k] = T ? T->d_tint[k] * flash : 0;
-    }
-    g[3] = u->pane.dimming;
-    g[7] = 0;
-    for (int k = 0; k < 3; k++) g[7] += R ? R->d_tint[k] * scene->gain_color[k] * flash : 0;
-    memcpy(g + 8, u->calibration.vignetting, sizeof u->calibration.vignetting);
-    memcpy(g + 8 + FS_OPTICS_VIGNETTING, u->calibration.response, sizeof u->calibration.response);
-}
-
-static bool is_learned(const Update *u, const struct Number *number)
-{
-    const Scene *scene = &u->engine->scene;
-    switch (number->whose) {
-    case OF_PANE: return scene->pane_beta;
-    case OF_VIGNETTING: return u->args->learn & LEARN_VIGNETTING;
-    case OF_RESPONSE: return u->args->learn & LEARN_RESPONSE;
-    default:
-        if (number->offset == offsetof(Scene, flash_return) && !u->task[LAYER_R]) return false;
-        return fs_scene_lit(scene) && u->photo->flash;
-    }
-}
-
-// The response leaves black black, and a bright grey as it is: how bright the scene is, is nobody's to say.
-static void fix_response(Scene *scene)
-{
-    const double grey = scene->response[GREY_KNOT];
-    scene->response[0] = 0;
-    for (int k = 1; k < FS_OPTICS_KNOTS; k++) scene->response[k] -= grey * k / GREY_KNOT;
-    for (int k = 1; k < FS_OPTICS_KNOTS; k++) // it rises
-        scene->response[k] = fmax(scene->response[k], scene->response[k - 1] - 0.9 * (double)FS_OPTICS_SPACING);
-}
-
-static void update_numbers(const Update *u)
-{
-    HostEngine *e = u->engine;
-    Scene *scene = &e->scene;
-    double g[ENGINE_NUMBERS];
-    if (scene->separation == SEPARATION_NONE) return;
-    number_gradients(u, g);
-    for (int i = 0, at = 0; i < (int)(sizeof numbers / sizeof *numbers); at += numbers[i].n, i++) {
-        const struct Number *number = &numbers[i];
-        if (!is_learned(u, number)) continue;
-        double *x = (double *)((char *)scene + number->offset);
-        double rate = number->rate * (number->whose >= OF_VIGNETTING ? u->args->settle : 1);
-        for (int k = 0; k < number->n; k++) {
-            float y = (float)(number->logarithmic ? log(x[k]) : x[k]);
-            float d = (float)(g[at + k] * (number->logarithmic ? x[k] : 1));
-            AdamFields fields = {&y, &d, &e->state.m[at + k], &e->state.v[at + k]};
-            e->kernels.adam->step(&fields, 1, fs_adam_rate(rate, u->args->step + 1));
-            double z = number->logarithmic ? exp((double)y) : (double)y;
-            x[k] = fmin(fmax(z, number->min), number->max);
-        }
-    }
-    double *n = scene->pane.normal, length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    for (int i = 0; i < 3 && scene->pane_beta; i++) n[i] /= length;
-    if (u->args->learn & LEARN_RESPONSE) fix_response(scene);
-}
-
-// ---- the numbers of the photo ----
-
-// Takes the mean over the photos of that lighting off a number, so that the scene keeps its brightness, and alpha its.
-static void centre_photos(HostEngine *e, bool flash, int number)
-{
-    double sum = 0;
-    int n = 0;
-    for (int i = 0; i < e->n_views; i++) {
-        if (e->views[i].flash != flash) continue;
-        sum += (double)e->views[i].state.x[number];
-        n++;
-    }
-    for (int i = 0; i < e->n_views; i++)
-        if (e->views[i].flash == flash) e->views[i].state.x[number] -= (float)(sum / n);
-}
-
-static void update_photo(const Update *u)
-{
-    HostEngine *e = u->engine;
-    PhotoState *state = &u->photo->state;
-    const RasterTask *T = u->task[LAYER_T_N], *R = u->task[LAYER_R];
-    double g[PHOTO_NUMBERS] = {[PHOTO_T] = u->pane.T, [PHOTO_R] = u->pane.R};
-    bool lit = u->plan->T.lit && T;
-    for (int k = 0; k < 3; k++) {
-        g[PHOTO_WHITE + k] = u->calibration.white[k];
-        if (lit) g[PHOTO_FLASH] += T->d_tint[k] * (double)u->plan->T.light.tint[k];
-        if (lit && R) g[PHOTO_FLASH] += R->d_tint[k] * (double)u->plan->R.light.tint[k];
-    }
-    g[PHOTO_T] -= g[PHOTO_FLASH];
-    AdamRate rate = fs_adam_rate(RATE_PHOTO * u->args->settle, u->args->step / e->n_views + 1);
-    for (int k = 0; k < PHOTO_NUMBERS; k++) {
-        if (!(u->args->learn & (k < PHOTO_WHITE ? LEARN_LIGHT : LEARN_WHITE))) continue;
-        if (k == PHOTO_FLASH && !lit) continue;
-        float d = (float)g[k];
-        AdamFields fields = {&state->x[k], &d, &state->m[k], &state->v[k]};
-        e->kernels.adam->step(&fields, 1, rate);
-    }
-    float *white = state->x + PHOTO_WHITE, mean = (white[0] + white[1] + white[2]) / 3;
-    for (int k = 0; k < 3 && u->args->learn & LEARN_LIGHT && u->plan->pane_beta; k++)
-        white[k] -= mean; // that is PHOTO_T's and PHOTO_R's
-    for (int k = 0; k < PHOTO_NUMBERS; k++) centre_photos(e, u->photo->flash, k);
-}
-
 // ---- the update ----
 
 static ShadeLight middle_light(const HostEngine *e)
 {
     ShadeLight light = {.flash_distance = (float)e->scene.flash_distance};
-    double sum[3] = {0}, centre[3];
-    for (int i = 0; i < e->n_views; i++) {
-        fs_camera_centre(&e->views[i].camera, centre);
-        for (int k = 0; k < 3; k++) sum[k] += centre[k];
-    }
+    double middle[3];
+    fs_update_numbers_middle(e, middle);
     for (int k = 0; k < 3; k++) {
-        light.centre[k] = (float)(sum[k] / e->n_views);
+        light.centre[k] = (float)middle[k];
         light.tint[k] = (float)e->scene.gain_color[k];
     }
     return light;
@@ -298,8 +164,7 @@ int fs_update_run(const Update *update, StepResult *result, FsError *err)
     fs_threads_for(e->threads, n, loss_job, &jobs);
     for (int i = 0; i < n; i++)
         for (int k = 0; k < LOSS_TERMS; k++) result->loss[k] += jobs.sums[i][k];
-    update_numbers(update);
-    if (update->args->learn & (LEARN_LIGHT | LEARN_WHITE)) update_photo(update);
+    fs_update_numbers_run(update, result);
     jobs.lit = fs_scene_lit(&e->scene) && e->scene.separation == SEPARATION_FULL;
     if (jobs.lit) jobs.light = middle_light(e);
     for (int f = 0; f < CLOUD_FIELDS; f++) jobs.rate[f] = fs_adam_rate(update->args->rate[f], update->args->step + 1);

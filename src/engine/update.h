@@ -15,6 +15,8 @@ typedef struct Update {
     CalibrationGradient calibration;
 } Update;
 
+void fs_update_numbers_run(const Update *update, StepResult *result);      // update_numbers.c
+void fs_update_numbers_middle(const HostEngine *engine, double middle[3]); // of the photos' cameras
 int fs_update_run(const Update *update, StepResult *result, FsError *err);
 
 #endif

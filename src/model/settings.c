@@ -99,6 +99,8 @@ static const FsOption table[] = {
           "weight against gains below the usual one: what the flash hardly brightens is rather mirrored"),
     FLOAT("opaque", opaque, TRAIN, "0.3", 0, 1000, "X",
           "weight of the light that passes all of a scene: it has no holes"),
+    FLOAT("photo-reg", photo_reg, TRAIN, "0.1", 0, 1000, "X",
+          "weight of how much the light of a photo differs from the others'"),
     FLOAT("slope-floor", slope_floor, TRAIN, "0.005", 0, 10, "X",
           "least slope of the tone curve in gradients, so that a black layer can brighten"),
     FLOAT("darkest", darkest, TRAIN, "0.2", 0, 1, "X",

@@ -39,7 +39,9 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
         return fs_error_input(err, "%s: a photo without name, width or height; rerun the stage ingest with --force",
                               path);
     double focal = json_number_value(json_object_get(object, "focal_px"));
+    const char *quality = json_string_value(json_object_get(object, "quality"));
     *photo = (Photo){.flash = json_is_true(json_object_get(object, "flash")),
+                     .encoded = quality && strcmp(quality, "reduced") == 0,
                      .width = (int)w,
                      .height = (int)h,
                      .focal_px = focal > 0 && isfinite(focal) ? focal : 0};

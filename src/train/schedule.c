@@ -60,12 +60,13 @@ static double settle(const Settings *set, int step)
     return step > begin ? pow(SETTLE_FALL, (step - begin) / (set->settle * set->steps)) : 1;
 }
 
-static unsigned learned(const Settings *set)
+unsigned fs_schedule_learns(const Settings *set, bool encoded)
 {
     unsigned learn = 0;
     if (set->photo_light) learn |= LEARN_LIGHT;
     if (set->vignetting) learn |= LEARN_VIGNETTING;
-    if (strcmp(set->response, "learned") == 0) learn |= LEARN_WHITE | LEARN_RESPONSE;
+    if (strcmp(set->response, "learned") == 0 || (strcmp(set->response, "auto") == 0 && encoded))
+        learn |= LEARN_WHITE | LEARN_RESPONSE;
     return learn;
 }
 
@@ -76,7 +77,6 @@ void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArg
                        .statistics = strcmp(set->densify, "none") != 0,
                        .settle = settle(set, step + 1),
                        .seed = (uint64_t)set->seed};
-    args->learn = learned(set);
     fs_loss_weights(set, scene, (double)step / set->steps, args->weight);
     for (int f = 0; f < CLOUD_FIELDS; f++)
         args->rate[f] = rates[f] * (f == CLOUD_OPACITIES ? 1 : set->rate_scale) * settle(set, step + 1);

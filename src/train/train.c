@@ -94,6 +94,7 @@ static int train_loop(Trainer *trainer, FsError *err)
         TRY(fs_views_for_step(trainer, trainer->step, err));
         StepArgs args;
         fs_schedule_step(trainer->set, &trainer->scene, trainer->step, &args);
+        args.learn = trainer->learn;
         args.view = fs_views_at_step(trainer, trainer->step);
         TRY(fs_engine_step(trainer->engine, &args, &trainer->last, err));
         trainer->step++;

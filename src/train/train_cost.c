@@ -116,7 +116,8 @@ static int time_step(const FsProject *project, const RunSize *size, int n, doubl
     TRY(load_photos(engine, &camera, err));
     fs_schedule_step(set, &scene, set->steps / 2, &args);
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-9; // the clouds stay as they are
-    args.explore = 0;
+    args.explore = args.settle = 0;
+    args.learn = fs_schedule_learns(set, false);
     double begin = 0, total = 0;
     for (steps = -1; steps < MOST_STEPS && (steps < 2 || total < ENOUGH_SECONDS); steps++) { // the first warms up
         if (steps == 0) begin = now();

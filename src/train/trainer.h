@@ -17,6 +17,7 @@ typedef struct Trainer {
     Dataset dataset;
     const View **views; // (n_views) of dataset, those to train on; numbered as the engine has them
     int n_views;
+    unsigned learn;    // of the camera: StepArgs.learn
     int long_edge;     // pixels, the longest of all views
     int budget;        // most Gaussians per cloud
     int halvings;      // of the photos that the engine has; -1: it has none
@@ -39,7 +40,8 @@ int fs_views_for_step(Trainer *trainer, int step, FsError *err); // the engine g
 
 // schedule.c: everything that changes with the step
 void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArgs *args);
-bool fs_schedule_relocates(const Settings *set, int step);              // after that many steps; densify.c
+unsigned fs_schedule_learns(const Settings *set, bool encoded); // encoded: there are photos with an unknown response
+bool fs_schedule_relocates(const Settings *set, int step);      // after that many steps; densify.c
 int fs_schedule_halvings(const Settings *set, int long_edge, int step); // of the photos' size
 int fs_schedule_budget(const Settings *set, double pixels);             // Gaussians of a cloud, for photos of that size
 int fs_schedule_grown(const Settings *set, int budget, int n, int step); // relocation: a cloud of n after a round

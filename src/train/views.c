@@ -79,6 +79,9 @@ int fs_views_load(Trainer *trainer, FsError *err)
     trainer->photo = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->photo);
     trainer->epoch = trainer->halvings = -1;
     if (!trainer->views || !trainer->order || !trainer->photo) TRY(fs_error_memory(err));
+    bool encoded = false;
+    for (int i = 0; i < trainer->dataset.n; i++) encoded |= trainer->dataset.view[i].encoded;
+    trainer->learn = fs_schedule_learns(trainer->set, encoded);
     for (int i = 0; i < trainer->dataset.n; i++)
         if (wanted(&trainer->dataset.view[i], trainer->set->lighting)) add_view(trainer, &trainer->dataset.view[i]);
     if (trainer->n_views == 0)

@@ -33,7 +33,7 @@ static void write_photos(const char *out, const SmallViews *views)
     for (int i = 0; i < views->n; i++) {
         char name[20];
         snprintf(name, sizeof name, "p%02d", i);
-        View view = {name, views->view[i].flash, false, views->view[i].camera};
+        View view = {.name = name, .flash = views->view[i].flash, .camera = views->view[i].camera};
         char *photo = fs_file_path("%s/p%02d.tif", dir, i), *mask_path = fs_file_path("%s/p%02d_mask.png", dir, i);
         assert_int_equal(fs_dataset_append(&dataset, &view, NULL), 0);
         assert_int_equal(fs_tiff_write_float(photo, &views->view[i].photo, NULL), 0);
