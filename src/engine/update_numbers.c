@@ -49,7 +49,7 @@ static bool is_learned(const Update *u, const struct Number *number)
 {
     const Scene *scene = &u->engine->scene;
     switch (number->whose) {
-    case OF_PANE: return scene->pane_beta;
+    case OF_PANE: return scene->pane_beta && scene->separation != SEPARATION_NONE;
     case OF_VIGNETTING: return u->args->learn & LEARN_VIGNETTING;
     case OF_RESPONSE: return u->args->learn & LEARN_RESPONSE;
     default:
@@ -73,7 +73,6 @@ static void update_numbers(const Update *u)
     HostEngine *e = u->engine;
     Scene *scene = &e->scene;
     double g[ENGINE_NUMBERS];
-    if (scene->separation == SEPARATION_NONE) return;
     number_gradients(u, g);
     for (int i = 0, at = 0; i < (int)(sizeof numbers / sizeof *numbers); at += numbers[i].n, i++) {
         const struct Number *number = &numbers[i];

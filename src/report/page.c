@@ -222,6 +222,7 @@ static void write_capture(FILE *f, const Page *page)
               f);
     }
     fputs("</div>\n", f);
+    fs_learned_write(f, page->project->out);
 }
 
 // ---- files and settings ----

@@ -54,6 +54,10 @@ int fs_charts_read_log(const char *path, Curve *curve, FsError *err);
 void fs_charts_free_curve(Curve *curve);
 void fs_charts_curve(FILE *f, const Curve *curve);
 
+// ---- learned.c ----
+
+void fs_learned_write(FILE *f, const char *out); // what OUT/clouds says of the camera; nothing where it says nothing
+
 // ---- html.c: text, escaped, and the page's style sheet and script ----
 
 // Markup; each @ in it is the next argument, a text (const char *), escaped (also good inside "..." attributes).

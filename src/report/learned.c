@@ -1,0 +1,96 @@
+// What training learned of the camera: how photos darken towards their corners, the tone curve, each photo's light.
+#include <jansson.h>
+#include <math.h>
+
+#include "base/file.h"
+#include "base/json_file.h"
+#include "base/optics.h"
+#include "report/page.h"
+
+#define MAX_BYTES (64 << 20)
+#define WIDTH 560
+#define HEIGHT 300
+#define PAD 26
+
+static bool read_numbers(const json_t *list, double *x, int n)
+{
+    bool any = false;
+    for (int i = 0; i < n; i++) {
+        x[i] = json_number_value(json_array_get(list, (size_t)i));
+        any |= x[i] != 0;
+    }
+    return any;
+}
+
+// Share of the light that arrives at a corner (kernels/calibration.h, u = 1).
+static void write_vignetting(FILE *f, const json_t *model)
+{
+    double v[FS_OPTICS_VIGNETTING], sum = 1;
+    if (!read_numbers(json_object_get(model, "vignetting"), v, FS_OPTICS_VIGNETTING)) return;
+    for (int i = 0; i < FS_OPTICS_VIGNETTING; i++) sum += v[i];
+    double corner = pow(fmax(sum, 0), 1 / (double)FS_OPTICS_GAMMA);
+    fprintf(f, "<p>The corners of the photos get <b>%.0f %%</b> of the light of their middle.</p>\n", 100 * corner);
+}
+
+// The response, tone-mapped: light from left to right, what the photo shows upwards; the straight line is what the file
+// says of itself.
+static void write_response(FILE *f, const json_t *model)
+{
+    double r[FS_OPTICS_KNOTS];
+    const int last = (int)(1 / FS_OPTICS_SPACING); // white
+    const double width = HEIGHT - 2 * PAD;         // square
+    if (!read_numbers(json_object_get(model, "response"), r, FS_OPTICS_KNOTS)) return;
+    fprintf(f,
+            "<figure><svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"the camera's response\">"
+            "<path d=\"M%d %dL%d %d\" stroke=\"#2d3035\"/><polyline fill=\"none\" stroke=\"#6fb1e8\" "
+            "stroke-width=\"2\" points=\"",
+            WIDTH, HEIGHT, PAD, HEIGHT - PAD, PAD + (int)width, PAD);
+    for (int i = 0; i <= last; i++) {
+        double at = i * (double)FS_OPTICS_SPACING;
+        fprintf(f, "%.1f,%.1f ", PAD + at * width, HEIGHT - PAD - (at + r[i]) * width);
+    }
+    fputs("\"/></svg><figcaption><b>The camera's tone curve</b> beyond sRGB: light<sup>0.22</sup> against what the "
+          "photos "
+          "show, undone before the layers are written</figcaption></figure>\n",
+          f);
+}
+
+static void write_photo(FILE *f, const json_t *photo, bool white)
+{
+    static const char *const keys[] = {"transmitted", "mirrored", "flash"};
+    const json_t *balance = json_object_get(photo, "white_balance");
+    const char *name = json_string_value(json_object_get(photo, "name"));
+    fs_html_put(f, "<tr><td>@</td>", name ? name : "");
+    for (int i = 0; i < 3; i++) fprintf(f, "<td>%.3f</td>", json_number_value(json_object_get(photo, keys[i])));
+    for (size_t c = 0; c < 3 && white; c++) fprintf(f, "<td>%.3f</td>", json_number_value(json_array_get(balance, c)));
+    fputs("</tr>\n", f);
+}
+
+static void write_photos(FILE *f, const json_t *photos)
+{
+    bool white = false, light = false;
+    for (size_t i = 0; i < json_array_size(photos); i++) {
+        const json_t *photo = json_array_get(photos, i), *balance = json_object_get(photo, "white_balance");
+        for (size_t c = 0; c < 3; c++) white |= json_number_value(json_array_get(balance, c)) != 1;
+        light |= json_number_value(json_object_get(photo, "mirrored")) != 1;
+    }
+    if (!white && !light) return;
+    fprintf(f,
+            "<details><summary>The light of each photo against that of the others</summary><table><tr><th>Photo</th>"
+            "<th>Behind the glass</th><th>Mirrored</th><th>Flash</th>%s</tr>\n",
+            white ? "<th>Red</th><th>Green</th><th>Blue</th>" : "");
+    for (size_t i = 0; i < json_array_size(photos); i++) write_photo(f, json_array_get(photos, i), white);
+    fputs("</table></details>\n", f);
+}
+
+void fs_learned_write(FILE *f, const char *out)
+{
+    json_t *model, *root;
+    fs_json_file_read(fs_file_at("%s/clouds/model.json", out).text, MAX_BYTES, &model, NULL);
+    fs_json_file_read(fs_file_at("%s/clouds/photos.json", out).text, MAX_BYTES, &root, NULL);
+    write_vignetting(f, model);
+    write_response(f, model);
+    write_photos(f, json_object_get(root, "photos"));
+    json_decref(model);
+    json_decref(root);
+}
