@@ -113,11 +113,12 @@ static void scale_range(const CloudLoss *c, double *sum)
 
 // ---- terms on the numbers of a photo ----
 
-// Squares: what the photos hardly tell is nothing.
+// Squares of what the light of a photo differs by: what the photos hardly tell is nothing. White balance they tell
+// well.
 static double photo_reg(const PhotoState *photo, double weight, double gradient[])
 {
     double sum = 0;
-    for (int k = 0; k < PHOTO_NUMBERS; k++) {
+    for (int k = 0; k < PHOTO_WHITE; k++) {
         double x = (double)photo->x[k];
         sum += x * x;
         gradient[k] += weight * 2 * x;

@@ -141,6 +141,14 @@ static void level_photos(HostEngine *e, bool flash, int number)
     }
 }
 
+// White balance has its mean over all photos taken off: flash and no-flash photos may differ in it.
+static void centre_photos(HostEngine *e, int number)
+{
+    double sum = 0;
+    for (int i = 0; i < e->n_views; i++) sum += (double)e->views[i].state.x[number];
+    for (int i = 0; i < e->n_views; i++) e->views[i].state.x[number] -= (float)(sum / e->n_views);
+}
+
 static void update_photo(const Update *u, StepResult *result)
 {
     HostEngine *e = u->engine;
@@ -168,7 +176,7 @@ static void update_photo(const Update *u, StepResult *result)
     float *white = state->x + PHOTO_WHITE, mean = (white[0] + white[1] + white[2]) / 3;
     for (int k = 0; k < 3 && u->args->learn & LEARN_LIGHT && u->plan->pane_beta; k++)
         white[k] -= mean; // that is PHOTO_T's and PHOTO_R's
-    for (int k = 0; k < PHOTO_NUMBERS; k++) level_photos(e, u->photo->flash, k);
+    for (int k = 0; k < PHOTO_NUMBERS; k++) k < PHOTO_WHITE ? level_photos(e, u->photo->flash, k) : centre_photos(e, k);
 }
 
 void fs_update_numbers_run(const Update *update, StepResult *result)
