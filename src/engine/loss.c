@@ -111,7 +111,7 @@ static void scale_range(const CloudLoss *c, double *sum)
         (n * c->scene->extent);
 }
 
-// ---- terms on the numbers of a photo ----
+// ---- terms on what is learned of the camera ----
 
 // Squares of what the light of a photo differs by: what the photos hardly tell is nothing. White balance they tell
 // well.
@@ -122,6 +122,18 @@ static double photo_reg(const PhotoState *photo, double weight, double gradient[
         double x = (double)photo->x[k];
         sum += x * x;
         gradient[k] += weight * 2 * x;
+    }
+    return sum;
+}
+
+// A camera's curve bends little.
+static double response_smooth(const double response[], double weight, double gradient[])
+{
+    double sum = 0;
+    for (int k = 1; k + 1 < FS_OPTICS_KNOTS; k++) {
+        double bend = response[k - 1] - 2 * response[k] + response[k + 1];
+        sum += bend * bend;
+        for (int i = -1; i <= 1; i++) gradient[k + i] += weight * 2 * bend * (i ? 1 : -2);
     }
     return sum;
 }
@@ -168,6 +180,7 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
                           .gaussians = opacity_range},
     [LOSS_SCALE_REG] = {.name = "scale_reg", .setting = "scale-reg", .layers = T | R | BETA, .gaussians = scale_range},
     [LOSS_PHOTO_REG] = {.name = "photo_reg", .setting = "photo-reg", .photo = photo_reg},
+    [LOSS_RESPONSE_SMOOTH] = {.name = "response_smooth", .setting = "response-smooth", .response = response_smooth},
 };
 
 LossLooks fs_loss_looks(const double weight[LOSS_TERMS], Layer layer)

@@ -18,6 +18,7 @@ typedef enum LossTerm {
     LOSS_OPACITY_REG,
     LOSS_SCALE_REG,
     LOSS_PHOTO_REG,
+    LOSS_RESPONSE_SMOOTH,
     LOSS_TERMS
 } LossTerm;
 
@@ -44,7 +45,8 @@ typedef struct LossInfo {
     void (*rows)(const struct ViewLoss *view, int y0, int y1, double sum[LOSS_TERMS]);
     // The same for the numbers of the photo (engine.h: PhotoState); returns the term.
     double (*photo)(const struct PhotoState *photo, double weight, double gradient[]);
-    void (*gaussians)(const struct CloudLoss *cloud, double sum[LOSS_TERMS]); // the same for a range of Gaussians
+    double (*response)(const double response[], double weight, double gradient[]); // and for Scene.response
+    void (*gaussians)(const struct CloudLoss *cloud, double sum[LOSS_TERMS]);      // the same for a range of Gaussians
 } LossInfo;
 
 extern const LossInfo fs_loss_terms[LOSS_TERMS];

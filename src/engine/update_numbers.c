@@ -7,7 +7,10 @@
 
 #define RATE_PHOTO 5e-3  // of a photo's numbers, which are logarithms
 #define PLACE_RIDGE 0.01 // so that photos from one line or one place will do
-enum { GREY_KNOT = 6 };  // of the response, which stays
+enum {
+    GREY_KNOT = 6,                         // of the response, which stays
+    FIRST_KNOT = 8 + FS_OPTICS_VIGNETTING, // among the numbers
+};
 
 // ---- the numbers of the whole scene ----
 
@@ -42,7 +45,7 @@ static void number_gradients(const Update *u, double g[ENGINE_NUMBERS])
     g[7] = 0;
     for (int k = 0; k < 3; k++) g[7] += R ? R->d_tint[k] * scene->gain_color[k] * flash : 0;
     memcpy(g + 8, u->calibration.vignetting, sizeof u->calibration.vignetting);
-    memcpy(g + 8 + FS_OPTICS_VIGNETTING, u->calibration.response, sizeof u->calibration.response);
+    memcpy(g + FIRST_KNOT, u->calibration.response, sizeof u->calibration.response);
 }
 
 static bool is_learned(const Update *u, const struct Number *number)
@@ -68,12 +71,15 @@ static void fix_response(Scene *scene)
         scene->response[k] = fmax(scene->response[k], scene->response[k - 1] - 0.9 * (double)FS_OPTICS_SPACING);
 }
 
-static void update_numbers(const Update *u)
+static void update_numbers(const Update *u, StepResult *result)
 {
     HostEngine *e = u->engine;
     Scene *scene = &e->scene;
     double g[ENGINE_NUMBERS];
     number_gradients(u, g);
+    for (int k = 0; k < LOSS_TERMS; k++)
+        if (u->args->weight[k] > 0 && fs_loss_terms[k].response)
+            result->loss[k] += fs_loss_terms[k].response(scene->response, u->args->weight[k], g + FIRST_KNOT);
     for (int i = 0, at = 0; i < (int)(sizeof numbers / sizeof *numbers); at += numbers[i].n, i++) {
         const struct Number *number = &numbers[i];
         if (!is_learned(u, number)) continue;
@@ -181,6 +187,6 @@ static void update_photo(const Update *u, StepResult *result)
 
 void fs_update_numbers_run(const Update *update, StepResult *result)
 {
-    update_numbers(update);
+    update_numbers(update, result);
     if (update->args->learn & (LEARN_LIGHT | LEARN_WHITE)) update_photo(update, result);
 }

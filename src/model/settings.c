@@ -101,6 +101,8 @@ static const FsOption table[] = {
           "weight of the light that passes all of a scene: it has no holes"),
     FLOAT("photo-reg", photo_reg, TRAIN, "0.1", 0, 1000, "X",
           "weight of how much the light of a photo differs from the others'"),
+    FLOAT("response-smooth", response_smooth, TRAIN, "0.1", 0, 1000, "X",
+          "weight of the bends of a response that is learned"),
     FLOAT("slope-floor", slope_floor, TRAIN, "0.005", 0, 10, "X",
           "least slope of the tone curve in gradients, so that a black layer can brighten"),
     FLOAT("darkest", darkest, TRAIN, "0.2", 0, 1, "X",
@@ -149,10 +151,11 @@ static const FsOption table[] = {
     STRING("hard", synth_hard, SYNTH, "", "LIST",
            "difficulties, comma-separated: weak-flash, strong-reflection, few-photos, low-texture, depth-overlap, "
            "frame, flash-return, bright-near-room, dark, wide-path, pose-noise"),
-    STRING("field", synth_field, SYNTH, "", "LIST",
-           "faults of a real capture, comma-separated, NAME or NAME=STRENGTH; all: every one of flash-jitter, drift, "
-           "shutter, vignetting, jpeg, white-balance, under, distortion, shake, defocus, photographer, pedestrian, dirt, "
-           "double-glazing, tint"),
+    STRING(
+        "field", synth_field, SYNTH, "", "LIST",
+        "faults of a real capture, comma-separated, NAME or NAME=STRENGTH; all: every one of flash-jitter, drift, "
+        "shutter, vignetting, jpeg, white-balance, under, distortion, shake, defocus, photographer, pedestrian, dirt, "
+        "double-glazing, tint"),
 };
 #define N_OPTIONS (sizeof table / sizeof *table)
 
