@@ -197,8 +197,11 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
            bytes = (3 * three + one) * sizeof(float);
     if (fs_memory_grow(&e->views, e->n_views, sizeof *e->views, err) < 0) return FS_ERR_MEMORY;
     HostView *v = &e->views[e->n_views];
-    *v = (HostView){
-        .camera = *view->camera, .flash = view->flash, .state = view->state, .memory = aligned_alloc(64, bytes)};
+    *v = (HostView){.camera = *view->camera,
+                    .flash = view->flash,
+                    .state = view->state,
+                    .flash_factor = view->flash_factor > 0 ? view->flash_factor : 1,
+                    .memory = aligned_alloc(64, bytes)};
     void *scratch = aligned_alloc(64, (fs_photometric_scratch(w) + 63) / 64 * 64);
     if (!v->memory || !scratch) {
         free(v->memory);

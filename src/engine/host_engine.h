@@ -3,6 +3,8 @@
 #ifndef FS_ENGINE_HOST_ENGINE_H
 #define FS_ENGINE_HOST_ENGINE_H
 
+#include <math.h>
+
 #include "engine/device.h"
 #include "engine/view_images.h"
 
@@ -13,6 +15,7 @@ typedef struct HostView {
     Planes mask;    // (1, h, w)
     Planes mu, var; // (3, h, w) of photo, for SSIM
     PhotoState state;
+    float flash_factor;
     float *memory; // of all these
 } HostView;
 
@@ -36,6 +39,10 @@ typedef struct HostEngine {
 static inline HostEngine *fs_host_engine(Engine *engine)
 {
     return (HostEngine *)engine;
+}
+static inline float fs_host_engine_flash(const HostView *view) // factor on its alpha
+{
+    return view->flash_factor * expf(view->state.x[PHOTO_FLASH] - view->state.x[PHOTO_T]);
 }
 static inline int fs_host_engine_strips(const HostEngine *engine, int height)
 {

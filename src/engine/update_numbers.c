@@ -36,7 +36,7 @@ static void number_gradients(const Update *u, double g[ENGINE_NUMBERS])
 {
     const Scene *scene = &u->engine->scene;
     const RasterTask *T = u->task[LAYER_T_N], *R = u->task[LAYER_R];
-    const double flash = (double)fs_view_plan_flash(&u->photo->state);
+    const double flash = (double)fs_host_engine_flash(u->photo);
     for (int k = 0; k < 3; k++) {
         g[k] = u->pane.normal[k];
         g[4 + k] = T ? T->d_tint[k] * flash : 0;

@@ -71,19 +71,14 @@ static bool any(const float *x, int n)
     return false;
 }
 
-float fs_view_plan_flash(const PhotoState *photo)
-{
-    return expf(photo->x[PHOTO_FLASH] - photo->x[PHOTO_T]);
-}
-
-void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,
+void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo, float flash,
                         unsigned learn)
 {
     plan->pane.T = expf(photo->x[PHOTO_T]);
     plan->pane.R = expf(photo->x[PHOTO_R]);
     for (int k = 0; k < 3; k++) {
-        plan->T.light.tint[k] *= fs_view_plan_flash(photo);
-        plan->R.light.tint[k] *= fs_view_plan_flash(photo);
+        plan->T.light.tint[k] *= flash;
+        plan->R.light.tint[k] *= flash;
     }
     CalibrationView *v = &plan->calibration;
     *v = calibration_of(scene, camera, photo);

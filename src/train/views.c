@@ -38,8 +38,9 @@ static int load_view(const Trainer *trainer, int number, int halvings, FsError *
     int rc;
     TRY(fs_dataset_load_view(trainer->project->out, view, &photo, &mask, err));
     if (halvings) TRY(shrink(&photo, &mask, &camera, err));
-    TRY(fs_engine_load_view(trainer->engine, &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number]},
-                            err));
+    TRY(fs_engine_load_view(
+        trainer->engine,
+        &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number], (float)view->flash_factor}, err));
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);
