@@ -200,7 +200,7 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
     *v = (HostView){.camera = *view->camera,
                     .flash = view->flash,
                     .state = view->state,
-                    .flash_factor = view->flash_factor > 0 ? view->flash_factor : 1,
+                    .flash_gain = view->flash_gain > 0 ? view->flash_gain : 1,
                     .memory = aligned_alloc(64, bytes)};
     void *scratch = aligned_alloc(64, (fs_photometric_scratch(w) + 63) / 64 * 64);
     if (!v->memory || !scratch) {

@@ -15,7 +15,7 @@ typedef struct HostView {
     Planes mask;    // (1, h, w)
     Planes mu, var; // (3, h, w) of photo, for SSIM
     PhotoState state;
-    float flash_factor;
+    float flash_gain;
     float *memory; // of all these
 } HostView;
 
@@ -42,7 +42,7 @@ static inline HostEngine *fs_host_engine(Engine *engine)
 }
 static inline float fs_host_engine_flash(const HostView *view) // factor on its alpha
 {
-    return view->flash_factor * expf(view->state.x[PHOTO_FLASH] - view->state.x[PHOTO_T]);
+    return view->flash_gain * expf(view->state.x[PHOTO_FLASH] - view->state.x[PHOTO_T]);
 }
 static inline int fs_host_engine_strips(const HostEngine *engine, int height)
 {

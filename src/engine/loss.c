@@ -113,8 +113,8 @@ static void scale_range(const CloudLoss *c, double *sum)
 
 // ---- terms on what is learned of the camera ----
 
-// Squares of what the light of a photo differs by: what the photos hardly tell is nothing. White balance they tell
-// well.
+// Squares of what the light of a photo differs by: what the photos hardly tell is nothing. Exposure and white balance
+// they tell well.
 static double photo_reg(const PhotoState *photo, double weight, double gradient[])
 {
     double sum = 0;

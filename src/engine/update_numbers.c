@@ -179,9 +179,6 @@ static void update_photo(const Update *u, StepResult *result)
         AdamFields fields = {&state->x[k], &d, &state->m[k], &state->v[k]};
         e->kernels.adam->step(&fields, 1, rate);
     }
-    float *white = state->x + PHOTO_WHITE, mean = (white[0] + white[1] + white[2]) / 3;
-    for (int k = 0; k < 3 && u->args->learn & LEARN_LIGHT && u->plan->pane_beta; k++)
-        white[k] -= mean; // that is PHOTO_T's and PHOTO_R's
     for (int k = 0; k < PHOTO_NUMBERS; k++) k < PHOTO_WHITE ? level_photos(e, u->photo->flash, k) : centre_photos(e, k);
 }
 

@@ -12,7 +12,7 @@ const Cloud *fs_colors_cloud(const Scene *scene, Layer layer)
 }
 
 // The flash's gain on Gaussian i at the distance where its falloff is 1.
-static float flash_factor(const Scene *scene, const Cloud *cloud, int i, int channel)
+static float flash_gain(const Scene *scene, const Cloud *cloud, int i, int channel)
 {
     return 1.0f + (float)scene->gain_color[channel] * expf(cloud->field[CLOUD_GAINS][i]);
 }
@@ -40,7 +40,7 @@ void fs_colors_linear(const Scene *scene, Layer layer, const Development *develo
         for (int c = 0; c < 3; c++) {
             float *to = &linear[(size_t)i * 3 + (size_t)c];
             *to = layer == LAYER_BETA ? 1.0f / (1.0f + expf(-color[0])) : fs_tone_decode(color[width == 3 ? c : 0]);
-            if (layer == LAYER_T_F && fs_scene_lit(scene)) *to *= flash_factor(scene, cloud, i, c);
+            if (layer == LAYER_T_F && fs_scene_lit(scene)) *to *= flash_gain(scene, cloud, i, c);
             if (layer == LAYER_R && scene->pane_beta)
                 *to *= pane_beta(&scene->pane, cloud->field[CLOUD_MEANS] + (size_t)i * 3, development);
         }

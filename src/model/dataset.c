@@ -77,8 +77,8 @@ static json_t *view_to_json(const View *view)
             rows, json_pack("[ffff]", c->w2c[4 * i], c->w2c[4 * i + 1], c->w2c[4 * i + 2], c->w2c[4 * i + 3]));
     json_array_append_new(rows, json_pack("[ffff]", 0.0, 0.0, 0.0, 1.0));
     return json_pack("{s:s, s:b, s:b, s:b, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o}", "name", view->name, "flash",
-                     view->flash, "held_out", view->held_out, "encoded", view->encoded, "flash_factor",
-                     view->flash_factor, "width", c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx,
+                     view->flash, "held_out", view->held_out, "encoded", view->encoded, "flash_gain",
+                     view->flash_gain, "width", c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx,
                      "cy", c->cy, "w2c", rows);
 }
 
@@ -125,7 +125,7 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
     view.name = (char *)name;
     view.flash = json_is_true(json_object_get(object, "flash"));
     view.held_out = json_is_true(json_object_get(object, "held_out"));
-    if (!get_number(object, "flash_factor", &view.flash_factor) || !(view.flash_factor > 0)) view.flash_factor = 0;
+    if (!get_number(object, "flash_gain", &view.flash_gain) || !(view.flash_gain > 0)) view.flash_gain = 0;
     view.encoded = json_is_true(json_object_get(object, "encoded"));
     const char *wanted = camera_from_json(object, &view.camera);
     if (wanted) return fs_error_input(err, "%s: view '%s': expected %s", path, name, wanted);

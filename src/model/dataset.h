@@ -9,7 +9,7 @@ typedef struct View {
     bool flash;          // taken with the flash
     bool held_out;       // never trained on
     bool encoded;        // came as display values (JPEG), linearised by a guess: its camera's response is not known
-    double flash_factor; // of the flash's light in it, by its exposure; 0: not told, as in the others
+    double flash_gain; // of the flash's light in it, by its exposure; 0: not told, as in the others
     Camera camera;       // of the working image
 } View;
 
@@ -22,7 +22,7 @@ void fs_dataset_free(Dataset *dataset);
 int fs_dataset_append(Dataset *dataset, const View *view, FsError *err); // copies name
 int fs_dataset_find(const Dataset *dataset, const char *name);           // by stem; -1 when missing
 double fs_dataset_extent(const Dataset *dataset, double centre[3]); // of the cameras: their mean, most distance from it
-// JSON: {"views": [{"name","flash","held_out","encoded","flash_factor" (the last two may be
+// JSON: {"views": [{"name","flash","held_out","encoded","flash_gain" (the last two may be
 // missing),"width","height","fx","fy","cx","cy","w2c": 4x4}]}
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err);
 int fs_dataset_read(Dataset *dataset, const char *path, FsError *err); // also truth/cameras.json ("images": [...])

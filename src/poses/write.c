@@ -102,7 +102,7 @@ static int write_views(const Sparse *sparse, const FsProject *project, const Cap
         TRY(fs_sparse_camera(sparse, i, &camera, err));
         View view = {.name = capture->photo[i].name,
                      .flash = capture->photo[i].flash,
-                     .flash_factor = capture->photo[i].flash_factor,
+                     .flash_gain = capture->photo[i].flash_gain,
                      .encoded = capture->photo[i].encoded,
                      .camera = fs_camera_resized(&camera, capture->photo[i].width, capture->photo[i].height)};
         TRY(fs_dataset_append(&views, &view, err));

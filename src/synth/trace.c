@@ -99,7 +99,7 @@ static float pane_distance(const View *v, Ray ray)
 }
 
 // Light that a flash at the end of `to` (from the point) sends to it: cosine, distance and beam; 0 from behind.
-static float flash_factor(Vec axis, Vec normal, Vec to)
+static float flash_gain(Vec axis, Vec normal, Vec to)
 {
     float d2 = vec_dot(to, to), d = sqrtf(d2);
     return fmaxf(vec_dot(to, normal), 0.0f) / (d * d2) * fmaxf(-vec_dot(to, axis) / d, 0.0f);
@@ -128,7 +128,7 @@ static void shade_behind(const View *v, Ray ray, const Hit *hit, const Vec *jitt
     if (!jitter) return;
     s->layer[TRACE_T_F] = plain = vec_scale(plain, 1 + v->light->even);
     Vec to = vec_sub(vec_add(v->flash, *jitter), at);
-    float factor = flash_factor(v->ahead, normal, to) * v->light->flash;
+    float factor = flash_gain(v->ahead, normal, to) * v->light->flash;
     if (factor <= 0) return;
     s->met.shadow = shadow >= 0 ? shadow : fs_bvh_blocked(&w->bvh, vec_mad(at, normal, 1e-3f), to, 1e-3f, 0.98f, 0);
     if (s->met.shadow) return;
@@ -190,7 +190,7 @@ static void shade_room(const View *v, Ray ray, Sheen sheen, bool flash, int gues
         Vec at = vec_mad(from, back, m.t), to = vec_sub(v->mirrored_flash, at);
         if (vec_dot(m.normal, back) > 0) m.normal = vec_scale(m.normal, -1);
         Vec axis = vec_reflect(v->ahead, v->layout->pane_normal);
-        float factor = flash_factor(axis, m.normal, to) * v->light->flash_back;
+        float factor = flash_gain(axis, m.normal, to) * v->light->flash_back;
         GlassShare share = glass_along(v, vec_unit(to));
         factor *= share.front + share.rear;
         lit = vec_mad(vec_scale(plain, 1 + v->light->even_back), m.albedo, factor * sheen.beta);
@@ -222,7 +222,7 @@ static void add_dirt(const View *v, Ray ray, float pane, Sample *s)
         v->optics->dirt * fs_glass_dirt(v->optics->dirt_seed, vec_dot(in_pane, v->pane_u), vec_dot(in_pane, v->pane_v));
     cover = fminf(cover, 0.9f);
     for (int k = 0; k < TRACE_LAYERS; k++) s->layer[k] = vec_scale(s->layer[k], 1 - cover);
-    float flash = flash_factor(v->ahead, l->pane_normal, to) * v->light->flash;
+    float flash = flash_gain(v->ahead, l->pane_normal, to) * v->light->flash;
     Vec plain = vec_scale(v->dirt_light, albedo * cover);
     s->layer[TRACE_T_N] = vec_add(s->layer[TRACE_T_N], plain);
     s->layer[TRACE_T_F] = vec_add(s->layer[TRACE_T_F], vec_mad(plain, vec(1, 1, 1), albedo * cover * flash));

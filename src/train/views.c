@@ -40,7 +40,7 @@ static int load_view(const Trainer *trainer, int number, int halvings, FsError *
     if (halvings) TRY(shrink(&photo, &mask, &camera, err));
     TRY(fs_engine_load_view(
         trainer->engine,
-        &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number], (float)view->flash_factor}, err));
+        &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number], (float)view->flash_gain}, err));
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);

@@ -1,0 +1,95 @@
+"""What training learns of the camera: each photo's white balance, the response, vignetting; other shutters of flash photos."""
+import json
+import math
+
+import common
+from common import FolderTest, run
+
+SIZE = ["--width", 192, "--height", 128, "--photos", 16, "--held-out", 4, "--seed", 31]
+TRAIN = ["--preset", "preview", "--long-edge", 192, "--init-count", 3000, "--steps", 500]
+
+
+class Learned(FolderTest):
+    def setUp(self):
+        super().setUp()
+        self.scene, self.out = self.dir / "scene", self.dir / "out"
+
+    def make(self, faults):
+        self.assert_works(run("synth", "-o", self.scene, *SIZE, "--field", faults))
+        return json.loads((self.scene / "truth/nuisance.json").read_text())
+
+    def train(self, photos, *options):
+        words = ["run", self.scene / "capture" / photos, "-o", self.out, "--poses", self.scene / "truth/sparse", *TRAIN, *options]
+        self.assert_works(run(*words))
+        read = lambda name: json.loads((self.out / "clouds" / name).read_text())
+        return read("model.json"), {p["name"]: p for p in read("photos.json")["photos"]}
+
+    def assert_works(self, process):
+        self.assertEqual(process.returncode, 0, process.stdout + process.stderr)
+
+    def composite_psnr(self):
+        truth = self.scene / "truth"
+        self.assert_works(run("render", self.out, "--output", self.dir / "views", "--cameras", truth / "cameras.json", "--layers", "I_N,I_F"))
+        figures = self.dir / f"figures-{len(list(self.dir.iterdir()))}.json"
+        self.assert_works(run("evaluate", self.out, truth, "--output", self.dir / "views", "--json", figures))
+        layers = next(iter(json.loads(figures.read_text())["methods"].values()))["layers"]
+        return sum(layers[l]["psnr_gain"] for l in ("I_N", "I_F")) / 2
+
+    def test_jpeg(self):
+        truth = self.make("jpeg,white-balance")
+        model, photos = self.train("jpeg")
+        white = {p["name"]: p["white_balance"] for p in truth["photos"]}
+        for c in (0, 2):  # against green and the mean of all photos
+            found = {n: math.log(p["white_balance"][c] / p["white_balance"][1]) for n, p in photos.items()}
+            true = {n: math.log(white[n][c] / white[n][1]) for n in found}
+            middle = sum(found[n] - true[n] for n in found) / len(found)
+            rms = lambda x: math.sqrt(sum(v * v for v in x) / len(found))
+            self.assertGreater(rms(true.values()), 0.03)
+            self.assertLess(rms(found[n] - true[n] - middle for n in found), 0.4 * rms(true.values()))
+        response = model["response"]
+        self.assertEqual(len(response), 11)
+        self.assertEqual(response[0], 0)
+        self.assertLess(response[8], -0.02)  # the shoulder: white is darker than straight on
+        page = (self.out / "index.html").read_text()
+        self.assertIn("tone curve", page)
+        self.assertIn("Behind the glass</th>", page)
+        learned = self.composite_psnr()
+        self.train("jpeg", "--response", "as-is")
+        self.assertGreater(learned, self.composite_psnr() + 0.5)
+
+    def test_raw(self):
+        truth = self.make("vignetting,flash-jitter=0.2")
+        model, photos = self.train("raw")
+        self.assertEqual(model["response"], [0] * 11)
+        self.assertTrue(all(p["white_balance"] == [1, 1, 1] for p in photos.values()))
+        corner = (1 + sum(model["vignetting"])) ** (1 / 0.22)
+        self.assertLess(corner, 0.92)
+        flash = [(math.log(photos[p["name"]]["flash"]), math.log(p["gain_flash"])) for p in truth["photos"] if p["flash"]]
+        means = [sum(f[k] for f in flash) / len(flash) for k in (0, 1)]
+        products = [sum((f[i] - means[i]) * (f[j] - means[j]) for f in flash) for i, j in ((0, 1), (0, 0), (1, 1))]
+        self.assertGreater(products[0] / math.sqrt(products[1] * products[2]), 0.7)  # correlation
+
+    def test_off(self):
+        self.make("vignetting")
+        model, photos = self.train("raw", "--no-vignetting", "--no-photo-light", "--steps", 20)
+        self.assertEqual(model["vignetting"], [0, 0, 0])
+        self.assertTrue(all(p["flash"] == p["mirrored"] == p["transmitted"] == 1 for p in photos.values()))
+        self.assertNotIn("corners of the photos", (self.out / "index.html").read_text())
+
+    def test_shutter(self):
+        truth = self.make("shutter=0.9")
+        process = run("run", self.scene / "capture/raw", "-o", self.out, "--poses", self.scene / "truth/sparse", *TRAIN, "--steps", 20)
+        self.assert_works(process)
+        views = {v["name"]: v for v in json.loads((self.out / "views.json").read_text())["views"]}
+        flash = [p for p in truth["photos"] if p["flash"]]
+        usual = sorted(p["shutter"] for p in flash)[(len(flash) - 1) // 2]
+        self.assertGreater(len({p["shutter"] for p in flash}), 1)
+        for p in flash:
+            self.assertAlmostEqual(views[p["name"]]["flash_gain"], usual / p["shutter"], delta=0.02)
+            self.assertAlmostEqual(p["exposure_flash"] / p["exposure_ambient"], views[p["name"]]["flash_gain"]
+                                   * flash[0]["exposure_flash"] / flash[0]["exposure_ambient"] / views[flash[0]["name"]]["flash_gain"],
+                                   delta=0.05)
+        self.assertIn("flash photos have another shutter time", process.stderr)
+
+
+common.main()
