@@ -73,7 +73,10 @@ static int each_statistic(Trainer *trainer, const char *dir, bool write, FsError
 static int each_photo(Trainer *trainer, const char *dir, bool write, FsError *err)
 {
     size_t size = sizeof *trainer->photo * (size_t)trainer->n_views;
-    return each_array(dir, "photos", (void **)&trainer->photo, size, write, err);
+    if (size == 0) return 0;
+    MUST(each_array(dir, "photos", (void **)&trainer->photo, size, write, err));
+    if (trainer->photo) return 0;
+    return fs_error_set(err, FS_ERR_INPUT, "%s/photos.bin: not there; remove the checkpoint", dir);
 }
 
 static json_t *numbers(const float *x, int n)

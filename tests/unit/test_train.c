@@ -357,7 +357,7 @@ static void test_loss_table(void **state)
     for (int k = 0; k < LOSS_TERMS; k++) {
         const LossInfo *term = &fs_loss_terms[k];
         bool found = false;
-        assert_true(term->name && term->setting && term->layers);
+        assert_true(term->name && term->setting && (term->layers || term->photo || term->response));
         for (size_t i = 0; i < n_options; i++)
             found |= strcmp(options[i].name, term->setting) == 0 && options[i].stages & FS_STAGE_TRAIN;
         assert_true(found);
