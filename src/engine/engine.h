@@ -68,7 +68,8 @@ void fs_engine_renders_free(Renders *renders);
 // ---- training ----
 
 // How a photo's light differs from the capture's: logarithms of factors on tau T, beta R and the flash's part of T, and
-// on the three channels (exposure and white balance). Their means over the photos are 0, so that the scene keeps its brightness.
+// on the three channels (exposure and white balance). Their means over the photos are 0, so that the scene keeps its
+// brightness.
 enum { PHOTO_T, PHOTO_R, PHOTO_FLASH, PHOTO_WHITE, PHOTO_NUMBERS = PHOTO_WHITE + 3 };
 typedef struct PhotoState {
     float x[PHOTO_NUMBERS];
@@ -80,7 +81,7 @@ typedef struct EngineView {
     const Camera *camera;
     bool flash;
     const Image *photo, *mask;
-    PhotoState state;   // to go on from; {0}: nothing is known
+    PhotoState state; // to go on from; {0}: nothing is known
     float flash_gain; // known beforehand, beside PHOTO_FLASH; 0: 1
 } EngineView;
 int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err);

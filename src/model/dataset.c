@@ -77,9 +77,9 @@ static json_t *view_to_json(const View *view)
             rows, json_pack("[ffff]", c->w2c[4 * i], c->w2c[4 * i + 1], c->w2c[4 * i + 2], c->w2c[4 * i + 3]));
     json_array_append_new(rows, json_pack("[ffff]", 0.0, 0.0, 0.0, 1.0));
     return json_pack("{s:s, s:b, s:b, s:b, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o}", "name", view->name, "flash",
-                     view->flash, "held_out", view->held_out, "encoded", view->encoded, "flash_gain",
-                     view->flash_gain, "width", c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx,
-                     "cy", c->cy, "w2c", rows);
+                     view->flash, "held_out", view->held_out, "encoded", view->encoded, "flash_gain", view->flash_gain,
+                     "width", c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx, "cy", c->cy, "w2c",
+                     rows);
 }
 
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err)

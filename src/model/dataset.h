@@ -5,12 +5,12 @@
 #include "model/camera.h"
 
 typedef struct View {
-    char *name;          // without folder and extension
-    bool flash;          // taken with the flash
-    bool held_out;       // never trained on
-    bool encoded;        // came as display values (JPEG), linearised by a guess: its camera's response is not known
+    char *name;        // without folder and extension
+    bool flash;        // taken with the flash
+    bool held_out;     // never trained on
+    bool encoded;      // came as display values (JPEG), linearised by a guess: its camera's response is not known
     double flash_gain; // of the flash's light in it, by its exposure; 0: not told, as in the others
-    Camera camera;       // of the working image
+    Camera camera;     // of the working image
 } View;
 
 typedef struct Dataset {
