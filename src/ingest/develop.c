@@ -3,6 +3,7 @@
 
 #include "base/file.h"
 #include "ingest/develop.h"
+#include "ingest/photo_mask.h"
 
 // Upright working image and mask (1 = trusted).
 static int level(PhotoFile *photo, const PhotoSizes *sizes, Image *working, Image *mask, FsError *err)
@@ -29,13 +30,20 @@ static int level(PhotoFile *photo, const PhotoSizes *sizes, Image *working, Imag
 }
 
 // The photo as the pose finder wants it: larger than the working image where the photo is, 8 bits, dark parts raised.
-static int write_features(const PhotoFile *photo, Image *image, const char *dir, FsError *err)
+static int write_features(const PhotoFile *photo, Image *image, const char *mask, const char *dir, FsError *err)
 {
+    Image used = {0};
     const float exponent = 0.35f; // between display values and linear light: flash and no-flash photos look alike
     MUST(fs_image_orient(image, photo->exif.orientation, err));
     for (size_t i = 0; i < fs_image_values(image); i++) {
         float v = image->px[i] * (float)photo->gain;
         image->px[i] = v > 0 ? powf(v, exponent) : 0;
+    }
+    if (mask) {
+        MUST(fs_photo_mask_apply(mask, image, NULL, &used, err));
+        int rc = fs_png_write(fs_file_at("%s/features_masks/%s.png.png", dir, photo->name).text, &used, 8, err);
+        fs_image_free(&used);
+        if (rc < 0) return rc;
     }
     return fs_png_write(fs_file_at("%s/features/%s.png", dir, photo->name).text, image, 8, err);
 }
@@ -46,6 +54,8 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     PhotoSizes sizes = {.n = 2, .size = {{.long_edge = long_edge}, {.long_edge = FS_DEVELOP_FEATURES_EDGE}}};
     Image *working = &sizes.size[0].rgb, *mask = &sizes.size[0].clipped, *features = &sizes.size[1].rgb;
     FilePath path = fs_photos_path(photos, photo);
+    FilePath mask_path;
+    bool masked = fs_photos_mask(photos, photo, &mask_path);
     int rc;
     PhotoLight light;
     TRY(fs_photo_read(path.text, photos->white_balance, &sizes, &light, err));
@@ -55,7 +65,8 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     TRY(fs_look_at(&photo->look, working, err));
     photo->look.clipped = photo->clipped;
     photo->look_gain = photo->gain;
-    TRY(write_features(photo, features, dir, err));
+    if (masked) TRY(fs_photo_mask_apply(mask_path.text, working, mask, NULL, err));
+    TRY(write_features(photo, features, masked ? mask_path.text : NULL, dir, err));
     TRY(fs_tiff_write_float(fs_file_at("%s/%s.tif", dir, photo->name).text, working, err));
     TRY(fs_png_write(fs_file_at("%s/%s_mask.png", dir, photo->name).text, mask, 8, err));
 fail:

@@ -5,7 +5,8 @@
 
 #define FS_DEVELOP_FEATURES_EDGE 1600 // pixels; longer side of the pictures in which poses looks for features
 // One photo to its working image and mask: writes <dir>/<name>.tif, <dir>/<name>_mask.png and
-// <dir>/features/<name>.png; fills the photo's sizes and figures, or its failure.
+// <dir>/features/<name>.png, of a masked one <dir>/features_masks/<name>.png.png too; fills the photo's sizes and
+// figures, or its failure.
 void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, int long_edge);
 
 // One white balance and one exposure for the whole capture, by medians; warns where the photos differ.

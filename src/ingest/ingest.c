@@ -12,6 +12,7 @@
 #include "base/owned.h"
 #include "image/raw.h"
 #include "ingest/develop.h"
+#include "ingest/photo_mask.h"
 #include "model/findings.h"
 
 typedef struct Work {
@@ -166,7 +167,9 @@ static int begin(FsProject *project, const Photos *photos, const char *dir, FsEr
     for (int i = 0; i < photos->n && rc == 0; i++) name[i] = photos->photo[i].name;
     if (rc == 0 && *project->set.flash_list) rc = fs_project_check_input(project, project->set.flash_list, err);
     if (rc == 0) rc = fs_project_begin(project, FS_STAGE_INGEST, name, photos->n, err);
+    if (rc == 0 && *project->set.masks) rc = fs_project_check_input(project, project->set.masks, err);
     if (rc == 0) rc = fs_file_mkdirs(fs_file_at("%s/features", dir).text, err);
+    if (rc == 0 && *project->set.masks) rc = fs_file_mkdirs(fs_file_at("%s/features_masks", dir).text, err);
     free(name);
     return rc;
 }
@@ -177,6 +180,7 @@ static bool is_done(FsProject *project, const char *folder)
     Photos photos;
     *project->photos = 0;
     if (fs_photos_scan(&photos, folder, &(Log){0}, NULL) == 0) {
+        photos.masks = project->set.masks;
         fs_photos_fingerprint(&photos, project->set.flash_list, project->photos);
         fs_photos_free(&photos);
     } else if (fs_file_exists(folder)) {
@@ -195,9 +199,11 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     Threads *threads = fs_threads_new(project->set.threads);
     if (!threads) TRY(fs_error_memory(err));
     TRY(fs_photos_scan(&photos, folder, log, err));
+    photos.masks = project->set.masks;
     fs_photos_read_headers(&photos, threads);
     TRY(fs_photos_find_flash(&photos, project, err));
     TRY(fs_level_photos(&photos, log, err));
+    TRY(fs_photo_mask_check(&photos, log, err));
     TRY(begin(project, &photos, dir.text, err));
     TRY(develop_all(project, &photos, dir.text, threads, err));
     TRY(fs_photos_drop_failed(&photos, log, err));

@@ -122,7 +122,7 @@ static void say_setting(char *text, size_t size, const char *name, const json_t 
 // Where a file lies does not matter, its content is among the inputs; nor what the steps were chosen by.
 static bool is_same_setting(const char *name, const json_t *a, const json_t *b)
 {
-    bool file = strcmp(name, "poses") == 0 || strcmp(name, "flash-list") == 0;
+    bool file = strcmp(name, "poses") == 0 || strcmp(name, "flash-list") == 0 || strcmp(name, "masks") == 0;
     return json_equal(a, b) || strcmp(name, "minutes") == 0 || (file && json_string_length(a) && json_string_length(b));
 }
 

@@ -204,12 +204,23 @@ static uint64_t add_file(uint64_t hash, const char *path, const char *name)
     return hash;
 }
 
+bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path)
+{
+    if (!photos->masks || !*photos->masks) return false;
+    *path = fs_file_at("%s/%s.png", photos->masks, photo->path);
+    if (fs_file_exists(path->text)) return true;
+    *path = fs_file_at("%s/%s.png", photos->masks, photo->name);
+    return fs_file_exists(path->text);
+}
+
 void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17])
 {
     uint64_t hash = FS_HASH_EMPTY;
     for (int i = 0; i < photos->n; i++) {
         const PhotoFile *photo = &photos->photo[i];
+        FilePath mask;
         hash = add_file(hash, fs_photos_path(photos, photo).text, photo->path);
+        if (fs_photos_mask(photos, photo, &mask)) hash = add_file(hash, mask.text, "mask");
     }
     if (flash_list && *flash_list) hash = add_file(hash, flash_list, "flash list");
     snprintf(text, 17, "%016llx", (unsigned long long)hash);

@@ -41,6 +41,7 @@ typedef struct Photos {
     PhotoFile *photo; // sorted by name
     int n;
     double white_balance[3]; // of the whole capture
+    const char *masks;       // folder of masks, the settings'; NULL or "": none
 } Photos;
 
 void fs_photos_free(Photos *photos);
@@ -51,9 +52,12 @@ int fs_photos_list(Photos *photos, const Log *log, FsError *err); // for scan: e
 char *fs_photos_view_name(const char *path); // UTF-8, not too long for a file name, no folder; NULL: out of memory
 FilePath fs_photos_path(const Photos *photos, const PhotoFile *photo);
 void fs_photos_close_gaps(Photos *photos); // drops the photos without a path
-// Of the names and contents of the photos and of the list of flash photos (may be NULL): tells whether anything changed
-// since the last time.
+// Of the names and contents of the photos, their masks and of the list of flash photos (may be NULL): tells whether
+// anything changed since the last time.
 void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17]);
+// The mask of a photo in photos->masks, as COLMAP names it: PHOTO.png, of the photo's whole name or of the one without
+// extension. False where there is none.
+bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path);
 // Headers of all photos; those that cannot be read get a failure.
 void fs_photos_read_headers(Photos *photos, Threads *threads);
 // Drops the photos that failed, each with a warning; an error when that leaves fewer than two thirds.

@@ -1,6 +1,7 @@
 // What every stage gets: the folder, the settings, the callbacks. The names of what stages leave on disk:
 //
 //   ingest.json, linear/<view>.tif, linear/<view>_mask.png      by ingest (working images as shot)
+//   linear/features_masks/<view>.png.png                             by ingest, where masks were given (for COLMAP)
 //   linear/features/<view>.png                                   by ingest (8 bits, x^0.35, larger: to find features)
 //   views.json, images/<view>.tif, images/<view>_mask.png        by poses (undistorted, with cameras)
 //   sparse/{cameras,images,points3D}.txt                         by poses (COLMAP text model of the joint frame)

@@ -50,9 +50,13 @@ static const FsOption table[] = {
          "what computes: the best at hand, the CPU's cores, or the plain definition (very slow, for tests)"),
     ENUM("cpu", cpu, TRAIN | RENDER | BENCH, "best", "best|scalar|avx2|avx512|neon", "highest instruction set to use"),
 
-    STRING("flash-glob", flash_glob, INGEST | PAIR | CHECK, "", "PATTERN", "file names that are flash photos, instead of EXIF"),
+    STRING("flash-glob", flash_glob, INGEST | PAIR | CHECK, "", "PATTERN",
+           "file names that are flash photos, instead of EXIF"),
     STRING("flash-list", flash_list, INGEST | CHECK, "", "FILE",
            "text file with one flash photo's name per line, instead of EXIF"),
+
+    STRING("masks", masks, INGEST, "", "DIR",
+           "masks as COLMAP has them, PHOTO.png, black where the photo is not to be used (people, the photographer)"),
 
     STRING("poses", poses, POSES, "", "MODEL", "known poses: COLMAP model folder or nerfstudio transforms.json"),
     STRING("colmap", colmap, POSES, "colmap", "PROGRAM", "the COLMAP program"),

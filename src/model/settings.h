@@ -10,7 +10,7 @@ typedef struct FsSettings {
     bool force;
     char *device, *cpu; // what computes; highest instruction set level to use
     // ingest
-    char *flash_glob, *flash_list;
+    char *flash_glob, *flash_list, *masks;
     // poses
     char *poses, *colmap, *align;
     // initialise

@@ -147,10 +147,13 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
     bool frames = fs_database_has_frames(colmap->db);
     Lens lens = prior_lens(&cap->photo[0]);
     int wanted = colmap->project->set.threads;
+    FilePath masks = fs_file_at("%s_masks", cap->pictures); // what ingest was given
+    bool masked = fs_file_exists(masks.text);
     char threads[16], params[100];
     snprintf(threads, sizeof threads, "%d", frames ? 1 : wanted > 0 ? wanted : -1);
     snprintf(params, sizeof params, "%.17g,%.17g,%.17g,0", lens.param[0], lens.param[1], lens.param[2]);
     const Option options[] = {
+        {"--ImageReader.mask_path", masks.text}, // first: left out where there are none
         {"--database_path", colmap->database},
         {"--image_path", cap->pictures},
         {colmap->renamed_options ? "--FeatureExtraction.use_gpu" : "--SiftExtraction.use_gpu", "0"},
@@ -163,7 +166,7 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
         {"--ImageReader.single_camera", "1"},
         {"--ImageReader.camera_params", params},
         {NULL, NULL}};
-    MUST(run(colmap, "feature_extractor", options, "looking for features", err));
+    MUST(run(colmap, "feature_extractor", masked ? options : options + 1, "looking for features", err));
     for (int i = 0; i < cap->n; i++) {
         colmap->image_id[i] = fs_database_image(colmap->db, cap->photo[i].picture);
         if (colmap->image_id[i]) MUST(fs_database_features(colmap->db, colmap->image_id[i], &features[i], err));

@@ -1,0 +1,56 @@
+#include "ingest/photo_mask.h"
+
+#include <math.h>
+
+// One channel, of the photo's size.
+static int read_mask(const char *path, const Image *photo, Image *mask, FsError *err)
+{
+    Image whole = {0};
+    int rc;
+    TRY(fs_png_read(path, &whole, err));
+    for (size_t i = 0; i < fs_image_pixels(&whole) && whole.channels > 1; i++)
+        whole.px[i] = whole.px[i * (size_t)whole.channels];
+    whole.channels = 1;
+    double shape = (double)whole.width / whole.height, wanted = (double)photo->width / photo->height;
+    if (fabs(shape / wanted - 1) > 0.02 || whole.width < photo->width || whole.height < photo->height)
+        TRY(fs_error_input(err, "%s: %d x %d pixels, expected the size of its photo as one sees it (upright)", path,
+                           whole.width, whole.height));
+    TRY(fs_image_resize_area(&whole, photo->width, photo->height, mask, err));
+fail:
+    fs_image_free(&whole);
+    return rc;
+}
+
+int fs_photo_mask_apply(const char *path, Image *photo, Image *trusted, Image *mask, FsError *err)
+{
+    Image read = {0};
+    MUST(read_mask(path, photo, &read, err));
+    for (size_t i = 0; i < fs_image_pixels(&read); i++) {
+        read.px[i] = read.px[i] > 0.999f;
+        if (read.px[i] != 0) continue;
+        for (int c = 0; c < photo->channels; c++) photo->px[i * (size_t)photo->channels + (size_t)c] = 0;
+        if (trusted) trusted->px[i] = 0;
+    }
+    if (mask) {
+        fs_image_free(mask);
+        *mask = read;
+        return 0;
+    }
+    fs_image_free(&read);
+    return 0;
+}
+
+int fs_photo_mask_check(const Photos *photos, const Log *log, FsError *err)
+{
+    FilePath path;
+    int n = 0;
+    if (!photos->masks || !*photos->masks) return 0;
+    for (int i = 0; i < photos->n; i++) n += fs_photos_mask(photos, &photos->photo[i], &path);
+    if (n == 0)
+        return fs_error_input(err,
+                              "%s: no mask of these photos; expected PNG files like %s.png, black where the photo is "
+                              "not to be used",
+                              photos->masks, photos->photo[0].path);
+    fs_log_info(log, "ingest: %d of %d photos have a mask", n, photos->n);
+    return 0;
+}

@@ -1,0 +1,110 @@
+"""Masks that the user gives: what they cover is not used, by COLMAP's names."""
+import json
+import pathlib
+import shutil
+import struct
+import zlib
+
+import common
+from common import FolderTest, run
+
+W, H = 96, 64
+
+
+def png(path, gray):  # rows of bytes
+    chunk = lambda kind, data: struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = b"".join(b"\0" + bytes(row) for row in gray)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", len(gray[0]), len(gray), 8, 0, 0, 0, 0))
+                     + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def values(path):  # of a PNG of 8 bits, grey, as the program writes it
+    data, at, idat = path.read_bytes(), 8, b""
+    while at < len(data):
+        n, kind = struct.unpack(">I4s", data[at:at + 8])
+        if kind == b"IHDR":
+            width, height, bits, color = struct.unpack(">IIBB", data[at + 8:at + 18])
+        idat += data[at + 8:at + 8 + n] if kind == b"IDAT" else b""
+        at += 12 + n
+    assert (bits, color) == (8, 0), path
+    raw, rows, before = zlib.decompress(idat), [], [0] * width
+    for y in range(height):
+        kind, row = raw[y * (width + 1)], list(raw[y * (width + 1) + 1:(y + 1) * (width + 1)])
+        for x in range(width):
+            a, b, c = row[x - 1] if x else 0, before[x], before[x - 1] if x else 0
+            p = a + b - c
+            paeth = a if abs(p - a) <= abs(p - b) and abs(p - a) <= abs(p - c) else b if abs(p - b) <= abs(p - c) else c
+            row[x] = (row[x] + (0, a, b, (a + b) // 2, paeth)[kind]) & 255
+        rows.append(row)
+        before = row
+    return rows
+
+
+class Masks(FolderTest):
+    def setUp(self):
+        super().setUp()
+        self.scene, self.out, self.masks = self.dir / "scene", self.dir / "out", self.dir / "masks"
+        self.works("synth", "-o", self.scene, "--width", W, "--height", H, "--photos", 8, "--held-out", 1, "--seed", 5)
+        self.masks.mkdir()
+        self.photos = self.scene / "capture/raw"
+
+    def works(self, *words):
+        process = run(*words)
+        self.assertEqual(process.returncode, 0, process.stdout + process.stderr)
+        return process
+
+    def ingest(self, *options):
+        return self.works("ingest", self.photos, "-o", self.out, "--long-edge", W // 2, *options)
+
+    def test_masks(self):
+        left = [[0] * (W // 2) + [255] * (W // 2)] * H
+        png(self.masks / "IMG_0001.DNG.png", left)
+        png(self.masks / "IMG_0002.png", [[255] * W] * (H // 2) + [[0] * W] * (H // 2))
+        self.ingest("--masks", self.masks)
+        mask = lambda name: values(self.out / f"linear/IMG_{name}_mask.png")
+        self.assertTrue(all(row[:W // 4] == [0] * (W // 4) and max(row[W // 4:]) == 255 for row in mask("0001")))
+        self.assertTrue(all(max(row) == (255 if y < H // 4 else 0) for y, row in enumerate(mask("0002"))))
+        self.assertEqual(max(max(row) for row in mask("0003")), 255)
+        for_colmap = values(self.out / "linear/features_masks/IMG_0001.png.png")
+        self.assertEqual(for_colmap, left)
+        self.assertFalse((self.out / "linear/features_masks/IMG_0003.png.png").exists())
+        self.assertIn("skipped", self.ingest("--masks", self.masks).stdout)
+        png(self.masks / "IMG_0003.png", left)  # another mask: done again
+        self.ingest("--masks", self.masks)
+        self.assertEqual(mask("0003")[0][0], 0)
+        self.ingest()  # and without any
+        self.assertEqual(max(mask("0001")[0][:W // 4]), 255)
+        self.assertFalse((self.out / "linear/features_masks/IMG_0001.png.png").exists())
+        self.assertEqual(len(list(self.masks.iterdir())), 3)
+
+    def test_refused(self):
+        self.assert_fails(run("ingest", self.photos, "-o", self.out, "--masks", self.masks), 1, str(self.masks), "IMG_0001.DNG.png")
+        self.assert_fails(run("ingest", self.photos, "-o", self.out, "--masks", self.dir / "none"), 1, "none")
+        png(self.masks / "IMG_0001.png", [[255] * H] * W)  # lying
+        process = run("ingest", self.photos, "-o", self.out, "--masks", self.masks)
+        self.assertIn("IMG_0001.png: 64 x 96 pixels, expected the size of its photo", process.stdout + process.stderr)
+        (self.masks / "IMG_0001.png").write_bytes(b"\x89PNG\r\n\x1a\nnothing")
+        process = run("ingest", self.photos, "-o", self.out, "--masks", self.masks)
+        self.assertIn("IMG_0001.png", process.stdout + process.stderr)
+
+    def test_people_are_left_out(self):
+        """The photographer in the pane spoils R where he stood, and not where he is masked."""
+        poses = ["--poses", self.scene / "truth/sparse"]
+        shutil.rmtree(self.scene)
+        self.works("synth", "-o", self.scene, "--width", 192, "--height", 128, "--photos", 16, "--held-out", 1, "--seed", 31, "--field", "photographer")
+        figures = self.scene / "truth/figures"
+        for mask in figures.iterdir():
+            rows = [[0 if v else 255 for v in row] for row in values(mask)]
+            png(self.masks / mask.name, rows)
+        psnr = []
+        for options in ([], ["--masks", self.masks]):
+            self.works("run", self.photos, "-o", self.out, *poses, "--preset", "preview", "--long-edge", 192, "--steps", 300,
+                       "--init-count", 3000, *options)
+            self.works("render", self.out, "--cameras", self.scene / "truth/cameras.json", "--output", self.dir / "views", "--layers", "R")
+            json_path = self.dir / f"{len(psnr)}.json"
+            self.works("evaluate", self.out, self.scene / "truth", "--output", self.dir / "views", "--json", json_path)
+            psnr.append(next(iter(json.loads(json_path.read_text())["methods"].values()))["layers"]["R"]["psnr_gain"])
+        self.assertGreater(psnr[1], psnr[0] + 0.5, psnr)
+
+
+common.main()
