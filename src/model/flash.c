@@ -60,6 +60,8 @@ static int mark_line(Photos *photos, const char *list, char *line, FsError *err)
         best = like;
         named = &photos->photo[i];
     }
+    bool left_out = fs_photo_kind(line) >= 0 && fs_file_exists(fs_file_at("%s/%s", photos->folder, line).text);
+    if (n == 0 && left_out) return 0; // a copy
     if (n == 0)
         return fs_error_input(err, "%s: '%s' is no photo of %s (the first one there is %s): correct the list", list,
                               line, photos->folder, photos->photo[0].file);

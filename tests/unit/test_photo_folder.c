@@ -110,6 +110,12 @@ static void test_copies(void **state)
     expect_good("photos", NULL, "5 photos are copies of others");
     assert_non_null(strstr(said, "2 photos: 1 with flash, 1 without"));
     assert_null(strstr(said, "W "));
+    char setting[600];
+    snprintf(setting, sizeof setting, "flash-list=%s", temp("list.txt"));
+    assert_int_equal(fs_file_write(temp("list.txt"), "IMG_1.DNG\nIMG_1 (1).DNG\n", 24, NULL), 0);
+    expect_good("photos", SET(setting), "1 with flash, 1 without (--flash-list)");
+    assert_int_equal(fs_file_write(temp("list.txt"), "IMG_1.DNG\nIMG_1 (7).DNG\n", 24, NULL), 0);
+    expect_error("photos", SET(setting), "'IMG_1 (7).DNG' is no photo");
     // one that is not the same, and names that only look like copies
     FILL({"flash.dng", "IMG_1.DNG"}, {"gbrg.dng", "IMG_1 (1).DNG"}, {"ambient.dng", "Glass (1).DNG"},
          {"flash.dng", "Glass (2).DNG"}, {"flash.dng", "copy.DNG"}, {"ambient.dng", "(3).DNG"});
