@@ -40,7 +40,9 @@ static void close_heif(Heif *h)
 
 static int open_heif(Heif *h, const char *path, FsError *err)
 {
-    *h = (Heif){.path = path, .context = heif_context_alloc()};
+    *h = (Heif){.path = path};
+    MUST(fs_heif_links_check(path, err));
+    h->context = heif_context_alloc();
     int rc = 0;
     struct heif_error e;
     if (!h->context) return fs_error_memory(err);
@@ -75,7 +77,9 @@ static int read_profile(const Heif *h, LightTag *tag, FsError *err)
 static int read_nclx(const Heif *h, LightTag *tag, FsError *err)
 {
     struct heif_color_profile_nclx *nclx = NULL;
-    if (heif_image_handle_get_nclx_color_profile(h->handle, &nclx).code || !nclx) return 0;
+    bool read = heif_image_handle_get_nclx_color_profile(h->handle, &nclx).code == 0;
+    if (!read && nclx) heif_nclx_color_profile_free(nclx); // values it does not know
+    if (!read || !nclx) return 0;
     int transfer = (int)nclx->transfer_characteristics, primaries = (int)nclx->color_primaries;
     heif_nclx_color_profile_free(nclx);
     tag->linear = transfer == TRANSFER_LINEAR;

@@ -19,6 +19,7 @@ static const double known_colors[][9] = {
 static const double srgb_from_xyz[9] = {3.1338561, -1.6168667, -0.4906146, -0.9787684, 1.9161415,
                                         0.0334540, 0.0719453,  -0.2289914, 1.4052427};
 #define ADOBE_GAMMA 2.19921875
+#define WILDEST 4.0       // entry of the matrix; the widest profiles in use have 2
 #define SAME_COLORS 0.004 // of an entry of the matrix
 #define SAME_CURVE 0.002  // of light
 
@@ -47,6 +48,7 @@ static bool set_colors(Profile *p, const double xyz_from_rgb[9])
         }
         if (!(fabs(sum - 1) < 0.05)) return false;
         for (int c = 0; c < 3; c++) {
+            if (!(fabs(row[c]) < WILDEST)) return false;
             p->srgb_from_linear[3 * r + c] = (float)(row[c] / sum);
             worst = fmax(worst, fabs(row[c] / sum - (r == c)));
         }
