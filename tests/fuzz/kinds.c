@@ -140,10 +140,10 @@ static int read_icc(const char *dir, FsError *err)
     void *exact = malloc(size ? size : 1); // without the 0 behind it
     memcpy(exact, data, size);
     Profile profile;
-    float rgb[] = {0, 0, 0, 0.5f, NAN, 2, 1, 1, 1};
+    float rgb[] = {0, 0, 0, 0.5f, 0.1f, 2, 1, 1, 1};
     bool good = fs_profile_read(&profile, exact, size);
     fs_profile_linearise(&profile, rgb, 3);
-    for (int i = 0; i < 9; i++) check(i == 4 || (rgb[i] > -25 && rgb[i] < 25), "light", "a.icc");
+    for (int i = 0; i < 9; i++) check(rgb[i] > -25 && rgb[i] < 25, "light", "a.icc");
     free(exact);
     free(data);
     return good ? 0 : -1;
