@@ -40,9 +40,10 @@ static inline HostEngine *fs_host_engine(Engine *engine)
 {
     return (HostEngine *)engine;
 }
-static inline float fs_host_engine_flash(const HostView *view) // factor on its alpha
+// Factor on alpha, of T or R (PHOTO_T, PHOTO_R), whose own factor is on all of its light.
+static inline float fs_host_engine_flash(const HostView *view, int of)
 {
-    return view->flash_gain * expf(view->state.x[PHOTO_FLASH] - view->state.x[PHOTO_T]);
+    return view->flash_gain * expf(view->state.x[PHOTO_FLASH] - view->state.x[of]);
 }
 static inline int fs_host_engine_strips(const HostEngine *engine, int height)
 {

@@ -66,7 +66,8 @@ static int set_up(Step *s, FsError *err)
     s->pass = (RasterPass){&e->kernels, e->threads, {NULL}, 0, camera, (float)(FS_NEAR * e->scene.extent)};
     s->back = s->pass;
     *plan = fs_view_plan(&e->scene, camera, s->view->flash);
-    fs_view_plan_photo(plan, &e->scene, camera, &s->view->state, fs_host_engine_flash(s->view), s->args->learn);
+    const float flash[2] = {fs_host_engine_flash(s->view, PHOTO_T), fs_host_engine_flash(s->view, PHOTO_R)};
+    fs_view_plan_photo(plan, &e->scene, camera, &s->view->state, flash, s->args->learn);
     if (!plan->T.cloud)
         return fs_error_set(err, FS_ERR_INPUT, "training: no cloud %s for photos of that lighting",
                             fs_layers[plan->T.layer].name);

@@ -36,14 +36,15 @@ static void number_gradients(const Update *u, double g[ENGINE_NUMBERS])
 {
     const Scene *scene = &u->engine->scene;
     const RasterTask *T = u->task[LAYER_T_N], *R = u->task[LAYER_R];
-    const double flash = (double)fs_host_engine_flash(u->photo);
+    const double flash[2] = {(double)fs_host_engine_flash(u->photo, PHOTO_T),
+                             (double)fs_host_engine_flash(u->photo, PHOTO_R)};
     for (int k = 0; k < 3; k++) {
         g[k] = u->pane.normal[k];
-        g[4 + k] = T ? T->d_tint[k] * flash : 0;
+        g[4 + k] = T ? T->d_tint[k] * flash[0] : 0;
     }
     g[3] = u->pane.dimming;
     g[7] = 0;
-    for (int k = 0; k < 3; k++) g[7] += R ? R->d_tint[k] * scene->gain_color[k] * flash : 0;
+    for (int k = 0; k < 3; k++) g[7] += R ? R->d_tint[k] * scene->gain_color[k] * flash[1] : 0;
     memcpy(g + 8, u->calibration.vignetting, sizeof u->calibration.vignetting);
     memcpy(g + FIRST_KNOT, u->calibration.response, sizeof u->calibration.response);
 }
@@ -164,17 +165,19 @@ static void update_photo(const Update *u, StepResult *result)
     bool lit = u->plan->T.lit && T;
     for (int k = 0; k < 3; k++) {
         g[PHOTO_WHITE + k] = u->calibration.white[k];
-        if (lit) g[PHOTO_FLASH] += T->d_tint[k] * (double)u->plan->T.light.tint[k];
-        if (lit && R) g[PHOTO_FLASH] += R->d_tint[k] * (double)u->plan->R.light.tint[k];
+        double on_T = lit ? T->d_tint[k] * (double)u->plan->T.light.tint[k] : 0;
+        double on_R = lit && R ? R->d_tint[k] * (double)u->plan->R.light.tint[k] : 0;
+        g[PHOTO_T] -= on_T;
+        g[PHOTO_R] -= on_R;
+        g[PHOTO_FLASH] += on_T + on_R;
     }
-    g[PHOTO_T] -= g[PHOTO_FLASH];
     for (int k = 0; k < LOSS_TERMS; k++)
         if (u->args->weight[k] > 0 && fs_loss_terms[k].photo)
             result->loss[k] += fs_loss_terms[k].photo(state, u->args->weight[k], g);
     AdamRate rate = fs_adam_rate(RATE_PHOTO * u->args->settle, u->args->step / e->n_views + 1);
     for (int k = 0; k < PHOTO_NUMBERS; k++) {
         if (!(u->args->learn & (k < PHOTO_WHITE ? LEARN_LIGHT : LEARN_WHITE))) continue;
-        if (k == PHOTO_FLASH && !lit) continue;
+        if (k == PHOTO_FLASH ? !lit : k < PHOTO_FLASH && !u->plan->pane_beta) continue;
         float d = (float)(g[k]);
         AdamFields fields = {&state->x[k], &d, &state->m[k], &state->v[k]};
         e->kernels.adam->step(&fields, 1, rate);

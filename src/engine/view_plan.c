@@ -71,14 +71,14 @@ static bool any(const float *x, int n)
     return false;
 }
 
-void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo, float flash,
-                        unsigned learn)
+void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,
+                        const float flash[2], unsigned learn)
 {
     plan->pane.T = expf(photo->x[PHOTO_T]);
     plan->pane.R = expf(photo->x[PHOTO_R]);
     for (int k = 0; k < 3; k++) {
-        plan->T.light.tint[k] *= flash;
-        plan->R.light.tint[k] *= flash;
+        plan->T.light.tint[k] *= flash[0];
+        plan->R.light.tint[k] *= flash[1];
     }
     CalibrationView *v = &plan->calibration;
     *v = calibration_of(scene, camera, photo);

@@ -30,9 +30,9 @@ typedef struct ViewPlan {
 
 ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash);
 // Of a photo: with its light, and what the camera made of it. learn: LEARN_*
-// flash: factor on its alpha.
-void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo, float flash,
-                        unsigned learn);
+// flash: factors on the flash's light on T and R.
+void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,
+                        const float flash[2], unsigned learn);
 PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera);
 
 #define FS_NEAR 0.1 // near plane, in scene extents

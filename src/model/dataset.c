@@ -125,7 +125,8 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
     view.name = (char *)name;
     view.flash = json_is_true(json_object_get(object, "flash"));
     view.held_out = json_is_true(json_object_get(object, "held_out"));
-    if (!get_number(object, "flash_gain", &view.flash_gain) || !(view.flash_gain > 0)) view.flash_gain = 0;
+    if (!get_number(object, "flash_gain", &view.flash_gain) || !(view.flash_gain > 1e-3 && view.flash_gain < 1e3))
+        view.flash_gain = 0;
     view.encoded = json_is_true(json_object_get(object, "encoded"));
     const char *wanted = camera_from_json(object, &view.camera);
     if (wanted) return fs_error_input(err, "%s: view '%s': expected %s", path, name, wanted);

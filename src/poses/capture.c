@@ -41,7 +41,7 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
     double focal = json_number_value(json_object_get(object, "focal_px"));
     const char *quality = json_string_value(json_object_get(object, "quality"));
     const double factor = json_number_value(json_object_get(object, "flash_gain"));
-    *photo = (Photo){.flash_gain = factor > 0 && isfinite(factor) ? factor : 1,
+    *photo = (Photo){.flash_gain = factor > 1e-3 && factor < 1e3 ? factor : 1,
                      .flash = json_is_true(json_object_get(object, "flash")),
                      .encoded = quality && strcmp(quality, "reduced") == 0,
                      .width = (int)w,

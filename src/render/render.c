@@ -1,5 +1,6 @@
 #include "render/render.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/file.h"
@@ -11,6 +12,7 @@
 #include "model/preview.h"
 #include "render/pictures.h"
 #include "render/save.h"
+#include "render/as_shot.h"
 #include "render/verdict.h"
 #include "render/view_list.h"
 
@@ -28,6 +30,7 @@ typedef struct Run {
     bool wanted[RENDER_LAYERS];
     Look look;
     FilePath dir, film_dir;
+    AsShot as_shot;
 } Run;
 
 // One walk over views: what to leave behind.
@@ -132,7 +135,7 @@ static int find_exposure(Run *run, FsError *err)
 static int compare_photo(Run *run, const Walk *walk, int i, FsError *err)
 {
     const View *view = &run->photos.view[i];
-    Image photo = {0}, mask = {0};
+    Image photo = {0}, mask = {0}, composite = {0};
     FsError missing = {0};
     int rc;
     bool shown = walk->sheet && fs_pictures_sheet_wants(walk->sheet, i);
@@ -140,10 +143,17 @@ static int compare_photo(Run *run, const Walk *walk, int i, FsError *err)
     if (rc == FS_ERR_MEMORY) return fs_error_memory(err); // nothing was loaded
     if (rc < 0 && shown) fs_log_warn(&run->project->log, "%s; the contact sheet lacks that photo", missing.message);
     rc = 0;
-    if (walk->verdict) fs_verdict_add(walk->verdict, &run->renders, &photo, &mask, view->flash);
-    if (shown) rc = fs_pictures_sheet_add(walk->sheet, &run->look, &photo, view, &run->renders, err);
+    bool usual = fabs(view->flash_gain - 1) < 0.05 || !view->flash || !(view->flash_gain > 0);
+    if (walk->verdict) {
+        rc = fs_image_copy(&composite, &run->renders.layer[view->flash ? RENDER_I_F : RENDER_I_N], err);
+        if (rc == 0) rc = fs_as_shot_apply(&run->as_shot, view, &composite, err);
+        if (rc == 0) // a photo of another shutter has another flash than the renders
+            fs_verdict_add(walk->verdict, &run->renders, &composite, usual ? &photo : NULL, &mask);
+    }
+    if (rc == 0 && shown) rc = fs_pictures_sheet_add(walk->sheet, &run->look, &photo, view, &run->renders, err);
     fs_image_free(&photo);
     fs_image_free(&mask);
+    fs_image_free(&composite);
     return rc;
 }
 
@@ -275,6 +285,7 @@ static int open_run(Run *run, FsError *err)
         return fs_error_input(err, "%s: no posed photos in it; run flashsplat poses first", views.text);
     MUST(fs_engine_new(&run->engine, set->device, set->cpu, set->threads, err));
     MUST(fs_engine_scene_up(run->engine, &run->scene, err));
+    fs_as_shot_open(&run->as_shot, &run->scene, project->out);
     run->threads = fs_threads_new(set->threads);
     return run->threads ? 0 : fs_error_memory(err);
 }
@@ -308,6 +319,7 @@ fail:
     fs_scene_free(&run.scene);
     fs_dataset_free(&run.photos);
     fs_engine_renders_free(&run.renders);
+    fs_as_shot_close(&run.as_shot);
     fs_engine_free(run.engine);
     fs_threads_free(run.threads);
     return rc;

@@ -51,9 +51,9 @@ static void add_photo(Verdict *v, const Image *composite, const Image *photo, co
     v->photos++;
 }
 
-void fs_verdict_add(Verdict *verdict, const Renders *renders, const Image *photo, const Image *mask, bool flash)
+void fs_verdict_add(Verdict *verdict, const Renders *renders, const Image *composite, const Image *photo,
+                    const Image *mask)
 {
-    const Image *composite = &renders->layer[flash ? RENDER_I_F : RENDER_I_N];
     add_layers(verdict, renders);
     if (photo && photo->px && photo->width == composite->width && photo->height == composite->height)
         add_photo(verdict, composite, photo, mask);

@@ -11,7 +11,8 @@ typedef struct Verdict {
     double error2, compared; // photo against composite, tone-mapped: squared error, samples
 } Verdict;
 
-// One photo's pose. photo (with its mask, one channel; NULL: all is to be trusted) may be NULL or of another size: then
-// it is not compared.
-void fs_verdict_add(Verdict *verdict, const Renders *renders, const Image *photo, const Image *mask, bool flash);
+// One photo's pose. composite: as its camera shows it (as_shot.h). photo (with its mask, one channel; NULL: all is to
+// be trusted) may be NULL or of another size: then it is not compared.
+void fs_verdict_add(Verdict *verdict, const Renders *renders, const Image *composite, const Image *photo,
+                    const Image *mask);
 void fs_verdict_tell(const Verdict *verdict, const Log *log);

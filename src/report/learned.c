@@ -55,13 +55,14 @@ static void write_response(FILE *f, const json_t *model)
           f);
 }
 
+static const char *const lights[] = {"transmitted", "mirrored", "flash"};
+
 static void write_photo(FILE *f, const json_t *photo, bool white)
 {
-    static const char *const keys[] = {"transmitted", "mirrored", "flash"};
     const json_t *balance = json_object_get(photo, "white_balance");
     const char *name = json_string_value(json_object_get(photo, "name"));
     fs_html_put(f, "<tr><td>@</td>", name ? name : "");
-    for (int i = 0; i < 3; i++) fprintf(f, "<td>%.3f</td>", json_number_value(json_object_get(photo, keys[i])));
+    for (int i = 0; i < 3; i++) fprintf(f, "<td>%.3f</td>", json_number_value(json_object_get(photo, lights[i])));
     for (size_t c = 0; c < 3 && white; c++) fprintf(f, "<td>%.3f</td>", json_number_value(json_array_get(balance, c)));
     fputs("</tr>\n", f);
 }
@@ -72,7 +73,7 @@ static void write_photos(FILE *f, const json_t *photos)
     for (size_t i = 0; i < json_array_size(photos); i++) {
         const json_t *photo = json_array_get(photos, i), *balance = json_object_get(photo, "white_balance");
         for (size_t c = 0; c < 3; c++) white |= json_number_value(json_array_get(balance, c)) != 1;
-        light |= json_number_value(json_object_get(photo, "mirrored")) != 1;
+        for (size_t k = 0; k < 3; k++) light |= json_number_value(json_object_get(photo, lights[k])) != 1;
     }
     if (!white && !light) return;
     fprintf(f,

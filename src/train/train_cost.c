@@ -18,7 +18,7 @@ enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_ST
 // Bytes, measured on captures of 300 to 2400 pixels.
 #define BYTES_PROGRAM 30e6
 #define BYTES_VIEW 40.0   // a pixel of a photo: itself, what SSIM needs of it, mask
-#define BYTES_STEP 280.0  // a pixel of the view that is rendered
+#define BYTES_STEP 304.0  // a pixel of the view that is rendered
 #define BYTES_SHEET 450.0 // a pixel of a view, for contact sheets
 #define BYTES_SPLAT 740.0
 

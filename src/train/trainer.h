@@ -40,8 +40,8 @@ int fs_views_for_step(Trainer *trainer, int step, FsError *err); // the engine g
 
 // schedule.c: everything that changes with the step
 void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArgs *args);
-unsigned fs_schedule_learns(const Settings *set, bool encoded); // encoded: there are photos with an unknown response
-bool fs_schedule_relocates(const Settings *set, int step);      // after that many steps; densify.c
+unsigned fs_schedule_learns(const Settings *set, bool encoded);         // encoded: the photos' response is not known
+bool fs_schedule_relocates(const Settings *set, int step);              // after that many steps; densify.c
 int fs_schedule_halvings(const Settings *set, int long_edge, int step); // of the photos' size
 int fs_schedule_budget(const Settings *set, double pixels);             // Gaussians of a cloud, for photos of that size
 int fs_schedule_grown(const Settings *set, int budget, int n, int step); // relocation: a cloud of n after a round

@@ -80,11 +80,11 @@ int fs_views_load(Trainer *trainer, FsError *err)
     trainer->photo = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->photo);
     trainer->epoch = trainer->halvings = -1;
     if (!trainer->views || !trainer->order || !trainer->photo) TRY(fs_error_memory(err));
-    bool encoded = false;
-    for (int i = 0; i < trainer->dataset.n; i++) encoded |= trainer->dataset.view[i].encoded;
-    trainer->learn = fs_schedule_learns(trainer->set, encoded);
     for (int i = 0; i < trainer->dataset.n; i++)
         if (wanted(&trainer->dataset.view[i], trainer->set->lighting)) add_view(trainer, &trainer->dataset.view[i]);
+    bool encoded = true; // of one kind: a curve of the JPEGs would bend the RAWs among them
+    for (int i = 0; i < trainer->n_views; i++) encoded &= trainer->views[i]->encoded;
+    trainer->learn = fs_schedule_learns(trainer->set, encoded);
     if (trainer->n_views == 0)
         rc = fs_error_set(err, FS_ERR_INPUT,
                           "%s: no photos to train on (all are held out, or of the other lighting); "

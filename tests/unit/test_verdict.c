@@ -45,7 +45,7 @@ static const char *say(float t, float r, int black, float fit, bool of_other_siz
     for (int i = 0; i < W * H; i++) mask.px[i] = i >= W; // the first row is not to be trusted
     for (int i = 0; i < W * 3; i++) photo.px[i] = 50;
     if (of_other_size) photo.width = W - 1;
-    for (int view = 0; view < 3; view++) fs_verdict_add(&verdict, &renders, &photo, &mask, true);
+    for (int view = 0; view < 3; view++) fs_verdict_add(&verdict, &renders, &renders.layer[RENDER_I_F], &photo, &mask);
     warnings[0] = 0;
     fs_verdict_tell(&verdict, &log);
     photo.width = W;
