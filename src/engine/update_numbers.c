@@ -112,25 +112,37 @@ void fs_update_numbers_middle(const HostEngine *e, double middle[3])
     }
 }
 
-// 1, a photo's place from the middle of all, in extents, and the number.
-static void place_row(const HostEngine *e, const double middle[3], int view, int number, double row[5])
+// What is leveled: the mean of n numbers from `number` on, over the photos of one lighting (0, 1) or all (-1).
+typedef struct Level {
+    int number, n, flash;
+    double middle[3];
+} Level;
+
+static bool is_leveled(const Level *level, const HostView *view)
 {
-    row[0] = 1;
-    fs_camera_centre(&e->views[view].camera, row + 1);
-    for (int k = 0; k < 3; k++) row[1 + k] = (row[1 + k] - middle[k]) / e->scene.extent;
-    row[4] = (double)e->views[view].state.x[number];
+    return level->flash < 0 || view->flash == (level->flash == 1);
 }
 
-// Takes off a number what goes along with the place that photos of that lighting were taken from (a constant and a
-// slope): that belongs to the scene, which so keeps its brightness, while how a photo's light differs is chance.
-static void level_photos(HostEngine *e, bool flash, int number)
+// 1, a photo's place from the middle of all, in extents, and the mean of its numbers.
+static void place_row(const Level *level, const HostView *view, double extent, double row[5])
 {
-    double sum[4][5] = {{0}}, row[5], middle[3];
+    row[0] = 1;
+    fs_camera_centre(&view->camera, row + 1);
+    for (int k = 0; k < 3; k++) row[1 + k] = (row[1 + k] - level->middle[k]) / extent;
+    row[4] = 0;
+    for (int k = 0; k < level->n; k++) row[4] += (double)view->state.x[level->number + k] / level->n;
+}
+
+// Takes off what goes along with the place that photos were taken from (a constant and a slope): that belongs to the
+// scene, which so keeps its brightness, while how a photo's light differs is chance.
+static void level_photos(HostEngine *e, Level level)
+{
+    double sum[4][5] = {{0}}, row[5];
     int n = 0;
-    fs_update_numbers_middle(e, middle);
+    fs_update_numbers_middle(e, level.middle);
     for (int i = 0; i < e->n_views; i++) {
-        if (e->views[i].flash != flash) continue;
-        place_row(e, middle, i, number, row);
+        if (!is_leveled(&level, &e->views[i])) continue;
+        place_row(&level, &e->views[i], e->scene.extent, row);
         for (int r = 0; r < 4; r++)
             for (int c = 0; c < 5; c++) sum[r][c] += row[r] * row[c];
         n++;
@@ -142,18 +154,23 @@ static void level_photos(HostEngine *e, bool flash, int number)
             for (int c = p; c < 5; c++) sum[r][c] -= f * sum[p][c];
         }
     for (int i = 0; i < e->n_views; i++) {
-        if (e->views[i].flash != flash) continue;
-        place_row(e, middle, i, number, row);
-        for (int k = 0; k < 4; k++) e->views[i].state.x[number] -= (float)(sum[k][4] / sum[k][k] * row[k]);
+        if (!is_leveled(&level, &e->views[i])) continue;
+        place_row(&level, &e->views[i], e->scene.extent, row);
+        float *x = e->views[i].state.x + level.number;
+        for (int k = 0; k < 4 * level.n; k++) x[k / 4] -= (float)(sum[k % 4][4] / sum[k % 4][k % 4] * row[k % 4]);
     }
 }
 
-// White balance has its mean over all photos taken off: flash and no-flash photos may differ in it.
-static void centre_photos(HostEngine *e, int number)
+// Exposure, which the three channels share, is leveled; each channel has its mean over all photos taken off: flash and
+// no-flash photos may differ in their white balance.
+static void level_white(HostEngine *e)
 {
-    double sum = 0;
-    for (int i = 0; i < e->n_views; i++) sum += (double)e->views[i].state.x[number];
-    for (int i = 0; i < e->n_views; i++) e->views[i].state.x[number] -= (float)(sum / e->n_views);
+    level_photos(e, (Level){.number = PHOTO_WHITE, .n = 3, .flash = -1});
+    for (int k = PHOTO_WHITE; k < PHOTO_NUMBERS; k++) {
+        double sum = 0;
+        for (int i = 0; i < e->n_views; i++) sum += (double)e->views[i].state.x[k];
+        for (int i = 0; i < e->n_views; i++) e->views[i].state.x[k] -= (float)(sum / e->n_views);
+    }
 }
 
 static void update_photo(const Update *u, StepResult *result)
@@ -182,7 +199,8 @@ static void update_photo(const Update *u, StepResult *result)
         AdamFields fields = {&state->x[k], &d, &state->m[k], &state->v[k]};
         e->kernels.adam->step(&fields, 1, rate);
     }
-    for (int k = 0; k < PHOTO_NUMBERS; k++) k < PHOTO_WHITE ? level_photos(e, u->photo->flash, k) : centre_photos(e, k);
+    for (int k = 0; k < PHOTO_WHITE; k++) level_photos(e, (Level){.number = k, .n = 1, .flash = u->photo->flash});
+    if (u->args->learn & LEARN_WHITE) level_white(e);
 }
 
 void fs_update_numbers_run(const Update *update, StepResult *result)
