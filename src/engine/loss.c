@@ -113,8 +113,8 @@ static void scale_range(const CloudLoss *c, double *sum)
 
 // ---- terms on what is learned of the camera ----
 
-// Squares of what the light of a photo differs by: what the photos hardly tell is nothing. Exposure and white balance
-// they tell well.
+// Squares of what the light of a photo and its exposure differ by: what the photos hardly tell is nothing. White
+// balance they tell well.
 static double photo_reg(const PhotoState *photo, double weight, double gradient[])
 {
     double sum = 0;
@@ -123,6 +123,9 @@ static double photo_reg(const PhotoState *photo, double weight, double gradient[
         sum += x * x;
         gradient[k] += weight * 2 * x;
     }
+    double exposure = (double)(photo->x[PHOTO_WHITE] + photo->x[PHOTO_WHITE + 1] + photo->x[PHOTO_WHITE + 2]) / 3;
+    for (int k = PHOTO_WHITE; k < PHOTO_NUMBERS; k++) gradient[k] += weight * 2 * exposure / 3;
+    sum += exposure * exposure;
     return sum;
 }
 
