@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #define MAX_ENTRIES 4096 // of one directory
-#define MAX_DATA_PARTS 20000
+#define MAX_LOOKS 100000 // at directories, entries and values in search of picture data: links may lead in circles
 
 typedef struct Ifd {
     const Block *block;
@@ -228,7 +228,7 @@ bool fs_ifd_read(const Block *block, ExifInfo *info)
 static void add_parts(const Ifd *ifd, const Entry *offsets, const Entry *sizes, IfdMissing *m)
 {
     double at, size, held = (double)ifd->block->size;
-    for (uint32_t i = 0; i < offsets->count && i < sizes->count && i < MAX_DATA_PARTS; i++) {
+    for (uint32_t i = 0; i < offsets->count && i < sizes->count && m->looks++ < MAX_LOOKS; i++) {
         if (!number(ifd, offsets, i, &at) || !number(ifd, sizes, i, &size) || at >= UINT32_MAX || size < 0) return;
         m->all += (uint64_t)size;
         m->missing += (uint64_t)fmin(size, fmax(0, at + size - held));
@@ -237,11 +237,11 @@ static void add_parts(const Ifd *ifd, const Entry *offsets, const Entry *sizes, 
 
 static void add_directory(const Ifd *ifd, uint64_t offset, int depth, IfdMissing *m)
 {
-    for (int next = 0; next < 10 && offset > 0; next++) {
+    for (int next = 0; next < 10 && offset > 0 && m->looks++ < MAX_LOOKS; next++) {
         Entry e, strips = {0}, strip_sizes = {0}, tiles = {0}, tile_sizes = {0}, inner = {0};
         unsigned char p[4];
         unsigned n = count_entries(ifd, offset);
-        for (unsigned i = 0; i < n && get_entry(ifd, offset, i, &e); i++) {
+        for (unsigned i = 0; i < n && m->looks++ < MAX_LOOKS && get_entry(ifd, offset, i, &e); i++) {
             if (e.tag == 0x0111 && strips.tag != 0x0118) strips = e;
             if (e.tag == 0x0118) strips = e; // Panasonic's
             if (e.tag == 0x0117) strip_sizes = e;
@@ -254,7 +254,8 @@ static void add_directory(const Ifd *ifd, uint64_t offset, int depth, IfdMissing
         add_parts(ifd, &tiles, &tile_sizes, m);
         for (uint32_t i = 0; i < inner.count && i < 10 && depth > 0; i++) {
             double at;
-            if (number(ifd, &inner, i, &at)) add_directory(ifd, (uint64_t)at, depth - 1, m);
+            if (number(ifd, &inner, i, &at) && at >= 0 && at <= UINT32_MAX)
+                add_directory(ifd, (uint64_t)at, depth - 1, m);
         }
         if (n == 0 || !fs_ifd_read_at(ifd->block, offset + 2 + 12 * (uint64_t)n, p, 4)) return;
         offset = get32(ifd, p);

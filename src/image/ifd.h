@@ -17,6 +17,7 @@ bool fs_ifd_read(const Block *block, ExifInfo *info);
 // Bytes of picture data that the directories promise and the block does not hold, of all of it.
 typedef struct IfdMissing {
     uint64_t missing, all;
+    unsigned looks; // that were taken
     bool dng;
 } IfdMissing;
 IfdMissing fs_ifd_missing(const Block *block);

@@ -116,8 +116,8 @@ static int linearise(const Image *image, const Profile *profile, PhotoSizes *siz
 {
     size_t width = (size_t)image->width, channels = (size_t)image->channels;
     float limit = profile->linear ? CLIP_LINEAR : CLIP_ENCODED, *clipped = malloc(width * 4 * sizeof *clipped);
-    float *rgb = clipped + width;
     int rc = clipped ? fs_sizes_begin(sizes, image->width, image->height, err) : fs_error_memory(err);
+    float *rgb = clipped ? clipped + width : NULL;
     for (size_t y = 0; rc == 0 && y < (size_t)image->height; y++) {
         const float *in = image->px + y * width * channels;
         memset(clipped, 0, width * sizeof *clipped);

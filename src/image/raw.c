@@ -337,8 +337,9 @@ static int put_processed(const char *path, const libraw_processed_image_t *made,
     int filled = 0, rc = 0;
     bool one_value = true;
     ushort first[3] = {0}, v;
-    float *rgb = malloc(width * 4 * sizeof *rgb), *clipped = rgb + 3 * width;
+    float *rgb = malloc(width * 4 * sizeof *rgb);
     if (!rgb) return fs_error_memory(err);
+    float *clipped = rgb + 3 * width;
     TRY(fs_sizes_begin(sizes, made->width, made->height, err));
     for (size_t y = 0; y < made->height; y++) {
         memset(clipped, 0, width * sizeof *clipped);

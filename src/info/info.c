@@ -22,7 +22,7 @@ static int describe_folder(const char *dir, const Log *log, FsError *err)
     if (cameras) return fs_info_cameras(dir, log, err);
     FsError why = {0};
     int rc = fs_info_photos(dir, log, &why);
-    if (rc < 0 && rc != FS_ERR_INPUT) *err = why;
+    if (err && rc < 0 && rc != FS_ERR_INPUT) *err = why;
     if (rc != FS_ERR_INPUT) return rc;
     return fs_error_input(err, "%s; nor is it a project folder (flashsplat run PHOTOS -o OUT) or a COLMAP model",
                           why.message);

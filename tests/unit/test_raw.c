@@ -2,6 +2,7 @@
 #include "photos.h"
 
 #include <math.h>
+#include <time.h>
 
 #include "base/rng.h"
 #include "image/demosaic.h"
@@ -241,6 +242,38 @@ static void test_cut(void **state)
     assert_int_equal(fs_extent_check(temp("missing.dng"), NULL), 0); // whoever reads it will say so
 }
 
+static void put_entry(unsigned char *p, unsigned tag, unsigned type, unsigned count, unsigned value)
+{
+    const unsigned field[] = {tag | type << 16, count, value};
+    for (int i = 0; i < 12; i++) p[i] = (unsigned char)(field[i / 4] >> 8 * (i % 4));
+}
+
+// A directory whose next one and ten inner ones are itself, with as many entries and strips as there may be: looked at
+// once for each link, this would take a minute.
+static void test_circles(void **state)
+{
+    (void)state;
+    enum { ENTRIES = 4000, INNER = 8 + 2 + 12 * ENTRIES + 4, FLOATS = INNER + 40, SIZE = FLOATS + 16 };
+    static unsigned char nef[SIZE] = "II*\0\x08";
+    nef[8] = ENTRIES & 255, nef[9] = ENTRIES >> 8;
+    put_entry(nef + 10, 0x0111, 3, 20000, 8);
+    put_entry(nef + 22, 0x0117, 3, 20000, 8);
+    for (int i = 2; i < ENTRIES - 1; i++) put_entry(nef + 10 + 12 * i, 0xffff, 3, 1, 0);
+    put_entry(nef + 10 + 12 * (ENTRIES - 1), 0x014a, 4, 10, INNER);
+    nef[INNER - 4] = 8; // the next one
+    for (int i = 0; i < 10; i++) nef[INNER + 4 * i] = 8;
+    write_file("a.nef", nef, SIZE);
+    clock_t begin = clock();
+    assert_true(fs_extent_check(temp("a.nef"), NULL) <= 0);
+    assert_true(clock() - begin < 3 * CLOCKS_PER_SEC); // 0.1 s
+    // places that are none: before the file's first byte, and beyond what 32 bits tell
+    static const float places[] = {-1e30f, 1e30f};
+    put_entry(nef + 10 + 12 * (ENTRIES - 1), 0x014a, 11, 2, FLOATS);
+    memcpy(nef + FLOATS, places, sizeof places);
+    write_file("a.nef", nef, SIZE);
+    assert_true(fs_extent_check(temp("a.nef"), NULL) <= 0);
+}
+
 // A lossy linear DNG is read; what this LibRaw does not know is said with what would.
 static void test_kinds_of_dng(void **state)
 {
@@ -319,6 +352,7 @@ int main(void)
         cmocka_unit_test(test_dng),      cmocka_unit_test(test_half),         cmocka_unit_test(test_plain),
         cmocka_unit_test(test_demosaic), cmocka_unit_test(test_errors),       cmocka_unit_test(test_super_ccd),
         cmocka_unit_test(test_cut),      cmocka_unit_test(test_kinds_of_dng), cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_circles),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }
