@@ -119,7 +119,7 @@ static int write_json(const char *path, const Photos *photos, const Findings *fi
                               JSON_INDENT(1) | JSON_REAL_PRECISION(6), err);
 }
 
-static int say(const Photos *photos, const Findings *findings, int lost, const Log *log, FsError *err)
+static int say(const Photos *photos, const Findings *findings, const Log *log, FsError *err)
 {
     int flash = 0, raws = 0;
     FindingWeight worst = fs_findings_worst(findings);
@@ -137,25 +137,23 @@ static int say(const Photos *photos, const Findings *findings, int lost, const L
         if (finding->weight == FINDING_UNUSABLE) reason = finding->text;
     }
     if (worst == FINDING_UNUSABLE) return fs_error_input(err, "%s: not usable: %s", photos->folder, reason);
-    bool doubts = worst == FINDING_DOUBT || lost > 0;
-    fs_log_info(log, doubts ? "usable with doubts" : "good");
-    return doubts ? FS_DOUBTS : 0;
+    fs_log_info(log, worst == FINDING_DOUBT ? "usable with doubts" : "good");
+    return worst == FINDING_DOUBT ? FS_DOUBTS : 0;
 }
 
 int fs_check_run(const char *folder, const FsSettings *settings, const Log *log, FsError *err)
 {
     Photos photos = {0};
     Findings findings = {0};
-    int rc, all;
+    int rc;
     if (*settings->json) MUST(fs_owned_check(settings->json, err));
     TRY(fs_photos_scan(&photos, folder, log, err));
     TRY(look_at_all(&photos, settings->threads, log, err));
-    all = photos.n;
     TRY(fs_photos_mark_flash(&photos, settings, log, err));
     TRY(fs_photos_drop_failed(&photos, log, err));
     TRY(fs_findings_make(&findings, &photos, err));
     if (*settings->json) TRY(write_json(settings->json, &photos, &findings, err));
-    rc = say(&photos, &findings, all - photos.n, log, err);
+    rc = say(&photos, &findings, log, err);
 fail:
     fs_findings_free(&findings);
     fs_photos_free(&photos);

@@ -121,15 +121,27 @@ static double usual_step(const Photos *photos, const double *light, double *scra
     return n ? fs_order_median(scratch, (size_t)n) : NAN;
 }
 
+// The photos' light as if all had one exposure; those that do not tell theirs count as having the usual one.
+static void undo_exposure(const Photos *photos, double *light, double *scratch)
+{
+    size_t known = 0;
+    for (int i = 0; i < photos->n; i++) {
+        double exposure = fs_exif_exposure(&photos->photo[i].exif);
+        if (exposure > 0) scratch[known++] = exposure;
+    }
+    double usual = known ? fs_order_median(scratch, known) : 1;
+    for (int i = 0; i < photos->n; i++) {
+        const PhotoFile *photo = &photos->photo[i];
+        double exposure = fs_exif_exposure(&photo->exif);
+        light[i] = photo->look.mean / photo->look_gain / (exposure > 0 ? exposure : usual);
+    }
+}
+
 static void find_wrong_flash(Findings *f, Photos *photos, double *light, bool *marked)
 {
     char text[200];
     double *scratch = light + photos->n;
-    for (int i = 0; i < photos->n; i++) {
-        const PhotoFile *photo = &photos->photo[i];
-        double exposure = fs_exif_exposure(&photo->exif);
-        light[i] = photo->look.mean / photo->look_gain / (exposure > 0 ? exposure : 1);
-    }
+    undo_exposure(photos, light, scratch);
     double usual = usual_step(photos, light, scratch);
     f->flash_adds = exp(usual) - 1;
     if (!isfinite(usual)) return;
@@ -184,6 +196,12 @@ static void find_few(Findings *f, const Photos *photos)
                 "only %d photos %s flash: %s; take 10 to 15 of each kind", n[flash], flash ? "with" : "without",
                 n[flash] < FEWEST ? "COLMAP needs 5 of each to find their poses"
                                   : "what few photos see is left to chance");
+}
+
+static void find_unreadable(Findings *f, const Photos *photos)
+{
+    if (photos->left_out)
+        add(f, "unreadable", FINDING_DOUBT, "left out: %s (%s)", photos->left_out_names, photos->left_out_why.message);
 }
 
 // Where a photo stands on the path, in usual steps: by the numbers of the names, which tell of photos that were taken
@@ -345,6 +363,7 @@ int fs_findings_make(Findings *findings, Photos *photos, FsError *err)
     bool *marked = calloc(n, sizeof *marked);
     double *value = calloc(2 * n, sizeof *value);
     if (marked && value) {
+        find_unreadable(findings, photos);
         find_few(findings, photos);
         find_misfires(findings, photos, marked);
         find_wrong_flash(findings, photos, value, marked);

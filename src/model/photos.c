@@ -242,27 +242,27 @@ void fs_photos_read_headers(Photos *photos, Threads *threads)
 
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
 {
-    int all = photos->n, failed = 0;
-    char names[400] = "";
-    FsError first = {0};
-    for (int i = 0; i < all; i++) {
+    int n = photos->n, all = n + photos->left_out;
+    char *names = photos->left_out_names;
+    const size_t size = sizeof photos->left_out_names;
+    for (int i = 0; i < n; i++) {
         const PhotoFile *photo = &photos->photo[i];
         if (!photo->failure.code) continue;
         if (photo->failure.code != FS_ERR_INPUT) { // memory, disk: not the photo's fault
             if (err) *err = photo->failure;
             return photo->failure.code;
         }
-        if (!failed++) first = photo->failure;
+        if (!photos->left_out++) photos->left_out_why = photo->failure;
         size_t used = strlen(names), length = strlen(photo->file);
-        if (used + length + 7 < sizeof names)
-            snprintf(names + used, sizeof names - used, "%s%s", used ? ", " : "", photo->file);
+        if (used + length + 7 < size)
+            snprintf(names + used, size - used, "%s%s", used ? ", " : "", photo->file);
         else if (used && names[used - 1] != '.')
             strcat(names, "...");
     }
-    if (failed * 3 > all)
-        return fs_error_input(err, "%s: %d of %d photos cannot be used: %s (first: %s)", photos->folder, failed, all,
-                              names, first.message);
-    for (int i = 0; i < all; i++) {
+    if (photos->left_out * 3 > all)
+        return fs_error_input(err, "%s: %d of %d photos cannot be used: %s (first: %s)", photos->folder,
+                              photos->left_out, all, names, photos->left_out_why.message);
+    for (int i = 0; i < n; i++) {
         PhotoFile *photo = &photos->photo[i];
         if (!photo->failure.code) continue;
         fs_log_warn(log, "left out: %s", photo->failure.message);

@@ -42,6 +42,9 @@ typedef struct Photos {
     int n;
     double white_balance[3]; // of the whole capture
     const char *masks;       // folder of masks, the settings'; NULL or "": none
+    int left_out;            // photos that were dropped as failed
+    char left_out_names[200];
+    FsError left_out_why; // of the first
 } Photos;
 
 void fs_photos_free(Photos *photos);

@@ -165,10 +165,15 @@ class Check(FolderTest):
         self.assertRegex(found["weak-flash"], "the flash adds [4-8] % of light: go closer")
 
     def test_damaged(self):
+        for flash in (True, False):  # enough of each kind without it
+            shutil.copy(self.some(flash, 9), self.photos / f"IMG_002{1 + flash}.DNG")
         path = self.some(True, 1)
         path.write_bytes(path.read_bytes()[:9000])
-        self.assertEqual(list(self.check()), ["few"])  # nine are left
-        self.assertEqual(len(self.result["photos"]), 19)
+        found = self.check()
+        self.assertEqual(list(found), ["unreadable"])
+        self.assertRegex(found["unreadable"], f"left out: {path.name} .*cannot read")
+        self.assertEqual(self.result["verdict"], "doubts")
+        self.assertEqual(len(self.result["photos"]), 21)
 
     def test_run_says_the_same(self):
         change_pixels(self.some(True, 5), lambda row: shake(shake(row)))
