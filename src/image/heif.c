@@ -17,11 +17,22 @@ typedef struct Heif {
     struct heif_image *image;
 } Heif;
 
+static const char *advice(struct heif_error e)
+{
+    if (e.code != heif_error_Unsupported_filetype && e.code != heif_error_Unsupported_feature)
+        return "copy it again, or convert it to JPEG";
+    if (e.subcode == heif_suberror_Unsupported_codec && !heif_have_decoder_for_format(heif_compression_HEVC))
+        return "libheif is here without libde265, which decodes HEIC: install it, or convert it to JPEG";
+    if (e.subcode == heif_suberror_Unsupported_codec && !heif_have_decoder_for_format(heif_compression_AV1))
+        return "libheif is here without dav1d or libaom, which decode AVIF: install one, or convert it to JPEG";
+    return "of a kind that this libheif cannot read: convert it to JPEG";
+}
+
 static int failed(const Heif *h, struct heif_error e, FsError *err)
 {
     if (e.code == heif_error_Memory_allocation_error || errno == ENOMEM) return fs_error_memory(err);
     const char *what = e.message ? e.message : "damaged";
-    return fs_error_input(err, "%s: bad HEIF: %s", h->path, what);
+    return fs_error_input(err, "%s: bad HEIF: %s: %s", h->path, what, advice(e));
 }
 
 bool fs_heif_is(const unsigned char head[12])

@@ -217,6 +217,24 @@ static void test_damaged(void **state)
     free(data);
 }
 
+// Nothing is wrong with the file, but libheif has no decoder for it.
+static void test_codec(void **state)
+{
+    (void)state;
+    static const Made made = {.format = heif_compression_HEVC, .bits = 8};
+    char *data, *at;
+    size_t size;
+    make_heif("codec.heic", &made);
+    assert_int_equal(fs_file_read(temp("codec.heic"), 1 << 20, &data, &size, NULL), 0);
+    while ((at = memmem(data, size, "hvc1", 4))) memcpy(at, "vvc1", 4);
+    assert_int_equal(fs_file_write(temp("codec.heic"), data, size, NULL), 0);
+    free(data);
+    Image image;
+    FsError err = {0};
+    assert_int_equal(fs_heif_read(temp("codec.heic"), &image, &err), FS_ERR_INPUT);
+    if (!strstr(err.message, "cannot read: convert it to JPEG")) fail_msg("%s", err.message);
+}
+
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void)
 {
@@ -226,10 +244,8 @@ const char *__lsan_default_suppressions(void)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_values),
-        cmocka_unit_test(test_colors),
-        cmocka_unit_test(test_ingest),
-        cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_values),  cmocka_unit_test(test_colors), cmocka_unit_test(test_ingest),
+        cmocka_unit_test(test_damaged), cmocka_unit_test(test_codec),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }
