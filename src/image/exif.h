@@ -14,6 +14,7 @@ typedef struct ExifInfo {
     double neutral[3];                // camera RGB of a grey thing, green 1 (DNG's AsShotNeutral); 0: unknown
     bool adobe_rgb;                   // its values are of Adobe RGB, where no profile says more
     char make[64], model[64];
+    char taken[64]; // when, to the second; "": unknown
 } ExifInfo;
 
 // JPEG, PNG, TIFF, HEIF, and RAW files that are TIFF (DNG, NEF, CR2, ARW...), CR3, RAF or MRW. Fields stay unknown

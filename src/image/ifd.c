@@ -140,6 +140,7 @@ static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *pa
     case 0x8833:
         if (info->iso == 0) set_number(ifd, e, 1e8, &info->iso);
         break;
+    case 0x9003: set_text(ifd, e, info->taken); break;
     case 0x9201:
         if (number(ifd, e, 0, &v) && fabs(v) < 30) parts->shutter_apex = v;
         break;

@@ -58,23 +58,44 @@ static bool same_folder(const PhotoFile *a, const PhotoFile *b)
     return n == folder_length(b) && strncmp(a->path, b->path, n) == 0;
 }
 
-// What a camera writes beside its RAW, or its HEIF.
-static bool is_pair(const PhotoFile *better, const PhotoFile *photo)
+// Taken at the same second: 1, or not: 0; where one does not tell: -1.
+static int same_time(const Photos *photos, const PhotoFile *a, const PhotoFile *b)
 {
-    return better->folder_says == photo->folder_says && better->kind <= PHOTO_HEIF && photo->kind > better->kind &&
-           photo->kind <= PHOTO_JPEG;
+    ExifInfo info[2];
+    if (fs_exif_read(fs_photos_path(photos, a).text, &info[0], NULL) != 0) return -1;
+    if (fs_exif_read(fs_photos_path(photos, b).text, &info[1], NULL) != 0) return -1;
+    return *info[0].taken && *info[1].taken ? strcmp(info[0].taken, info[1].taken) == 0 : -1;
 }
 
-// Photos of one name that are not the same shot twice: the second of them; NULL: none.
-static const PhotoFile *find_clash(const Photos *photos, const PhotoFile **first)
+// Whether the folder's own name is one that cameras give: three digits and five letters or digits, "100CANON/".
+static bool camera_folder(const PhotoFile *photo, char name[9])
 {
-    *first = photos->photo;
-    for (const PhotoFile *photo = *first + 1; photo < photos->photo + photos->n; photo++) {
-        if (strcmp((*first)->name, photo->name) != 0)
-            *first = photo;
-        else if (!is_pair(*first, photo))
-            return photo;
-    }
+    size_t n = folder_length(photo), k = 0;
+    if (n < 9 || (n > 9 && photo->path[n - 10] != '/')) return false;
+    snprintf(name, 9, "%s", photo->path + n - 9);
+    while (k < 3 && isdigit((unsigned char)name[k])) k++;
+    while (k >= 3 && k < 8 && (isalnum((unsigned char)name[k]) || name[k] == '_')) k++;
+    return k == 8;
+}
+
+// What a camera writes beside its RAW, or its HEIF: 2. In another folder it may be of another shot, as cameras begin to
+// count again: 1 where nothing but the name tells, 0: no.
+static int is_pair(const Photos *photos, const PhotoFile *better, const PhotoFile *photo)
+{
+    if (better->folder_says != photo->folder_says || better->kind > PHOTO_HEIF || photo->kind <= better->kind ||
+        photo->kind > PHOTO_JPEG)
+        return 0;
+    int same = same_folder(better, photo) ? 1 : same_time(photos, better, photo);
+    char a[9], b[9];
+    if (same >= 0) return 2 * same;
+    return !camera_folder(better, a) || !camera_folder(photo, b) || strcmp(a, b) == 0;
+}
+
+// Photos of one name: the second of them; NULL: none.
+static const PhotoFile *find_clash(const Photos *photos)
+{
+    for (const PhotoFile *photo = photos->photo + 1; photo < photos->photo + photos->n; photo++)
+        if (strcmp(photo[-1].name, photo->name) == 0) return photo;
     return NULL;
 }
 
@@ -95,31 +116,41 @@ static int add_folders(Photos *photos, FsError *err)
 }
 
 // Photos of one name stand together, RAW first.
-static int drop_doubles(Photos *photos, const Log *log, FsError *err)
+static void drop_pairs(Photos *photos, const Log *log)
 {
-    int doubles = 0, raws = 0;
-    const PhotoFile *last, *clash = find_clash(photos, &last);
-    if (clash && !same_folder(clash, last)) {
-        MUST(add_folders(photos, err));
-        clash = find_clash(photos, &last);
-    }
-    if (clash)
-        return fs_error_input(err, "%s: %s and %s would both become the view %s: rename or remove one of them",
-                              photos->folder, last->file, clash->file, clash->name);
-    last = photos->photo;
-    for (PhotoFile *photo = photos->photo + 1; photo < photos->photo + photos->n; photo++) {
-        if (strcmp(last->name, photo->name) != 0) {
-            last = photo;
-            continue;
+    int doubles = 0, raws = 0, unsure = 0;
+    char example[300] = "";
+    for (PhotoFile *photo = photos->photo + photos->n - 1; photo > photos->photo; photo--) {
+        int pair = 0;
+        const PhotoFile *of = NULL;
+        for (const PhotoFile *p = photo; p > photos->photo && pair < 2 && strcmp(p[-1].name, photo->name) == 0; p--) {
+            int is = is_pair(photos, p - 1, photo);
+            if (is > pair) pair = is, of = p - 1;
         }
+        if (!of) continue;
         doubles++;
-        raws += last->kind == PHOTO_RAW;
+        raws += of->kind == PHOTO_RAW;
+        if (pair == 1) snprintf(example, sizeof example, "%s beside %s", photo->file, of->file), unsure++;
         free_photo(photo);
     }
     fs_photos_close_gaps(photos);
     const char *used = raws ? "RAW" : "HEIF";
     if (doubles) fs_log_info(log, "%d photos are there as %s and as JPEG: the %s files are used", doubles, used, used);
-    return 0;
+    if (unsure)
+        fs_log_warn(log, "%d photos are left out for their names alone (e.g. %s): rename them if they are other shots",
+                    unsure, example);
+}
+
+static int name_apart(Photos *photos, FsError *err)
+{
+    const PhotoFile *clash = find_clash(photos);
+    if (clash && !same_folder(clash, clash - 1)) {
+        MUST(add_folders(photos, err));
+        clash = find_clash(photos);
+    }
+    if (!clash) return 0;
+    return fs_error_input(err, "%s: %s and %s would both become the view %s: rename or remove one of them",
+                          photos->folder, clash[-1].file, clash->file, clash->name);
 }
 
 // The name of what "IMG_1 (1)", "IMG_1 copy 2", "IMG_1 - Copy" or "Copy of IMG_1" is a copy of; NULL: it is none.
@@ -150,33 +181,42 @@ static bool same_content(const Photos *photos, const PhotoFile *a, const PhotoFi
            hash[0] == hash[1];
 }
 
+// The photo beside it of such a name, the one it is a copy of before others; NULL: there is none.
+static const PhotoFile *find_original(const Photos *photos, const PhotoFile *photo, const char *name, bool *copy)
+{
+    const PhotoFile *found = NULL;
+    *copy = false;
+    for (const PhotoFile *of = photos->photo; of < photos->photo + photos->n && !*copy; of++) {
+        if (of == photo || !of->path || strcmp(of->name, name) != 0 || !same_folder(of, photo)) continue;
+        bool raw_too = of->kind == PHOTO_RAW && photo->kind != PHOTO_RAW;
+        *copy = same_content(photos, of, photo) || (raw_too && same_time(photos, of, photo) == 1);
+        if (*copy || !found) found = of;
+    }
+    return found;
+}
+
 // One shot under two names would count twice.
 static void drop_copies(Photos *photos, const Log *log)
 {
-    int dropped = 0, n = photos->n;
+    int dropped = 0;
     const char *example = NULL;
-    for (int i = 0; i < n; i++) {
-        PhotoFile *photo = &photos->photo[i];
+    for (PhotoFile *photo = photos->photo; photo < photos->photo + photos->n; photo++) {
         errno = 0;
         char *name = copied_name(photo->name);
         if (!name && errno == ENOMEM) fs_error_memory(NULL);
-        for (int k = 0; name && k < n; k++) {
-            const PhotoFile *of = &photos->photo[k];
-            if (k == i || !of->path || strcmp(of->name, name) != 0 || !same_folder(of, photo)) continue;
-            if ((of->kind == PHOTO_RAW && photo->kind != PHOTO_RAW) || same_content(photos, of, photo)) {
-                dropped++;
-                example = of->file;
-                free_photo(photo);
-            } else {
-                fs_log_warn(log, "%s seems to be another version of %s: take one away if they are one shot",
-                            photo->file, of->file);
-            }
-            break;
-        }
+        bool copy = false;
+        const PhotoFile *of = name ? find_original(photos, photo, name, &copy) : NULL;
         free(name);
+        if (of && !copy)
+            fs_log_warn(log, "%s seems to be another version of %s: take one away if they are one shot", photo->file,
+                        of->file);
+        if (!copy) continue;
+        dropped++;
+        example = of->file;
+        free_photo(photo);
     }
-    fs_photos_close_gaps(photos);
     if (dropped) fs_log_info(log, "%d photos are copies of others (e.g. of %s): left out", dropped, example);
+    fs_photos_close_gaps(photos);
 }
 
 int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *err)
@@ -189,8 +229,9 @@ int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *
         TRY(fs_error_input(err, "%s: is a file, expected the folder that holds the photos", folder));
     TRY(fs_photos_list(photos, log, err));
     qsort(photos->photo, (size_t)photos->n, sizeof *photos->photo, compare_photos);
-    TRY(drop_doubles(photos, log, err));
-    drop_copies(photos, log);
+    drop_copies(photos, log); // while the JPEGs they may be copies of are there
+    drop_pairs(photos, log);
+    TRY(name_apart(photos, err));
 fail:
     if (rc < 0) fs_photos_free(photos);
     return rc;

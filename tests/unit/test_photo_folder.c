@@ -1,6 +1,8 @@
 // Photos as people keep them: in subfolders, under any names, twice.
 #include "ingest_run.h"
 
+#include "synth/photo_file.h"
+
 // The view's flash state, as ingest wrote it.
 static void expect_view(const char *name, const char *file, bool flash)
 {
@@ -31,9 +33,13 @@ static void test_subfolders(void **state)
     expect_good("photos", NULL, "1 with flash");
     expect_view("100CANON_IMG_1", "100CANON/IMG_1.DNG", true);
     expect_view("101CANON_IMG_1", "101CANON/IMG_1.DNG", false);
+    FILL({"flash.dng", "100CANON/IMG_1.DNG"}, {"rgb.jpg", "101CANON/IMG_1.JPG"}, {"ambient.dng", "100CANON/IMG_2.DNG"});
+    expect_good("photos", NULL, "2 with flash, 1 without");
     // the two files of one shot
     FILL({"flash.dng", "raw/IMG_1.DNG"}, {"ambient.dng", "raw/IMG_2.DNG"}, {"rgb.jpg", "jpeg/IMG_1.JPG"});
     expect_good("photos", NULL, "1 photos are there as RAW and as JPEG");
+    assert_non_null(
+        strstr(said, "W 1 photos are left out for their names alone (e.g. jpeg/IMG_1.JPG beside raw/IMG_1.D"));
     FILL({"make.py", "a/notes.txt"}, {"flash.dng", "a/b/c/d/too deep.dng"});
     expect_error("photos", NULL, "no photos");
 }
@@ -106,10 +112,10 @@ static void test_copies(void **state)
     (void)state;
     FILL({"flash.dng", "IMG_1.DNG"}, {"ambient.dng", "IMG_2.DNG"}, {"flash.dng", "IMG_1 (1).DNG"},
          {"ambient.dng", "IMG_2 copy.DNG"}, {"ambient.dng", "IMG_2 - Copy (2).DNG"}, {"flash.dng", "Copy of IMG_1.DNG"},
-         {"rgb.jpg", "IMG_1(2).jpg"});
+         {"rgb.jpg", "IMG_1.JPG"}, {"rgb.jpg", "IMG_1(2).jpg"});
     expect_good("photos", NULL, "5 photos are copies of others");
     assert_non_null(strstr(said, "2 photos: 1 with flash, 1 without"));
-    assert_null(strstr(said, "W "));
+    assert_null(strstr(said, "another version"));
     char setting[600];
     snprintf(setting, sizeof setting, "flash-list=%s", temp("list.txt"));
     assert_int_equal(fs_file_write(temp("list.txt"), "IMG_1.DNG\nIMG_1 (1).DNG\n", 24, NULL), 0);
@@ -123,6 +129,49 @@ static void test_copies(void **state)
     assert_non_null(strstr(said, "6 photos: 3 with flash"));
 }
 
+// A photo of 64 x 64 with the time of the shot of that number.
+static void put_shot(const char *name, int number)
+{
+    static uint16_t px[64 * 64];
+    unsigned char block[4 + FS_PHOTO_FILE_EXIF] = {0xff, 0xe1};
+    char *path = strdup(temp(name)), *data;
+    size_t size;
+    ShotInfo info = {true, number, 64, 64, 24, 24, SHOT_EXPOSURE};
+    if (strstr(name, ".DNG")) {
+        for (int i = 0; i < 64 * 64; i++) px[i] = (uint16_t)(SENSOR_BLACK + 100 + i % 61);
+        assert_int_equal(fs_dng_write(path, &(Mosaic){.width = 64, .height = 64, .px = px}, &info, NULL), 0);
+    } else {
+        size_t n = fs_photo_file_exif(&info, block + 4);
+        block[2] = (unsigned char)((n + 2) >> 8), block[3] = (unsigned char)((n + 2) & 255);
+        assert_int_equal(fs_file_read(given("grey.jpg"), 1 << 20, &data, &size, NULL), 0);
+        FILE *f = fopen(path, "wb");
+        assert_true(f && fwrite(data, 1, 2, f) == 2 && fwrite(block, 1, n + 4, f) == n + 4);
+        assert_true(fwrite(data + 2, 1, size - 2, f) == size - 2 && fclose(f) == 0);
+        free(data);
+    }
+    free(path);
+}
+
+// What has the name of another's JPEG or copy is left out only when it was taken at the same time.
+static void test_times(void **state)
+{
+    (void)state;
+    FILL({"ambient.dng", "raw/A.DNG"}, {"ambient.dng", "jpeg/B.DNG"});
+    put_shot("photos/raw/IMG_1.DNG", 1);
+    put_shot("photos/jpeg/IMG_1.JPG", 1);
+    expect_good("photos", NULL, "1 photos are there as RAW and as JPEG");
+    assert_null(strstr(said, "names alone"));
+    put_shot("photos/jpeg/IMG_1.JPG", 2);
+    expect_good("photos", NULL, "4 photos: 2 with flash, 2 without");
+    FILL({"ambient.dng", "A.DNG"});
+    put_shot("photos/IMG_1.DNG", 1);
+    put_shot("photos/IMG_1 (1).JPG", 1);
+    expect_good("photos", NULL, "1 photos are copies of others");
+    put_shot("photos/IMG_1 (1).JPG", 2);
+    expect_good("photos", NULL, "W IMG_1 (1).JPG seems to be another version of IMG_1.DNG");
+    assert_non_null(strstr(said, "3 photos: 2 with flash"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -131,6 +180,7 @@ int main(void)
         cmocka_unit_test(test_folders_that_say_flash),
         cmocka_unit_test(test_names),
         cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_times),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }
