@@ -74,15 +74,15 @@ static int look_at_all(Photos *photos, int wanted, const Log *log, FsError *err)
 static void say_photo(const Photos *photos, const PhotoFile *photo, const Log *log)
 {
     const ExifInfo *e = &photo->exif;
-    char shutter[24] = "? s", focal[32] = "", balance[40] = "", beside[120] = "";
-    if (e->exposure_s > 0) fs_exif_shutter_text(e->exposure_s, shutter);
+    char exposure[120], focal[32] = "", balance[40] = "", beside[120] = "";
+    fs_exif_exposure_text(e, exposure);
     if (e->focal_mm > 0) snprintf(focal, sizeof focal, ", %.4g mm", e->focal_mm);
     if (photo->white_balance[0] > 0)
         snprintf(balance, sizeof balance, ", white %.2f 1 %.2f", photo->white_balance[0], photo->white_balance[2]);
     if (photo->beside >= 0) snprintf(beside, sizeof beside, ", beside %.90s", photos->photo[photo->beside].file);
-    fs_log_info(log, "%-16s %-8s %s, ISO %.0f, f/%.3g%s%s, sharp %.0f %%, clipped %.1f %%%s", photo->file,
-                photo->flash ? "flash" : "no flash", shutter, e->iso, e->f_number, focal, balance,
-                100 * fmin(photo->sharpness, 9.99), 100 * photo->look.clipped, beside);
+    fs_log_info(log, "%-16s %-8s %s%s%s, sharp %.0f %%, clipped %.1f %%%s", photo->file,
+                photo->flash ? "flash" : "no flash", exposure, focal, balance, 100 * fmin(photo->sharpness, 9.99),
+                100 * photo->look.clipped, beside);
 }
 
 static const char *const weights[] = {"hint", "doubt", "unusable"};
@@ -96,7 +96,7 @@ static json_t *photo_json(const PhotoFile *photo)
                      e->iso, "f_number", e->f_number, "focal_mm", e->focal_mm, "white_balance", photo->white_balance[0],
                      photo->white_balance[1], photo->white_balance[2], "width", e->width, "height", e->height,
                      "sharpness", photo->sharpness, "clipped", photo->look.clipped, "mean", photo->look.mean, "raw",
-                     !photo->encoded);
+                     photo->kind == PHOTO_RAW);
 }
 
 static int write_json(const char *path, const Photos *photos, const Findings *findings, FsError *err)
@@ -127,7 +127,7 @@ static int say(const Photos *photos, const Findings *findings, const Log *log, F
     for (int i = 0; i < photos->n; i++) {
         say_photo(photos, &photos->photo[i], log);
         flash += photos->photo[i].flash == 1;
-        raws += !photos->photo[i].encoded;
+        raws += photos->photo[i].kind == PHOTO_RAW;
     }
     fs_log_info(log, "%d photos: %d with flash, %d without, %d RAW", photos->n, flash, photos->n - flash, raws);
     if (isfinite(findings->flash_adds)) fs_log_info(log, "the flash adds %.0f %% of light", 100 * findings->flash_adds);

@@ -264,6 +264,15 @@ void fs_exif_shutter_text(double exposure_s, char text[24])
         snprintf(text, 24, "%.3g s", exposure_s);
 }
 
+void fs_exif_exposure_text(const ExifInfo *info, char text[120])
+{
+    char shutter[24] = "exposure unknown", iso[32] = "ISO unknown", aperture[32] = "aperture unknown";
+    if (info->exposure_s > 0) fs_exif_shutter_text(info->exposure_s, shutter);
+    if (info->iso > 0) snprintf(iso, sizeof iso, "ISO %.0f", info->iso);
+    if (info->f_number > 0) snprintf(aperture, sizeof aperture, "f/%.3g", info->f_number);
+    snprintf(text, 120, "%s, %s, %s", shutter, iso, aperture);
+}
+
 double fs_exif_exposure(const ExifInfo *info)
 {
     double n = info->f_number > 0 ? info->f_number : 1;

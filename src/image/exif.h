@@ -25,6 +25,7 @@ int fs_exif_read(const char *path, ExifInfo *info, FsError *err);
 int fs_exif_flash_fired(const ExifInfo *info);
 // "1/60 s", "2.5 s"
 void fs_exif_shutter_text(double exposure_s, char text[24]);
+void fs_exif_exposure_text(const ExifInfo *info, char text[120]); // "1/60 s, ISO 200, f/8"
 // How much light of the scene one unit of a photo stands for, up to a constant; 0 unknown. Fields that are missing in
 // all photos do not matter: they cancel.
 double fs_exif_exposure(const ExifInfo *info);

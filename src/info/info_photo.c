@@ -6,15 +6,6 @@
 
 #include "model/photos.h"
 
-static void exposure_text(const ExifInfo *exif, char *text, size_t size)
-{
-    char shutter[24] = "exposure unknown", iso[32] = "ISO unknown", aperture[32] = "aperture unknown";
-    if (exif->exposure_s > 0) fs_exif_shutter_text(exif->exposure_s, shutter);
-    if (exif->iso > 0) snprintf(iso, sizeof iso, "ISO %.0f", exif->iso);
-    if (exif->f_number > 0) snprintf(aperture, sizeof aperture, "f/%.3g", exif->f_number);
-    snprintf(text, size, "%s, %s, %s", shutter, iso, aperture);
-}
-
 static void describe_focal(const ExifInfo *exif, const Log *log)
 {
     char focal[64] = "focal length unknown", pixels[64] = "";
@@ -62,7 +53,7 @@ int fs_info_photo(const char *path, const Log *log, FsError *err)
         fs_log_info(log, "  flash: the photo does not say (use --flash-glob or --flash-list)");
     else
         fs_log_info(log, "  flash: %s (EXIF Flash %d)", fired ? "fired" : "did not fire", exif.flash);
-    exposure_text(&exif, text, sizeof text);
+    fs_exif_exposure_text(&exif, text);
     fs_log_info(log, "  %s", text);
     describe_focal(&exif, log);
     if (exif.orientation > 1) fs_log_info(log, "  orientation %d", exif.orientation);
@@ -84,7 +75,7 @@ int fs_info_photos(const char *folder, const Log *log, FsError *err)
     for (int i = 0; i < photos.n; i++) {
         PhotoFile *photo = &photos.photo[i];
         char text[120];
-        exposure_text(&photo->exif, text, sizeof text);
+        fs_exif_exposure_text(&photo->exif, text);
         if (photo->failure.code)
             fs_log_warn(log, "%s", photo->failure.message);
         else

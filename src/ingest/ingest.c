@@ -62,17 +62,13 @@ static int develop_all(const FsProject *project, Photos *photos, const char *dir
 // What the pictures themselves give away.
 static void check_pictures(const Photos *photos, const Log *log)
 {
-    double mean[2] = {0}, clipped = 0;
-    int count[2] = {0}, encoded = 0, untold = 0, sizes = 0;
-    const char *odd = NULL;
+    double mean[2] = {0};
+    int count[2] = {0}, encoded = 0, sizes = 0;
     for (int i = 0; i < photos->n; i++) {
         const PhotoFile *photo = &photos->photo[i];
         mean[photo->flash] += photo->mean;
         count[photo->flash]++;
-        clipped += photo->clipped / photos->n;
         encoded += photo->encoded;
-        untold += photo->untold;
-        if (photo->untold) odd = photo->file;
         sizes += photo->width != photos->photo[0].width || photo->height != photos->photo[0].height;
     }
     double off = count[0] ? mean[0] / count[0] : 0, on = count[1] ? mean[1] / count[1] : off;
@@ -82,11 +78,6 @@ static void check_pictures(const Photos *photos, const Log *log)
                     "quality; RAW "
                     "files separate better",
                     encoded);
-    if (untold)
-        fs_log_warn(log,
-                    "%d photos have more than 8 bits and no colour profile (e.g. %s): taken for linear light, as RAW "
-                    "converters write it; save them with their profile if they are not",
-                    untold, odd);
     if (sizes)
         fs_log_warn(log, "%d photos have another size than %s (%d x %d): use one camera, one zoom and one orientation",
                     sizes, photos->photo[0].file, photos->photo[0].width, photos->photo[0].height);
@@ -95,14 +86,12 @@ static void check_pictures(const Photos *photos, const Log *log)
                     "the flash photos are no brighter (mean %.4f) than the others (%.4f): is the flash state right, "
                     "and does the flash reach the scene?",
                     on, off);
-    if (clipped > 0.05)
-        fs_log_warn(log, "%.0f %% of the pixels are clipped and will not be used: expose less", 100 * clipped);
 }
 
 // What `check` says, as far as the warnings above do not.
 static int warn_of_findings(Photos *photos, const Log *log, FsError *err)
 {
-    static const char *const kinds[] = {"misfire", "wrong-flash", "gap", "blur", "zoom"};
+    static const char *const kinds[] = {"misfire", "wrong-flash", "gap", "blur", "zoom", "clipped", "dark", "untold"};
     Findings findings;
     MUST(fs_findings_make(&findings, photos, err));
     for (int i = 0; i < findings.n; i++)

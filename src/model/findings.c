@@ -339,21 +339,29 @@ static void find_light(Findings *f, const Photos *photos, bool *marked)
 {
     char text[200];
     double worst = 0;
-    int encoded = 0;
+    int encoded = 0, untold = 0;
+    const char *odd = NULL;
     for (int i = 0; i < photos->n; i++) {
         marked[i] = photos->photo[i].look.clipped > CLIPPED;
         worst = fmax(worst, photos->photo[i].look.clipped);
         encoded += photos->photo[i].encoded;
+        untold += photos->photo[i].untold;
+        if (photos->photo[i].untold) odd = photos->photo[i].file;
     }
     if (count(marked, photos->n))
         add(f, "clipped", FINDING_DOUBT, "clipped: %s (%.0f %% of the picture at worst): expose less, all photos alike",
             names(photos, marked, text), 100 * worst);
-    for (int i = 0; i < photos->n; i++) marked[i] = photos->photo[i].look.mean < DARK;
+    for (int i = 0; i < photos->n; i++) marked[i] = photos->photo[i].look.mean / photos->photo[i].look_gain < DARK;
     if (count(marked, photos->n))
         add(f, "dark", FINDING_DOUBT, "very dark: %s: expose more, all photos alike", names(photos, marked, text));
     if (encoded)
         add(f, "jpeg", FINDING_HINT,
             "%d of %d photos are not RAW: set the camera to RAW where it can, it separates better", encoded, photos->n);
+    if (untold)
+        add(f, "untold", FINDING_HINT,
+            "%d photos have more than 8 bits and no colour profile (e.g. %s): taken for linear light, as RAW "
+            "converters write it; save them with their profile if they are not",
+            untold, odd);
 }
 
 int fs_findings_make(Findings *findings, Photos *photos, FsError *err)

@@ -10,6 +10,7 @@ import common
 from common import FolderTest, run
 
 WIDTH, HEIGHT = 240, 160
+GIVEN = pathlib.Path(__file__).parent.parent / "data/photos"
 
 
 def entry(data, tag):
@@ -106,6 +107,20 @@ class Check(FolderTest):
         self.assertEqual(self.check(code=0), {})
         self.assertIn("set the camera to RAW", self.result["findings"][0]["text"])
 
+    def test_untold(self):
+        """16 bits are no RAW, and what a photo does not say is not told as 0."""
+        shutil.rmtree(self.photos)
+        for folder in ("flash", "noflash"):
+            (self.photos / folder).mkdir(parents=True)
+            for n in range(10):
+                shutil.copy(GIVEN / "rgb16.png", self.photos / folder / f"{folder}{n}.png")
+        self.check(code=1)  # the flash adds nothing
+        self.assertIn("untold", [finding["kind"] for finding in self.result["findings"]])
+        self.assertEqual({photo["raw"] for photo in self.result["photos"]}, {False})
+        text = run("check", self.photos).stdout
+        self.assertIn("exposure unknown, ISO unknown, aperture unknown", text)
+        self.assertIn("20 photos: 10 with flash, 10 without, 0 RAW", text)
+
     def test_blur(self):
         for path in (self.some(True, 5), self.some(False, 8)):
             change_pixels(path, lambda row: shake(shake(row)))
@@ -177,9 +192,13 @@ class Check(FolderTest):
 
     def test_run_says_the_same(self):
         change_pixels(self.some(True, 5), lambda row: shake(shake(row)))
+        change_pixels(self.some(False, 7), lambda row: [8 * v for v in row])
+        change_pixels(self.some(False, 2), lambda row: [v / 100 for v in row])
         process = run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240)
         self.assertEqual(process.returncode, 0, process.stderr)
         self.assertIn("blurred: " + self.some(True, 5).name, process.stderr)
+        self.assertIn("clipped: " + self.some(False, 7).name, process.stderr)
+        self.assertIn("very dark: " + self.some(False, 2).name, process.stderr)
         self.assertIn("blurred: " + self.some(True, 5).name, (self.dir / "out/warnings/ingest.txt").read_text())
 
 
