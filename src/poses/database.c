@@ -15,7 +15,8 @@ struct Database {
 
 static int fail(Database *d, FsError *err)
 {
-    return fs_error_set(err, FS_ERR_IO, "%s: %s", d->path, d->db ? sqlite3_errmsg(d->db) : "out of memory");
+    if (!d->db || sqlite3_errcode(d->db) == SQLITE_NOMEM) return fs_error_memory(err);
+    return fs_error_set(err, FS_ERR_IO, "%s: %s", d->path, sqlite3_errmsg(d->db));
 }
 
 int fs_database_open(Database **database, const char *path, FsError *err)
@@ -51,6 +52,13 @@ static int finish(Database *d, sqlite3_stmt *statement, FsError *err)
     return rc;
 }
 
+// Whether there is a row; 0: none.
+static int read_row(Database *d, sqlite3_stmt *statement, FsError *err)
+{
+    int step = sqlite3_step(statement);
+    return step == SQLITE_ROW ? 1 : step == SQLITE_DONE ? 0 : fail(d, err);
+}
+
 static int execute(Database *d, const char *sql, FsError *err)
 {
     return sqlite3_exec(d->db, sql, NULL, NULL, NULL) == SQLITE_OK ? 0 : fail(d, err);
@@ -70,7 +78,7 @@ bool fs_database_has_frames(Database *d)
 {
     sqlite3_stmt *s;
     if (prepare(d, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'frames'", &s, NULL) < 0) return false;
-    bool found = sqlite3_step(s) == SQLITE_ROW;
+    bool found = read_row(d, s, NULL) == 1;
     sqlite3_finalize(s);
     return found;
 }
@@ -108,7 +116,7 @@ int fs_database_image(Database *d, const char *name)
     int id = 0;
     if (prepare(d, "SELECT image_id FROM images WHERE name = ?", &s, NULL) < 0) return 0;
     sqlite3_bind_text(s, 1, name, -1, SQLITE_TRANSIENT);
-    if (sqlite3_step(s) == SQLITE_ROW) id = sqlite3_column_int(s, 0);
+    if (read_row(d, s, NULL) == 1) id = sqlite3_column_int(s, 0);
     sqlite3_finalize(s);
     return id;
 }
@@ -133,7 +141,8 @@ static int read_blob(Database *d, const char *sql, int image_id, int element, Bl
 {
     MUST(prepare(d, sql, &b->statement, err));
     sqlite3_bind_int(b->statement, 1, image_id);
-    if (sqlite3_step(b->statement) != SQLITE_ROW) return 0;
+    int found = read_row(d, b->statement, err);
+    if (found != 1) return found;
     b->rows = sqlite3_column_int(b->statement, 0);
     b->cols = sqlite3_column_int(b->statement, 1);
     int64_t size = sqlite3_column_bytes(b->statement, 2);
@@ -141,6 +150,7 @@ static int read_blob(Database *d, const char *sql, int image_id, int element, Bl
         size != (int64_t)b->rows * b->cols * element)
         return fs_error_input(err, "%s: features of photo %d are not what COLMAP writes", d->path, image_id);
     b->data = b->rows ? sqlite3_column_blob(b->statement, 2) : NULL;
+    if (b->rows && !b->data) return fail(d, err);
     return 0;
 }
 
