@@ -95,7 +95,7 @@ int fs_database_add_camera(Database *d, int id, const Lens *lens, bool focal_kno
     sqlite3_bind_int(s, 2, lens->model);
     sqlite3_bind_int(s, 3, lens->width);
     sqlite3_bind_int(s, 4, lens->height);
-    sqlite3_bind_blob(s, 5, lens->param, n_params * (int)sizeof *lens->param, SQLITE_TRANSIENT);
+    sqlite3_bind_blob(s, 5, lens->param, n_params * (int)sizeof *lens->param, SQLITE_STATIC);
     sqlite3_bind_int(s, 6, focal_known);
     return finish(d, s, err);
 }
@@ -105,7 +105,7 @@ int fs_database_add_image(Database *d, int id, const char *name, int camera_id, 
     sqlite3_stmt *s;
     MUST(prepare(d, "INSERT INTO images(image_id, name, camera_id) VALUES(?, ?, ?)", &s, err));
     sqlite3_bind_int(s, 1, id);
-    sqlite3_bind_text(s, 2, name, -1, SQLITE_TRANSIENT);
+    sqlite3_bind_text(s, 2, name, -1, SQLITE_STATIC);
     sqlite3_bind_int(s, 3, camera_id);
     return finish(d, s, err);
 }
@@ -115,7 +115,7 @@ int fs_database_image(Database *d, const char *name)
     sqlite3_stmt *s;
     int id = 0;
     if (prepare(d, "SELECT image_id FROM images WHERE name = ?", &s, NULL) < 0) return 0;
-    sqlite3_bind_text(s, 1, name, -1, SQLITE_TRANSIENT);
+    sqlite3_bind_text(s, 1, name, -1, SQLITE_STATIC);
     if (read_row(d, s, NULL) == 1) id = sqlite3_column_int(s, 0);
     sqlite3_finalize(s);
     return id;
@@ -217,7 +217,7 @@ int fs_database_add_matches(Database *d, int id1, int id2, const MatchList *list
     TRY(prepare(d, "INSERT INTO matches(pair_id, rows, cols, data) VALUES(?, ?, 2, ?)", &s, err));
     sqlite3_bind_int64(s, 1, (swap ? id2 : id1) * MAX_IMAGE_ID + (swap ? id1 : id2));
     sqlite3_bind_int(s, 2, list->n);
-    sqlite3_bind_blob(s, 3, data, list->n * 2 * (int)sizeof *data, SQLITE_TRANSIENT);
+    sqlite3_bind_blob(s, 3, data, list->n * 2 * (int)sizeof *data, SQLITE_STATIC);
     rc = finish(d, s, err);
 fail:
     free(data);
