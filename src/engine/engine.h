@@ -29,9 +29,8 @@ typedef struct CloudState {
     Cloud m, v;    // Adam's moments, fields like the cloud's
     float *screen; // (N, 2) since the last edit: sum of screen-space gradients (RasterTask.d_screen), steps in view
 } CloudState;
-enum {
-    ENGINE_NUMBERS = 8 + FS_OPTICS_VIGNETTING + FS_OPTICS_KNOTS
-}; // of the whole scene that are learned: see engine/update.c
+// Numbers of the whole scene that are learned: see engine/update_numbers.c.
+enum { ENGINE_NUMBERS = 8 + FS_OPTICS_VIGNETTING + FS_OPTICS_KNOTS };
 typedef struct TrainState {
     CloudState cloud[LAYERS];
     float m[ENGINE_NUMBERS], v[ENGINE_NUMBERS];

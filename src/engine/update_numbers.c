@@ -195,7 +195,7 @@ static void update_photo(const Update *u, StepResult *result)
     for (int k = 0; k < PHOTO_NUMBERS; k++) {
         if (!(u->args->learn & (k < PHOTO_WHITE ? LEARN_LIGHT : LEARN_WHITE))) continue;
         if (k == PHOTO_FLASH ? !lit : k < PHOTO_FLASH && !u->plan->pane_beta) continue;
-        float d = (float)(g[k]);
+        float d = (float)g[k];
         AdamFields fields = {&state->x[k], &d, &state->m[k], &state->v[k]};
         e->kernels.adam->step(&fields, 1, rate);
     }

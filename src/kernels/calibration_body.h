@@ -1,5 +1,4 @@
-// The maths of calibration.h over `real`, as in pane_body.h: one pixel per lane. The includer defines real, LANES,
-// r_set, r_lanes, r_load, r_store, r_sum, r_abs, r_min, r_max and r_below (a < limit ? b : 0).
+// The maths of calibration.h in the words of real_scalar.h and real_simd.h: one pixel per lane.
 #include <math.h>
 
 #define PER_TONE (1 / FS_OPTICS_SPACING)

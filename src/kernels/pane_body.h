@@ -1,5 +1,4 @@
-// The maths of pane.h over `real`, as in project_body.h: one pixel per lane. The includer defines real, LANES, r_set,
-// r_lanes (0, 1, ...), r_load, r_store, r_sum, r_sqrt, r_abs, r_min and r_below (a < limit ? b : 0).
+// The maths of pane.h in the words of real_scalar.h and real_simd.h: one pixel per lane.
 FN real cosine(const PaneView *v, int x, int y, real ray[3])
 {
     real length2 = r_set(0), dot = r_set(0), px = r_set((float)x) + r_lanes();
