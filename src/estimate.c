@@ -2,9 +2,9 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "ingest/ingest.h"
 #include "train/train.h"
@@ -27,13 +27,6 @@ typedef struct Estimate {
     RunCost ingest, poses, initialise, train, render;
     int steps;
 } Estimate;
-
-double fs_estimate_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static double initialise_pixels(const RunSize *size)
 {
@@ -82,7 +75,7 @@ static int find_seconds(const FsProject *project, Estimate *e, double begin, FsE
     e->poses.seconds = step * n * POSES_STEPS * e->size.picture_pixels;
     if (!*project->set.poses) e->poses.seconds += step * threads * COLMAP_STEPS * n * fmax(1, n / 100);
     double spent = e->ingest.seconds + e->poses.seconds + e->initialise.seconds;
-    return find_steps(project, e, step, spent + fs_estimate_now() - begin, err);
+    return find_steps(project, e, step, spent + fs_clock_seconds() - begin, err);
 }
 
 static const char *clock_text(double seconds, char text[24])
@@ -135,7 +128,7 @@ int fs_estimate_steps(FsProject *project, double begin, FsError *late, FsError *
     MUST(fs_train_size(project, &e.size, err));
     MUST(fs_cost_check(&e.size, fs_train_bytes(&project->set, &e.size), err)); // before trials of that size
     if (!alone) MUST(fs_train_reference(project, &step, err));
-    int rc = find_steps(project, &e, step, fs_estimate_now() - begin, late);
+    int rc = find_steps(project, &e, step, fs_clock_seconds() - begin, late);
     if (rc < 0 && (rc != FS_ERR_INPUT || alone || !e.steps)) {
         *err = *late;
         return rc;

@@ -3,8 +3,6 @@
 
 #include "model/project.h"
 
-double fs_estimate_now(void); // seconds, of no certain origin: when a run began
-
 // Logs it, by small trials on this machine; an error where the machine has too little memory, or the wanted minutes are
 // too few. Nothing where results are there already, or for a few steps.
 int fs_estimate_run(FsProject *project, const char *photos, double begin, FsError *err);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/owned.h"
@@ -18,9 +19,9 @@
 #include "model/project.h"
 #include "pair/pair.h"
 #include "poses/poses.h"
-#include "synth/synth.h"
 #include "render/render.h"
 #include "report/report.h"
+#include "synth/synth.h"
 #include "train/train.h"
 
 int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
@@ -98,7 +99,7 @@ static int train_within(FsProject *project, double begin, FsError *err)
 
 int fs_train(FsProject *project, FsError *err)
 {
-    return train_within(project, fs_estimate_now(), err);
+    return train_within(project, fs_clock_seconds(), err);
 }
 
 // After a stage that ran alone: the page is brought up to date where there is one.
@@ -132,7 +133,7 @@ int fs_export(FsProject *project, FsError *err)
 int fs_run(FsProject *project, const char *photos, FsError *err)
 {
     int rc;
-    double begin = fs_estimate_now();
+    double begin = fs_clock_seconds();
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
     TRY(fs_estimate_run(project, photos, begin, err));
     TRY(fs_ingest(project, photos, err));

@@ -5,8 +5,8 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/json_file.h"
 #include "base/owned.h"
@@ -207,13 +207,6 @@ fail:
     return rc;
 }
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 int fs_ingest_estimate(const FsProject *project, const char *folder, RunSize *size, RunCost *cost, FsError *err)
 {
     int rc;
@@ -226,13 +219,13 @@ int fs_ingest_estimate(const FsProject *project, const char *folder, RunSize *si
     PhotoFile *photo = &photos.photo[photos.n / 2];
     if (photo->failure.code) TRY(fs_error_set(err, FS_ERR_INPUT, "%s", photo->failure.message));
     TRY(fs_file_mkdirs(fs_file_at("%s/features", dir.text).text, err));
-    double begin = now(), largest;
+    double begin = fs_clock_seconds(), largest;
     fs_develop_photo(&photos, photo, dir.text, project->set.long_edge);
     int n = at_once(&photos, fs_threads_count(threads), &largest);
     int width = photo->orig_width, height = photo->orig_height;
     fs_image_limit(FS_DEVELOP_FEATURES_EDGE, &width, &height);
     *size = (RunSize){photos.n, photo->width, photo->height, (double)width * height};
-    *cost = (RunCost){(now() - begin) * ceil((double)photos.n / n), 30e6 + n * largest};
+    *cost = (RunCost){(fs_clock_seconds() - begin) * ceil((double)photos.n / n), 30e6 + n * largest};
     if (photo->failure.code) TRY(fs_error_set(err, FS_ERR_INPUT, "%s", photo->failure.message));
 fail:
     fs_owned_remove(dir.text);

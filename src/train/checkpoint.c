@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/json_file.h"
 #include "base/owned.h"
@@ -90,8 +91,10 @@ static int write_state(const Trainer *trainer, const char *dir, FsError *err)
 {
     const char *made_from = fs_project_fingerprint(trainer->project, FS_STAGE_TRAIN);
     json_t *root =
-        json_pack("{s:i,s:s?,s:o,s:o}", "step", trainer->step, "made_from", made_from, "global_m",
-                  numbers(trainer->state.m, ENGINE_NUMBERS), "global_v", numbers(trainer->state.v, ENGINE_NUMBERS));
+        json_pack("{s:i,s:f,s:s?,s:o,s:o,s:o}", "step", trainer->step, "seconds",
+                  trainer->seconds + fs_clock_seconds() - trainer->begin, "made_from", made_from, "global_m",
+                  numbers(trainer->state.m, ENGINE_NUMBERS), "global_v", numbers(trainer->state.v, ENGINE_NUMBERS),
+                  "smoothed", numbers(trainer->smoothed, LOSS_TERMS));
     return fs_json_file_write(fs_file_at("%s/state.json", dir).text, root, JSON_INDENT(1) | JSON_REAL_PRECISION(17),
                               err);
 }
@@ -136,13 +139,15 @@ static int read_state(Trainer *trainer, const char *dir, FsError *err)
     fs_json_file_read(path.text, 1 << 20, &root, NULL);
     int rc = 0, step = (int)json_integer_value(json_object_get(root, "step"));
     if (!root || step < 0 || read_numbers(root, "global_m", trainer->state.m, ENGINE_NUMBERS) ||
-        read_numbers(root, "global_v", trainer->state.v, ENGINE_NUMBERS))
+        read_numbers(root, "global_v", trainer->state.v, ENGINE_NUMBERS) ||
+        read_numbers(root, "smoothed", trainer->smoothed, LOSS_TERMS))
         rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; remove the folder and train again",
                           path.text);
     if (rc == 0)
         rc = fs_project_check(trainer->project, FS_STAGE_TRAIN, json_string_value(json_object_get(root, "made_from")),
                               dir, err);
     trainer->step = step;
+    trainer->seconds = json_number_value(json_object_get(root, "seconds"));
     json_decref(root);
     return rc;
 }

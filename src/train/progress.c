@@ -1,12 +1,16 @@
 // What a person sees of training: the progress line, log.jsonl, contact sheets.
+#include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "image/sheet.h"
 #include "image/tone.h"
 #include "train/trainer.h"
+
+#define MAX_LOG ((size_t)1 << 30)
 
 static void to_display(Image *image, float exposure)
 {
@@ -71,8 +75,9 @@ static char *progress_text(const Trainer *trainer, double seconds)
     return NULL;
 }
 
-int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
+int fs_progress_log(Trainer *trainer, bool last, FsError *err)
 {
+    double seconds = fs_clock_seconds() - trainer->begin;
     char *text = progress_text(trainer, seconds), *line = NULL;
     size_t size;
     FILE *f = NULL;
@@ -83,7 +88,7 @@ int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
     if (trainer->step % 100 && !last) goto fail;
     f = open_memstream(&line, &size);
     if (f) {
-        fprintf(f, "{\"step\": %d, \"seconds\": %.2f", trainer->step, seconds);
+        fprintf(f, "{\"step\": %d, \"seconds\": %.2f", trainer->step, trainer->seconds + seconds);
         for (int k = 0; k < LOSS_TERMS; k++) fprintf(f, ", \"%s\": %.6g", fs_loss_terms[k].name, trainer->smoothed[k]);
         for (int l = 0; l < LAYERS; l++)
             fprintf(f, ", \"splats_%s\": %d", fs_layers[l].name, trainer->scene.cloud[l].n);
@@ -98,5 +103,25 @@ int fs_progress_log(Trainer *trainer, double seconds, bool last, FsError *err)
 fail:
     free(text);
     free(line);
+    return rc;
+}
+
+// The lines are in the order of their steps.
+int fs_progress_log_rewind(Trainer *trainer, FsError *err)
+{
+    FilePath path = fs_file_at("%s/log.jsonl", trainer->project->out);
+    char *text;
+    size_t size, kept = 0;
+    if (!fs_file_exists(path.text)) return 0;
+    MUST(fs_file_read(path.text, MAX_LOG, &text, &size, err));
+    for (size_t n; kept < size; kept += n) {
+        n = strcspn(text + kept, "\n") + 1;
+        json_t *line = kept + n <= size ? json_loadb(text + kept, n, 0, NULL) : NULL;
+        json_int_t step = json_integer_value(json_object_get(line, "step"));
+        json_decref(line);
+        if (step < 1 || step > trainer->step) break;
+    }
+    int rc = kept < size ? fs_file_write(path.text, text, kept, err) : 0;
+    free(text);
     return rc;
 }

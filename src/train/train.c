@@ -3,19 +3,12 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/json_file.h"
 #include "image/tone.h"
 #include "train/trainer.h"
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static void free_trainer(Trainer *trainer)
 {
@@ -60,17 +53,17 @@ static int check_health(Trainer *trainer, FsError *err)
     return 0;
 }
 
-static int keep_watch(Trainer *trainer, double begin, FsError *err)
+static int keep_watch(Trainer *trainer, FsError *err)
 {
     const Settings *set = trainer->set;
     int rc = check_health(trainer, err);
     if (rc < 0) return rc;
-    for (int k = 0; k < LOSS_TERMS; k++)
-        trainer->smoothed[k] = trainer->step - trainer->first_step <= 1
-                                   ? trainer->last.loss[k]
-                                   : 0.97 * trainer->smoothed[k] + 0.03 * trainer->last.loss[k];
+    for (int k = 0; k < LOSS_TERMS; k++) {
+        double smoothed = 0.97 * (double)trainer->smoothed[k] + 0.03 * trainer->last.loss[k];
+        trainer->smoothed[k] = (float)(trainer->step > 1 ? smoothed : trainer->last.loss[k]);
+    }
     bool last = trainer->step == set->steps;
-    if (trainer->step % 20 == 0 || last) rc = fs_progress_log(trainer, now() - begin, last, err);
+    if (trainer->step % 20 == 0 || last) rc = fs_progress_log(trainer, last, err);
     int every = set->progress_every;
     if (rc == 0 && every && (trainer->step % every == 0 || trainer->step == every / 5 || last)) // the first one soon
         rc = fs_progress_sheet(trainer, err);
@@ -82,7 +75,7 @@ static int keep_watch(Trainer *trainer, double begin, FsError *err)
 static int train_loop(Trainer *trainer, FsError *err)
 {
     int rc = 0;
-    double begin = now();
+    trainer->begin = fs_clock_seconds();
     trainer->first_step = trainer->step;
     while (trainer->step < trainer->set->steps) {
         if (fs_log_cancelled(&trainer->project->log)) {
@@ -99,10 +92,10 @@ static int train_loop(Trainer *trainer, FsError *err)
         TRY(fs_engine_step(trainer->engine, &args, &trainer->last, err));
         trainer->step++;
         TRY(fs_densify_step(trainer, err));
-        TRY(keep_watch(trainer, begin, err));
+        TRY(keep_watch(trainer, err));
     }
     fs_log_info(&trainer->project->log, "train: %d steps in %.1f s", trainer->step - trainer->first_step,
-                now() - begin);
+                fs_clock_seconds() - trainer->begin);
 fail:
     return rc;
 }
@@ -146,6 +139,7 @@ int fs_train_run(FsProject *project, FsError *err)
     RunSize size = fs_trainer_size(&trainer);
     TRY(fs_cost_check(&size, fs_train_bytes(trainer.set, &size), err));
     TRY(fs_project_begin(project, FS_STAGE_TRAIN, NULL, 0, err));
+    TRY(fs_progress_log_rewind(&trainer, err));
     TRY(train_loop(&trainer, err));
     TRY(fs_checkpoint_write(&trainer, err));
     fix_unit_of_R(&trainer.scene);

@@ -2,8 +2,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/rng.h"
 #include "train/train.h"
@@ -21,13 +21,6 @@ enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_ST
 #define BYTES_STEP 304.0  // a pixel of the view that is rendered
 #define BYTES_SHEET 450.0 // a pixel of a view, for contact sheets
 #define BYTES_SPLAT 740.0
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int load_photos(Engine *engine, const Camera *camera, FsError *err)
 {
@@ -120,15 +113,15 @@ static int time_step(const FsProject *project, const RunSize *size, int n, doubl
     args.learn = fs_schedule_learns(set, false);
     double begin = 0, total = 0;
     for (steps = -1; steps < MOST_STEPS && (steps < 2 || total < ENOUGH_SECONDS); steps++) { // the first warms up
-        if (steps == 0) begin = now();
+        if (steps == 0) begin = fs_clock_seconds();
         args.view = steps & 1;
         TRY(fs_engine_step(engine, &args, &result, err));
-        total = steps >= 0 ? now() - begin : 0;
+        total = steps >= 0 ? fs_clock_seconds() - begin : 0;
     }
     *step = total / steps;
-    begin = now();
+    begin = fs_clock_seconds();
     if (render) TRY(fs_engine_render(engine, &camera, &renders, err));
-    if (render) *render = now() - begin;
+    if (render) *render = fs_clock_seconds() - begin;
 fail:
     fs_engine_renders_free(&renders);
     fs_scene_free(&scene);

@@ -28,8 +28,10 @@ typedef struct Trainer {
     int *neighbour;    // (N, ENGINE_NEIGHBOURS) of T_N, as the engine has them, or NULL
     int step;          // steps done
     int first_step;    // at which this run began (a checkpoint's)
+    double begin;      // of this run, seconds on the monotonic clock
+    double seconds;    // that the steps before it took
     StepResult last;
-    double smoothed[LOSS_TERMS]; // running means, for people
+    float smoothed[LOSS_TERMS]; // running means, for people
 } Trainer;
 
 // views.c
@@ -59,8 +61,8 @@ int fs_checkpoint_write(Trainer *trainer, FsError *err); // of what the engine h
 int fs_checkpoint_read(Trainer *trainer, FsError *err);  // 1: read, 0: there is none
 
 // progress.c
-int fs_progress_sheet(Trainer *trainer, FsError *err); // OUT/progress/NNNNN.png
-int fs_progress_log(Trainer *trainer, double seconds, bool last,
-                    FsError *err); // OUT/log.jsonl and the progress callback
+int fs_progress_sheet(Trainer *trainer, FsError *err);          // OUT/progress/NNNNN.png
+int fs_progress_log(Trainer *trainer, bool last, FsError *err); // OUT/log.jsonl and the progress callback
+int fs_progress_log_rewind(Trainer *trainer, FsError *err);     // the log loses what comes after the present step
 
 #endif

@@ -40,6 +40,11 @@ def plys(out):
     return {p.relative_to(out): p.read_bytes() for f in folders for p in sorted((out / f).glob("*.ply"))}
 
 
+def log_without_times(out):
+    return [{k: v for k, v in json.loads(line).items() if k != "seconds"}
+            for line in (out / "log.jsonl").read_text().splitlines()]
+
+
 class Job(unittest.TestCase):
     maxDiff = None
 
@@ -152,6 +157,7 @@ class Job(unittest.TestCase):
         for name, data in plys(self.out).items():
             if name.parts[0] == "clouds":
                 self.assertTrue(data == (out / name).read_bytes(), f"{name} differs")
+        self.assertEqual(log_without_times(out), log_without_times(self.out))
         return process.returncode
 
     def test_ctrl_c_and_resume(self):

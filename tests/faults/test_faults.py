@@ -21,8 +21,9 @@ FULL = os.environ.get("FLASHSPLAT_FAULTS") == "full"
 RANDOM = random.Random(int(os.environ.get("FLASHSPLAT_FAULTS_SEED", "1")))
 TRAIN = ["--steps", "8", "--max-splats", "400", "--progress-every", "4", "--checkpoint-every", "3"]
 TIMEOUT = 300  # seconds: a hang
-# What may differ between two runs: times, the log of them, and what is kept to go on from.
-UNLIKE = ("log.jsonl", "/checkpoint", "/done/", "/colmap/", "/.flashsplat/", ".part")
+# What may differ between two runs: times, and what is kept to go on from.
+UNLIKE = ("/checkpoint", "/done/", "/colmap/", "/.flashsplat/", ".part")
+TIMES = {"index.html": rb"in <b>\d+</b> \w+", "log.jsonl": rb'"seconds": [\d.]+, '}
 # Results outside of our folders, which are not overwritten.
 OUTSIDE = ("pair.png", "pair.tif", "evaluate.json")
 # Where a library does not survive it: while libtiff 4.5 reads tags, it uses tables of them that it could not make larger;
@@ -40,13 +41,13 @@ def run(words, cwd, **variables):
 
 
 def snapshot(folder):
-    """The bytes of every result under a folder; of the page without the time that training took."""
+    """The bytes of every result under a folder; of the page and the log without the time that training took."""
     files = {}
     for path in sorted(folder.rglob("*")):
         name = str(path.relative_to(folder))
         if path.is_file() and not any(part in "/" + name for part in UNLIKE):
             data = path.read_bytes()
-            files[name] = re.sub(rb"in <b>\d+</b> \w+", b"", data) if name.endswith("index.html") else data
+            files[name] = re.sub(TIMES[path.name], b"", data) if path.name in TIMES else data
     return files
 
 
