@@ -11,7 +11,10 @@ $(BUILD)/build.ninja:
 packages-%:
 	@tools/packages.sh $(subst -, ,$*)
 
-test: packages-build-run-test $(BUILD)/build.ninja
+npm-packages:
+	@tools/npm.sh
+
+test: packages-build-run-test $(BUILD)/build.ninja | npm-packages
 	ninja -C $(BUILD)
 	meson test -C $(BUILD) --no-rebuild --print-errorlogs
 
@@ -78,4 +81,4 @@ install: all
 clean:
 	rm -rf build build-asan build-clang build-coverage build-fuzz build-tsan demo
 
-.PHONY: all test test-sanitizers test-threads test-clang coverage fuzz demo bench quality install clean
+.PHONY: all npm-packages test test-sanitizers test-threads test-clang coverage fuzz demo bench quality install clean

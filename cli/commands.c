@@ -93,7 +93,7 @@ static const Command commands[] = {
      .stages = FS_STAGE_RENDER, .out = OUT_SETTING, .call = call_render},
     {.name = "evaluate", .usage = "OUT TRUTH", .help = "measure the layers against a folder of true ones",
      .stages = FS_STAGE_EVALUATE, .n_args = 1, .out = OUT_PROJECT, .prints = true, .call = call_evaluate},
-    {.name = "export", .usage = "OUT", .help = "write the clouds as PLY files that viewers open",
+    {.name = "export", .usage = "OUT", .help = "write the clouds in formats that other programs open",
      .stages = FS_STAGE_EXPORT, .out = OUT_PROJECT, .call = call_export},
     {.name = "synth", .usage = "-o OUT", .help = "make a capture through glass, with ground truth",
      .stages = FS_STAGE_SYNTH, .out = OUT_NEW, .call = call_synth},

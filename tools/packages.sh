@@ -14,7 +14,7 @@ for purpose in "$@"; do
     for package in $(sed -n "s/^$purpose  *//p" "$list"); do
         case $(dpkg-query -W -f '${db:Status-Status} ' "$package" 2>/dev/null || true) in
         *installed*) ;;
-        *) missing="$missing $package" ;;
+        *) command -v "$package" >/dev/null || missing="$missing $package" ;; # npm may come with another nodejs
         esac
     done
 done

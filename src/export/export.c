@@ -1,4 +1,4 @@
-// Export: one development for the whole scene, then two files per layer.
+// Export: one development for the whole scene, then a file per layer and format.
 #include "export/export.h"
 
 #include <stdlib.h>
@@ -6,7 +6,7 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "export/colors.h"
-#include "export/viewers.h"
+#include "export/formats.h"
 #include "image/tone.h"
 #include "model/dataset.h"
 #include "model/preview.h"
@@ -63,28 +63,63 @@ static int develop(const FsProject *project, const Scene *scene, Development *de
     return 0;
 }
 
+// One file; splats: the layer's, as they come.
+static int export_file(const FsProject *project, const Splats *splats, const Format *format, const char *name,
+                       FsError *err)
+{
+    if (splats->n == 0) return 0; // what readers do with none differs
+    if (splats->n > format->most) {
+        fs_log_warn(&project->log, "export: %s: no %s: %d Gaussians, and its readers take %lld", name, format->name,
+                    splats->n, format->most);
+        return 0;
+    }
+    FilePath path = fs_file_at("%s/export/%s.%s", project->out, name, format->ending);
+    MUST(format->write(splats, path.text, err));
+    fs_log_info(&project->log, "export: %s: %d Gaussians: %s", name, splats->n, path.text);
+    return 0;
+}
+
+// The files of a layer, out of its cloud and the colours that viewers show it in.
+static int export_cloud(const FsProject *project, const Cloud *cloud, const float *srgb, const char *name,
+                        const bool wanted[FORMATS], FsError *err)
+{
+    int rc = 0;
+    bool told = false;
+    Splats splats = {0};
+    for (int f = 0; f < FORMATS; f++) {
+        if (!wanted[f]) continue;
+        fs_splats_free(&splats);
+        TRY(fs_splats_make(cloud, srgb, &splats, err));
+        if (splats.n < cloud->n && !told)
+            fs_log_warn(&project->log, "export: %s: %d of %d Gaussians are left out: they are no numbers", name,
+                        cloud->n - splats.n, cloud->n);
+        told = true;
+        if (fs_formats[f].y_up) fs_splats_turn(&splats);
+        TRY(fs_splats_sort(&splats, fs_formats[f].order, err));
+        TRY(export_file(project, &splats, &fs_formats[f], name, err));
+    }
+fail:
+    fs_splats_free(&splats);
+    return rc;
+}
+
 static int export_layer(const FsProject *project, const Scene *scene, Layer layer, const Development *development,
-                        FsError *err)
+                        const bool wanted[FORMATS], FsError *err)
 {
     const Cloud *cloud = fs_colors_cloud(scene, layer);
-    const char *name = fs_layers[layer].name;
     if (!cloud) return 0; // nothing to show
-    int rc;
-    FilePath ply = fs_file_at("%s/export/%s.ply", project->out, name);
-    FilePath splat = fs_file_at("%s/export/%s.splat", project->out, name);
     float *srgb = malloc(sizeof(float) * 3 * (size_t)cloud->n);
     if (!srgb) return fs_error_memory(err);
     fs_colors_display(scene, layer, development, srgb);
-    TRY(fs_inria_write(cloud, srgb, ply.text, err));
-    TRY(fs_splat_write(cloud, srgb, splat.text, err));
-    fs_log_info(&project->log, "export: %s: %d Gaussians: %s, %s", name, cloud->n, ply.text, splat.text);
-fail:
+    int rc = export_cloud(project, cloud, srgb, fs_layers[layer].name, wanted, err);
     free(srgb);
     return rc;
 }
 
 int fs_export_run(FsProject *project, FsError *err)
 {
+    bool wanted[FORMATS];
+    MUST(fs_formats_parse(project->set.formats, wanted, err));
     if (fs_project_done(project, FS_STAGE_EXPORT)) return 0;
     Scene scene = {0};
     Development development;
@@ -98,7 +133,7 @@ int fs_export_run(FsProject *project, FsError *err)
     for (int l = 0; l < LAYERS; l++) {
         if (fs_log_cancelled(&project->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "export: stopped"));
         fs_log_progress(&project->log, "export", l, LAYERS, fs_layers[l].name);
-        TRY(export_layer(project, &scene, (Layer)l, &development, err));
+        TRY(export_layer(project, &scene, (Layer)l, &development, wanted, err));
     }
     fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");
     TRY(fs_project_mark_done(project, FS_STAGE_EXPORT, err));

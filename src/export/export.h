@@ -1,4 +1,4 @@
-// The export stage: OUT/clouds -> OUT/export/<layer>.ply and .splat, which the usual viewers open.
+// The export stage: OUT/clouds -> OUT/export/<layer>.*, in formats that other programs open.
 #pragma once
 
 #include "model/project.h"

@@ -37,7 +37,7 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
      {"=renders/*/%.png", "=renders/*/%.tif", "=sheet.png", "=video/*.mp4"}},
     {"evaluate", FS_STAGE_EVALUATE, TRAIN | FS_STAGE_RENDER, {NULL}, {"=evaluate.json"}}, // always measures anew
     {"export", FS_STAGE_EXPORT, TRAIN, {"views.json", "images", "clouds", "ingest.json"},
-     {"export/&.ply", "export/&.splat"}},
+     {"export/&.ply", "export/&.splat", "export/&.spz", "export/&.v2.spz"}},
 };
 // clang-format on
 static const char *const shared_output[] = {"=index.html", "=report/*.jpg", "=warnings/*.txt", "=done/*.json"};

@@ -33,6 +33,7 @@
 #define TRAIN FS_STAGE_TRAIN
 #define RENDER FS_STAGE_RENDER
 #define EVALUATE FS_STAGE_EVALUATE
+#define EXPORT FS_STAGE_EXPORT
 #define SYNTH FS_STAGE_SYNTH
 #define PAIR FS_STAGE_PAIR
 #define BENCH FS_STAGE_BENCH
@@ -135,6 +136,9 @@ static const FsOption table[] = {
           "metres in one unit of the poses, so that depth is written in millimetres; 0: unknown"),
     BOOL("video", video, RENDER, "write MP4 of the camera path"),
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
+
+    STRING("formats", formats, EXPORT, "ply,spz", "LIST",
+           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2)"),
 
     STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]", "other programs' output folders to compare"),
     STRING("json", json, EVALUATE | BENCH | CHECK, "", "FILE", "write the figures as JSON too"),

@@ -29,6 +29,8 @@ typedef struct FsSettings {
     bool linear, video;
     double metres_per_unit;
     int path_views;
+    // export
+    char *formats;
     // evaluate
     char *methods, *json, *views, *lpips_weights;
     // bench

@@ -251,7 +251,7 @@ static void write_files(FILE *f, const Page *page)
                                            {"log.jsonl", "the training, step by step"}};
     fputs("<h2>Files</h2>\n<table>\n", f);
     write_folder_links(f, page, "export", "ply", "Gaussians for the usual viewers");
-    write_folder_links(f, page, "export", "splat", "the same for viewers in a browser");
+    write_folder_links(f, page, "export", "spz sog splat glb", "the same for viewers in a browser");
     write_folder_links(f, page, "video", "mp4", "film");
     write_folder_links(f, page, "clouds", "ply", "Gaussians as trained");
     write_folder_links(f, page, "start", "ply", "where the training began");

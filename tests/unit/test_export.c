@@ -13,7 +13,7 @@
 #include "base/rng.h"
 #include "export/colors.h"
 #include "export/export.h"
-#include "export/viewers.h"
+#include "export/formats.h"
 #include "image/tone.h"
 #include "temp_dir.h"
 
@@ -52,6 +52,20 @@ static void fill(Cloud *cloud, int n, int color_width, int gain_width, uint64_t 
             cloud->field[f][i] = f == CLOUD_COLORS ? fs_rng_uniform(&rng) : fs_rng_normal(&rng);
 }
 
+static void write_as(const char *format, const Cloud *cloud, const float *srgb, const char *path)
+{
+    bool wanted[FORMATS];
+    Splats splats;
+    assert_int_equal(fs_formats_parse(format, wanted, NULL), 0);
+    assert_int_equal(fs_splats_make(cloud, srgb, &splats, NULL), 0);
+    for (int f = 0; f < FORMATS; f++)
+        if (wanted[f]) {
+            assert_int_equal(fs_splats_sort(&splats, fs_formats[f].order, NULL), 0);
+            assert_int_equal(fs_formats[f].write(&splats, path, NULL), 0);
+        }
+    fs_splats_free(&splats);
+}
+
 // What a viewer shows for an INRIA row, against an own computation (the exposure is known to three digits).
 static void assert_color(const Row *row, int channel, double linear, double exposure)
 {
@@ -69,7 +83,7 @@ static void test_inria(void **state)
     fill(&c, 5, 3, 0, 1);
     memset(c.field[CLOUD_QUATS] + 8, 0, 16); // no direction at all
     const float srgb[15] = {0, 0.5f, 1, 0.25f, 0.75f, 0.1f};
-    assert_int_equal(fs_inria_write(&c, srgb, path, NULL), 0);
+    write_as("ply", &c, srgb, path);
     Row *rows = read_inria(path, 5);
     for (int i = 0; i < 5; i++) {
         assert_memory_equal(rows[i].mean, c.field[CLOUD_MEANS] + 3 * i, 12);
@@ -99,7 +113,7 @@ static void test_splat(void **state)
     for (int i = 0; i < 9; i++) c.field[CLOUD_SCALES][i] = (float)(i / 3); // the last is the largest
     c.field[CLOUD_OPACITIES][0] = 0, c.field[CLOUD_OPACITIES][1] = 100, c.field[CLOUD_OPACITIES][2] = -1;
     const float srgb[9] = {1, 0, 0.5f, 0.2f, 0.4f, 0.6f, 2, -1, 0.999f};
-    assert_int_equal(fs_splat_write(&c, srgb, path, NULL), 0);
+    write_as("splat", &c, srgb, path);
     assert_int_equal(fs_file_read(path, 1 << 20, (char **)&data, &size, NULL), 0);
     assert_int_equal(size, 96);
     for (int k = 0; k < 3; k++) {
@@ -120,6 +134,48 @@ static void test_splat(void **state)
     free(data);
     fs_cloud_free(&c);
     free(path);
+}
+
+// What is no number, or no size, is left out of every format; half a turn twice is none.
+static void test_splats(void **state)
+{
+    (void)state;
+    Cloud c;
+    Splats splats;
+    float srgb[21] = {0};
+    fill(&c, 7, 3, 0, 7);
+    c.field[CLOUD_MEANS][3] = NAN;
+    c.field[CLOUD_SCALES][6] = INFINITY;
+    c.field[CLOUD_SCALES][9] = 90; // e^90 is no float
+    c.field[CLOUD_OPACITIES][4] = -INFINITY;
+    srgb[15] = NAN;
+    assert_int_equal(fs_splats_make(&c, srgb, &splats, NULL), 0);
+    assert_int_equal(splats.n, 2);
+    assert_memory_equal(splats.mean + 3, c.field[CLOUD_MEANS] + 18, 12);
+    float rotation[4];
+    memcpy(rotation, splats.rotation, sizeof rotation);
+    fs_splats_turn(&splats);
+    assert_true(splats.mean[1] == -c.field[CLOUD_MEANS][1]);
+    fs_splats_turn(&splats);
+    assert_true(splats.mean[1] == c.field[CLOUD_MEANS][1]);
+    for (int k = 0; k < 4; k++) assert_true(splats.rotation[k] == rotation[k]);
+    fs_splats_free(&splats);
+    fs_cloud_free(&c);
+}
+
+static void test_formats(void **state)
+{
+    (void)state;
+    bool wanted[FORMATS];
+    FsError err;
+    assert_int_equal(fs_formats_parse("spz,ply", wanted, NULL), 0);
+    for (int f = 0; f < FORMATS; f++)
+        assert_int_equal(wanted[f], !strcmp(fs_formats[f].name, "ply") || !strcmp(fs_formats[f].name, "spz"));
+    assert_int_equal(fs_formats_parse("ply,pl", wanted, &err), FS_ERR_USAGE);
+    assert_non_null(strstr(err.message, "'pl'"));
+    assert_int_equal(fs_formats_parse("", wanted, &err), FS_ERR_USAGE);
+    for (int f = 0; f < FORMATS; f++) // the stage removes what it left by these
+        for (int g = 0; g < f; g++) assert_string_not_equal(fs_formats[f].ending, fs_formats[g].ending);
 }
 
 static float exposure_said;
@@ -259,8 +315,9 @@ static void test_run_errors(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_inria),        cmocka_unit_test(test_splat),  cmocka_unit_test(test_run_shared),
-        cmocka_unit_test(test_run_separate), cmocka_unit_test(test_matrix), cmocka_unit_test(test_run_errors),
+        cmocka_unit_test(test_inria),   cmocka_unit_test(test_splat),      cmocka_unit_test(test_splats),
+        cmocka_unit_test(test_formats), cmocka_unit_test(test_run_shared), cmocka_unit_test(test_run_separate),
+        cmocka_unit_test(test_matrix),  cmocka_unit_test(test_run_errors),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }

@@ -1,0 +1,160 @@
+#include "export/splats.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/order.h"
+
+enum { ARRAYS = 5 };
+static const int width_of[ARRAYS] = {3, 3, 4, 1, 3};
+
+static float **array_of(Splats *splats, int a)
+{
+    float **const arrays[ARRAYS] = {&splats->mean, &splats->scale, &splats->rotation, &splats->opacity, &splats->srgb};
+    return arrays[a];
+}
+
+void fs_splats_free(Splats *splats)
+{
+    for (int a = 0; a < ARRAYS; a++) free(*array_of(splats, a));
+    *splats = (Splats){0};
+}
+
+static int allocate(Splats *splats, int n, FsError *err)
+{
+    *splats = (Splats){0};
+    for (int a = 0; a < ARRAYS; a++) {
+        *array_of(splats, a) = malloc(sizeof(float) * ((size_t)n + 1) * (size_t)width_of[a]);
+        if (*array_of(splats, a)) continue;
+        fs_splats_free(splats);
+        return fs_error_memory(err);
+    }
+    splats->n = n;
+    return 0;
+}
+
+static bool are_finite(const float *v, int n)
+{
+    for (int k = 0; k < n; k++)
+        if (!isfinite(v[k])) return false;
+    return true;
+}
+
+static bool is_sound(const float *const field[ARRAYS])
+{
+    for (int a = 0; a < ARRAYS; a++)
+        if (!are_finite(field[a], width_of[a])) return false;
+    for (int k = 0; k < 3; k++)
+        if (fabsf(field[1][k]) > FS_SPLATS_SCALE) return false;
+    return true;
+}
+
+static void make_unit(const float quat[4], float unit[4])
+{
+    double n = 0;
+    for (int k = 0; k < 4; k++) n += (double)quat[k] * (double)quat[k];
+    for (int k = 0; k < 4; k++) unit[k] = n > 0 ? (float)(quat[k] / sqrt(n)) : (k == 0 ? 1.0f : 0.0f);
+}
+
+int fs_splats_make(const Cloud *cloud, const float *srgb, Splats *splats, FsError *err)
+{
+    MUST(allocate(splats, cloud->n, err));
+    splats->n = 0;
+    for (size_t i = 0; i < (size_t)cloud->n; i++) {
+        const float *const field[ARRAYS] = {cloud->field[CLOUD_MEANS] + 3 * i, cloud->field[CLOUD_SCALES] + 3 * i,
+                                            cloud->field[CLOUD_QUATS] + 4 * i, cloud->field[CLOUD_OPACITIES] + i,
+                                            srgb + 3 * i};
+        if (!is_sound(field)) continue;
+        for (int a = 0; a < ARRAYS; a++) {
+            float *to = *array_of(splats, a) + (size_t)splats->n * (size_t)width_of[a];
+            memcpy(to, field[a], sizeof(float) * (size_t)width_of[a]);
+        }
+        make_unit(field[2], splats->rotation + 4 * (size_t)splats->n);
+        splats->n++;
+    }
+    return 0;
+}
+
+void fs_splats_turn(Splats *splats)
+{
+    for (size_t i = 0; i < (size_t)splats->n; i++)
+        for (size_t k = 1; k < 3; k++) {
+            splats->mean[3 * i + k] *= -1;
+            splats->rotation[4 * i + k + 1] *= -1; // an ellipsoid may be turned about its own axis as well
+        }
+}
+
+// ---- order ----
+
+void fs_splats_range(const float *value, int n, int stride, float range[2])
+{
+    range[0] = range[1] = n ? value[0] : 0;
+    for (size_t i = 0; i < (size_t)n; i++) {
+        float v = value[i * (size_t)stride];
+        if (v < range[0]) range[0] = v;
+        if (v > range[1]) range[1] = v;
+    }
+}
+
+double fs_splats_opacity(const Splats *splats, size_t i)
+{
+    return 1.0 / (1.0 + exp(-(double)splats->opacity[i]));
+}
+
+static double invisibility(const Splats *splats, size_t i)
+{
+    const float *s = splats->scale + 3 * i;
+    return -exp((double)s[0] + (double)s[1] + (double)s[2]) * fs_splats_opacity(splats, i);
+}
+
+// The bits of three numbers of 17 bits, in turn: exact as a double.
+static double place_on_curve(const Splats *splats, size_t i, const float range[3][2])
+{
+    double code = 0;
+    unsigned at[3];
+    for (size_t a = 0; a < 3; a++) {
+        double span = (double)range[a][1] - (double)range[a][0];
+        double v = (double)splats->mean[3 * i + a] - (double)range[a][0];
+        at[a] = fs_splats_level(span > 0 ? v / span * 131071 : 0, 131071);
+    }
+    for (int bit = 16; bit >= 0; bit--)
+        for (int a = 2; a >= 0; a--) code = 2 * code + (at[a] >> bit & 1);
+    return code;
+}
+
+int fs_splats_sort(Splats *splats, SplatsOrder order, FsError *err)
+{
+    if (order == SPLATS_AS_TRAINED || splats->n == 0) return 0;
+    size_t n = (size_t)splats->n;
+    Ranked *rank = malloc(sizeof *rank * n);
+    float *values = malloc(sizeof(float) * 4 * n), range[3][2];
+    int rc = 0;
+    if (!rank || !values) TRY(fs_error_memory(err));
+    for (int a = 0; a < 3; a++) fs_splats_range(splats->mean + a, splats->n, 3, range[a]);
+    for (size_t i = 0; i < n; i++)
+        rank[i] =
+            (Ranked){order == SPLATS_BY_PLACE ? place_on_curve(splats, i, range) : invisibility(splats, i), (int)i};
+    fs_order_ranked(rank, n);
+    for (int a = 0; a < ARRAYS; a++) {
+        size_t width = (size_t)width_of[a];
+        float *array = *array_of(splats, a);
+        memcpy(values, array, sizeof(float) * width * n);
+        for (size_t k = 0; k < n; k++)
+            memcpy(array + width * k, values + width * (size_t)rank[k].index, sizeof(float) * width);
+    }
+fail:
+    free(rank);
+    free(values);
+    return rc;
+}
+
+int fs_splats_smallest_three(const float rotation[4], float others[3])
+{
+    int largest = 0;
+    for (int k = 1; k < 4; k++)
+        if (fabsf(rotation[k]) > fabsf(rotation[largest])) largest = k;
+    for (int k = 0, to = 0; k < 4; k++)
+        if (k != largest) others[to++] = rotation[largest] < 0 ? -rotation[k] : rotation[k];
+    return largest;
+}

@@ -1,0 +1,117 @@
+// Niantic's SPZ, versions 2 and 3: a gzip stream of a header and one array after the other: positions of 24 bits in
+// fixed point, then bytes: opacity, colour, scale, rotation (version 2: x y z of 8 bits; version 3: the index of the
+// largest component in 2 bits and the three others in 10, sign and magnitude).
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zlib.h>
+
+#include "base/file.h"
+#include "export/formats.h"
+
+#define HEADER 16
+#define COLOR_SCALE 0.15  // of f_dc in a byte around 127.5
+#define STEPS 262144.0    // of position to the farthest coordinate: enough, and more bits do not compress
+#define MOST_FRACTION 20  // bits after the point
+#define LARGEST 8388607.0 // of 24 bits
+
+static void put_bits(unsigned char *to, uint32_t value, int bytes)
+{
+    for (int k = 0; k < bytes; k++) to[k] = (unsigned char)(value >> 8 * k);
+}
+
+// As many bits after the point as the farthest coordinate leaves.
+static int fraction_of(const Splats *splats)
+{
+    float range[2];
+    fs_splats_range(splats->mean, 3 * splats->n, 1, range);
+    double most = fmax(fabs((double)range[0]), fabs((double)range[1]));
+    int bits = 0;
+    while (bits < MOST_FRACTION && ldexp(most, bits + 1) < STEPS) bits++;
+    return bits;
+}
+
+static void pack_rotation_old(const float q[4], unsigned char to[3])
+{
+    for (int k = 0; k < 3; k++)
+        to[k] = (unsigned char)fs_splats_level(127.5 + 127.5 * (double)(q[0] < 0 ? -q[k + 1] : q[k + 1]), 255);
+}
+
+static void pack_rotation(const float q[4], unsigned char to[4])
+{
+    const float xyzw[4] = {q[1], q[2], q[3], q[0]};
+    float other[3];
+    uint32_t packed = (uint32_t)fs_splats_smallest_three(xyzw, other);
+    for (int k = 0; k < 3; k++)
+        packed = packed << 10 | (uint32_t)(other[k] < 0) << 9 |
+                 fs_splats_level(511.0 * M_SQRT2 * fabs((double)other[k]), 511);
+    put_bits(to, packed, 4);
+}
+
+static void pack(const Splats *splats, int version, unsigned char *data)
+{
+    size_t n = (size_t)splats->n, turn_bytes = version == 2 ? 3 : 4;
+    int fraction = fraction_of(splats);
+    const uint32_t header[4] = {0x5053474e, (uint32_t)version, (uint32_t)n, (uint32_t)fraction << 8};
+    for (int k = 0; k < 4; k++) put_bits(data + 4 * k, header[k], 4);
+    unsigned char *position = data + HEADER, *alpha = position + 9 * n, *color = alpha + n, *scale = color + 3 * n,
+                  *rotation = scale + 3 * n;
+    for (size_t i = 0; i < n; i++) {
+        for (size_t a = 0; a < 3; a++) {
+            double fixed = round(ldexp((double)splats->mean[3 * i + a], fraction));
+            put_bits(position + 9 * i + 3 * a, (uint32_t)(int32_t)fmax(-LARGEST, fmin(LARGEST, fixed)), 3);
+            double dc = ((double)splats->srgb[3 * i + a] - 0.5) / FS_SPLATS_SH0;
+            color[3 * i + a] = (unsigned char)fs_splats_level(255 * (COLOR_SCALE * dc + 0.5), 255);
+            scale[3 * i + a] = (unsigned char)fs_splats_level(16 * ((double)splats->scale[3 * i + a] + 10), 255);
+        }
+        alpha[i] = (unsigned char)fs_splats_level(255 * fs_splats_opacity(splats, i), 255);
+        (version == 2 ? pack_rotation_old : pack_rotation)(splats->rotation + 4 * i, rotation + turn_bytes * i);
+    }
+}
+
+static int compress_to(AtomicFile *file, const unsigned char *data, size_t size, FsError *err)
+{
+    z_stream z = {.next_in = (unsigned char *)data};
+    unsigned char out[1 << 16];
+    if (deflateInit2(&z, Z_BEST_COMPRESSION, Z_DEFLATED, 16 + MAX_WBITS, 9, Z_DEFAULT_STRATEGY) != Z_OK)
+        return fs_error_memory(err);
+    int state = Z_OK;
+    while (state == Z_OK) {
+        if (z.avail_in == 0) { // avail_in is 32 bits wide
+            z.avail_in = (unsigned)(size < (1 << 30) ? size : 1 << 30);
+            size -= z.avail_in;
+        }
+        z.next_out = out, z.avail_out = sizeof out;
+        state = deflate(&z, size ? Z_NO_FLUSH : Z_FINISH);
+        fwrite(out, 1, sizeof out - z.avail_out, file->f);
+    }
+    deflateEnd(&z);
+    return 0;
+}
+
+static int write_version(const Splats *splats, int version, const char *path, FsError *err)
+{
+    int rc;
+    AtomicFile file = {0};
+    size_t size = HEADER + (size_t)splats->n * (version == 2 ? 19 : 20);
+    unsigned char *data = malloc(size);
+    if (!data) return fs_error_memory(err);
+    pack(splats, version, data);
+    TRY(fs_file_begin(&file, path, err));
+    TRY(compress_to(&file, data, size, err));
+    TRY(fs_file_commit(&file, err));
+fail:
+    fs_file_abort(&file);
+    free(data);
+    return rc;
+}
+
+int fs_spz_write(const Splats *splats, const char *path, FsError *err)
+{
+    return write_version(splats, 3, path, err);
+}
+
+int fs_spz_write_old(const Splats *splats, const char *path, FsError *err)
+{
+    return write_version(splats, 2, path, err);
+}

@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Exported clouds, opened by programs of others (tests/npm): what they find is what the INRIA PLY says, within the
+steps of the format."""
+import csv
+import hashlib
+import math
+import pathlib
+import shutil
+import subprocess
+import unittest
+
+import common
+from made_scene import make_project, read_ply
+
+NPM = pathlib.Path(__file__).resolve().parent.parent / "npm"
+SPLAT_TRANSFORM = NPM / "node_modules/@playcanvas/splat-transform/bin/cli.mjs"
+SH0 = 0.28209479177387814
+
+
+def needs(path):
+    there = path.exists() and shutil.which("node")
+    return unittest.skipUnless(there, f"{path.relative_to(NPM)} is not here: tools/npm.sh fetches it")
+
+
+def node(*arguments):
+    process = subprocess.run(["node", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, text=True, timeout=120, check=False)
+    assert process.returncode == 0, process.stderr
+    return process.stdout
+
+
+def opacity(row):
+    return 1 / (1 + math.exp(-row["opacity"]))
+
+
+def rotation(row):
+    q = [row[f"rot_{k}"] for k in range(4)]
+    length = math.sqrt(sum(v * v for v in q))
+    return [v / length for v in q]
+
+
+def angle(a, b):
+    """Between two ellipsoids, in degrees: half turns about their own axes do not show."""
+    w, x, y, z = rotation(a)
+    same = [(w, x, y, z), (-x, w, z, -y), (-y, -z, w, x), (-z, y, -x, w)]
+    return math.degrees(2 * math.acos(min(1, max(abs(sum(u * v for u, v in zip(q, rotation(b)))) for q in same))))
+
+
+class Export(common.FolderTest):
+    def setUp(self):
+        super().setUp()
+        self.out = self.dir / "out"
+        self.rows = make_project(self.out)
+
+    def export(self, formats, *options, code=0):
+        process = common.run("export", self.out, "--formats", formats, *options)
+        self.assertEqual(process.returncode, code, process.stderr)
+        return process
+
+    def transformed(self, name):
+        """What splat-transform makes of a file: its rows, in the frame of a PLY."""
+        table = self.dir / (name + ".csv")
+        node(SPLAT_TRANSFORM, "-q", "-w", self.out / "export" / name, table)
+        with open(table, newline="", encoding="utf-8") as f:
+            return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(f)]
+
+    def assert_same(self, name, position=1e-4, scale=0.04, color=0.01, alpha=0.003, degrees=0.5):
+        """All Gaussians of export/<name> are those of the layer's PLY, each within the steps given."""
+        wanted = read_ply(self.out / "export" / (name.split(".")[0] + ".ply"))
+        found = self.transformed(name)
+        self.assertEqual(len(found), len(wanted))
+        for want in wanted:
+            got = min(found, key=lambda row: sum((row[k] - want[k]) ** 2 for k in "xyz"))
+            for k in "xyz":
+                self.assertAlmostEqual(got[k], want[k], delta=position)
+            for k in range(3):
+                self.assertAlmostEqual(got[f"scale_{k}"], want[f"scale_{k}"], delta=scale)
+                self.assertAlmostEqual(SH0 * got[f"f_dc_{k}"], SH0 * want[f"f_dc_{k}"], delta=color)
+            self.assertAlmostEqual(opacity(got), opacity(want), delta=alpha)
+            self.assertLess(angle(got, want), degrees)
+
+    @needs(SPLAT_TRANSFORM)
+    def test_inria_and_splat(self):
+        self.export("ply,splat")
+        self.assert_same("T_N.ply", 1e-6, 1e-6, 1e-6, 1e-6, 0.1)
+        self.assert_same("R.splat", 1e-6, 1e-5, 0.5 / 255 + 1e-6, 0.5 / 255 + 1e-6, 1.5)
+
+    @needs(SPLAT_TRANSFORM)
+    def test_spz(self):
+        self.export("ply,spz,spz2")
+        step = 0.5 / 255 / 0.15 * SH0 + 1e-6
+        self.assert_same("T_F.spz", 2e-5, 0.5 / 16 + 1e-6, step, 0.5 / 255 + 1e-6, 0.25)
+        self.assert_same("R.v2.spz", 2e-5, 0.5 / 16 + 1e-6, step, 0.5 / 255 + 1e-6, 15)  # its w follows from 8 bits
+
+    def test_choice(self):
+        """Only what was asked for is there, the same bytes for any number of threads; the rest is refused by name."""
+        self.export("ply,spz", "--threads", 1)
+        first = {p.name: hashlib.sha256(p.read_bytes()).digest() for p in (self.out / "export").iterdir()}
+        self.assertEqual(set(first), {f"{layer}.{ending}" for layer in ("T_F", "T_N", "R") for ending in ("ply", "spz")})
+        self.export("ply,spz", "--threads", 3, "--force")
+        again = {p.name: hashlib.sha256(p.read_bytes()).digest() for p in (self.out / "export").iterdir()}
+        self.assertEqual(first, again)
+        self.export("splat")
+        self.assertEqual({p.suffix for p in (self.out / "export").iterdir()}, {".splat"})
+        self.assert_fails(self.export("ply,psd", code=2), 2, "--formats", "'psd'")
+
+
+if __name__ == "__main__":
+    common.main()
