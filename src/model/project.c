@@ -40,7 +40,8 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
      {"export/&.ply", "export/&.splat", "export/&.spz", "export/&.v2.spz"}},
 };
 // clang-format on
-static const char *const shared_output[] = {"=index.html", "=report/*.jpg", "=warnings/*.txt", "=done/*.json"};
+static const char *const shared_output[] = {"=index.html", "=report/*.jpg", "=report/scene.js", "=warnings/*.txt",
+                                           "=done/*.json"};
 #define N_SHARED ((int)(sizeof shared_output / sizeof *shared_output))
 
 const ProjectStage *fs_project_stage(unsigned stage)

@@ -319,6 +319,7 @@ void fs_page_write(FILE *f, const Page *page)
     write_head(f, page);
     write_chips(f, page);
     write_warnings(f, page);
+    if (page->viewer.there) fputs(fs_html_viewer, f);
     write_comparison(f, page);
     if (page->previews.n) write_layers(f, page);
     write_films(f, page);
@@ -326,6 +327,8 @@ void fs_page_write(FILE *f, const Page *page)
     write_capture(f, page);
     write_files(f, page);
     write_settings(f, page);
-    fprintf(f, "<footer>flashsplat %s</footer>\n</main>\n<script>\n%s</script></body></html>\n", fs_version(),
-            fs_html_script);
+    fprintf(f, "<footer>flashsplat %s</footer>\n</main>\n<script>\n%s</script>\n", fs_version(), fs_html_script);
+    if (page->viewer.there)
+        fprintf(f, "<script>\n(() => {\n'use strict';\n%s})();\n</script>\n", fs_html_viewer_script);
+    fputs("</body></html>\n", f);
 }

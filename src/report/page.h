@@ -6,6 +6,7 @@
 #include "model/dataset.h"
 #include "model/layers.h"
 #include "model/project.h"
+#include "report/viewer.h"
 
 // ---- previews.c: a handful of views, each as photo and layers, small JPEGs in OUT/report ----
 
@@ -32,6 +33,7 @@ typedef struct PreviewSet {
     int view[FS_PREVIEWS_VIEWS], n;        // indices in the dataset
     bool has[FS_PREVIEWS_VIEWS][PREVIEWS]; // the picture was written
     int width, height;                     // of the first picture
+    float exposure;                        // of all of them
 } PreviewSet;
 
 // Pictures whose sources are missing are left out; one that cannot be read is left out with a warning.
@@ -58,13 +60,18 @@ void fs_charts_curve(FILE *f, const Curve *curve);
 
 void fs_learned_write(FILE *f, const char *out); // what OUT/clouds says of the camera; nothing where it says nothing
 
-// ---- html.c: text, escaped, and the page's style sheet and script ----
+// ---- html.c: text, escaped ----
 
 // Markup; each @ in it is the next argument, a text (const char *), escaped (also good inside "..." attributes).
 void fs_html_put(FILE *f, const char *markup, ...);
 void fs_html_url(FILE *f, const char *path); // a relative path as a link's address; '/' stays
+
+// ---- web/: what the page is made of in a browser ----
+
 extern const char fs_html_style[];
 extern const char fs_html_script[];
+extern const char fs_html_viewer[]; // markup
+extern const char fs_html_viewer_script[];
 
 // ---- page.c ----
 
@@ -72,6 +79,7 @@ typedef struct Page {
     const FsProject *project;
     const Dataset *dataset;
     PreviewSet previews;
+    Viewer viewer;
     Curve curve;
 } Page;
 void fs_page_write(FILE *f, const Page *page);

@@ -122,6 +122,7 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     MUST(fs_file_mkdirs(dir.text, err));
     if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) == FS_ERR_MEMORY) MUST(fs_error_memory(err));
     if (why.code) fs_log_warn(&project->log, "report: no exposure for the pictures: %s", why.message);
+    set->exposure = show.exposure;
     find_range(&show);
     for (int i = 0; i < set->n; i++)
         for (int p = 0; p < PREVIEWS; p++) {
