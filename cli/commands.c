@@ -69,6 +69,11 @@ static int call_info(const Invocation *in, const FsCallbacks *callbacks, FsError
     return fs_info(in->arg[0], in->settings, callbacks, err);
 }
 
+static int call_view(const Invocation *in, const FsCallbacks *callbacks, FsError *err)
+{
+    return fs_view(in->arg[0], in->settings, callbacks, err);
+}
+
 static int call_bench(const Invocation *in, const FsCallbacks *callbacks, FsError *err)
 {
     return fs_bench(in->settings, callbacks, err);
@@ -95,6 +100,10 @@ static const Command commands[] = {
      .stages = FS_STAGE_EVALUATE, .n_args = 1, .out = OUT_PROJECT, .prints = true, .call = call_evaluate},
     {.name = "export", .usage = "OUT", .help = "write the clouds in formats that other programs open",
      .stages = FS_STAGE_EXPORT, .out = OUT_PROJECT, .call = call_export},
+    {.name = "view", .usage = "OUT", .help = "open the page in the browser, with the scene in 3D",
+     .detail = "Prints where the page is; with a display, opens it too. The page needs no server: --serve is for browsers "
+               "that want none of file://, and gives it to this machine only.",
+     .stages = FS_STAGE_VIEW, .n_args = 1, .out = OUT_NONE, .prints = true, .call = call_view},
     {.name = "synth", .usage = "-o OUT", .help = "make a capture through glass, with ground truth",
      .stages = FS_STAGE_SYNTH, .out = OUT_NEW, .call = call_synth},
     {.name = "pair", .usage = "FLASH NOFLASH -o FILE", .help = "difference of a flash / no-flash pair from a tripod",

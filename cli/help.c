@@ -12,7 +12,7 @@ static const struct {
     {FS_STAGE_INGEST, "ingest"}, {FS_STAGE_POSES, "poses"},   {FS_STAGE_INITIALISE, "initialise"},
     {FS_STAGE_TRAIN, "train"},   {FS_STAGE_RENDER, "render"}, {FS_STAGE_EVALUATE, "evaluate"},
     {FS_STAGE_EXPORT, "export"}, {FS_STAGE_SYNTH, "synth"},   {FS_STAGE_PAIR, "pair"},
-    {FS_STAGE_BENCH, "bench"},   {FS_STAGE_CHECK, "check"},
+    {FS_STAGE_BENCH, "bench"},   {FS_STAGE_CHECK, "check"},   {FS_STAGE_VIEW, "view"},
 };
 #define N_GROUPS (sizeof groups / sizeof *groups)
 

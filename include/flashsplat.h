@@ -69,6 +69,7 @@ enum {
     FS_STAGE_PAIR = 1 << 8,
     FS_STAGE_BENCH = 1 << 9,
     FS_STAGE_CHECK = 1 << 10,
+    FS_STAGE_VIEW = 1 << 11,
     FS_STAGE_ALL = (1 << 7) - 1, // the stages of `run`
 };
 
@@ -125,6 +126,8 @@ int fs_pair(const char *flash, const char *noflash, const char *out, const FsSet
 int fs_check(const char *photos, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
 // One-file or one-project description, lines through the log callback at FS_LOG_INFO.
 int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
+// Opens the project's page in the browser, or says where it is; setting "serve": over HTTP until cancelled.
+int fs_view(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
 int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
 
 const char *fs_version(void);

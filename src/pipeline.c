@@ -23,6 +23,7 @@
 #include "report/report.h"
 #include "synth/synth.h"
 #include "train/train.h"
+#include "view/view.h"
 
 int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
                     FsError *err)
@@ -180,6 +181,13 @@ int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *cal
     (void)settings;
     unsigned failures = fs_memory_begin();
     return fs_memory_end(failures, fs_info_run(path, callbacks, err), err);
+}
+
+int fs_view(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
+{
+    static const FsCallbacks none;
+    unsigned failures = fs_memory_begin();
+    return fs_memory_end(failures, fs_view_run(out, settings, callbacks ? callbacks : &none, err), err);
 }
 
 const char *fs_version(void)

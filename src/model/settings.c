@@ -38,6 +38,7 @@
 #define PAIR FS_STAGE_PAIR
 #define BENCH FS_STAGE_BENCH
 #define CHECK FS_STAGE_CHECK
+#define VIEW FS_STAGE_VIEW
 
 static const FsOption table[] = {
     ENUM("preset", preset, INGEST | INITIALISE | TRAIN | RENDER, "standard", "preview|standard|paper",
@@ -146,6 +147,8 @@ static const FsOption table[] = {
     STRING("lpips-weights", lpips_weights, EVALUATE, "", "FILE",
            "weights that make evaluate measure LPIPS too; see docs/lpips.md"),
 
+    BOOL("serve", serve, VIEW, "serve the page over HTTP, on 127.0.0.1 only, until Ctrl-C"),
+    INT("port", port, VIEW, "8017", 0, 65535, "N", "where --serve listens; 0: any free port"),
     STRING("cases", cases, BENCH, "", "WORD", "only the cases whose name contains this"),
     STRING("compare", compare, BENCH, "", "FILE,FILE", "compare two files of --json instead of measuring"),
 

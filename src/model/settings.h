@@ -33,6 +33,9 @@ typedef struct FsSettings {
     char *formats;
     // evaluate
     char *methods, *json, *views, *lpips_weights;
+    // view
+    bool serve;
+    int port;
     // bench
     char *cases, *compare;
     // synth

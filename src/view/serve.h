@@ -1,0 +1,17 @@
+// A small web server for one page: HTTP/1.1, GET and HEAD, on 127.0.0.1 only. It gives what the page shows and nothing
+// else: index.html, sheet.png, and files that lie directly in report, progress, video and export. Nothing through a
+// link, no hidden files, no other way to say a path. A request whose Host is another name is refused, so that no page
+// from elsewhere can make a browser read from here.
+#pragma once
+
+#include "base/error.h"
+#include "base/log.h"
+
+typedef struct Server {
+    int socket, port;
+    const char *dir; // borrowed
+} Server;
+
+int fs_serve_open(Server *server, const char *dir, int port, FsError *err); // port 0: any free one
+void fs_serve_until_cancelled(const Server *server, const Log *log);
+void fs_serve_close(Server *server);
