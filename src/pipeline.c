@@ -135,7 +135,11 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
 {
     int rc;
     double begin = fs_clock_seconds();
+    ReportLive *live = NULL;
+    FsError why = {0};
+    if (!err) err = &why; // the page says it
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
+    TRY(fs_report_live_begin(&live, project, err));
     TRY(fs_estimate_run(project, photos, begin, err));
     TRY(fs_ingest(project, photos, err));
     TRY(fs_poses(project, err));
@@ -146,6 +150,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     TRY(stage(project, NULL, fs_report_run, err));
     fs_info_results(project->out, &project->log);
 fail:
+    fs_report_live_end(live, rc < 0 ? err->message : NULL);
     project->planned = 0;
     return rc;
 }

@@ -12,21 +12,33 @@
 
 // ---- head ----
 
+char *fs_page_name(const char *out)
+{
+    char *whole = realpath(out, NULL);
+    if (!whole && errno == ENOMEM) fs_error_memory(NULL);
+    char *name = strdup(fs_file_name(whole ? whole : out));
+    if (!name) fs_error_memory(NULL);
+    free(whole);
+    return name;
+}
+
+void fs_page_write_head(FILE *f, const char *name, int reload)
+{
+    fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+          "content=\"width=device-width\">\n",
+          f);
+    if (reload) fprintf(f, "<meta http-equiv=\"refresh\" content=\"%d\">\n", reload);
+    fs_html_put(f, "<title>@ - flashsplat</title>\n<style>\n", name);
+    fputs(fs_html_style, f);
+    fs_html_put(f, "</style></head>\n<body><main>\n<h1>@</h1>\n", name);
+}
+
 static void write_head(FILE *f, const Page *page)
 {
-    char *whole = realpath(page->project->out, NULL);
-    if (!whole && errno == ENOMEM) fs_error_memory(NULL);
-    const char *name = fs_file_name(whole ? whole : page->project->out);
-    fs_html_put(f,
-                "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-                "content=\"width=device-width\">\n<title>@ - flashsplat</title>\n<style>\n",
-                name);
-    fputs(fs_html_style, f);
-    fs_html_put(f,
-                "</style></head>\n<body><main>\n<h1>@</h1>\n<p>What is behind the glass, apart from what is mirrored "
-                "in it.</p>\n",
-                name);
-    free(whole);
+    char *name = fs_page_name(page->project->out);
+    fs_page_write_head(f, name ? name : "", 0);
+    fputs("<p>What is behind the glass, apart from what is mirrored in it.</p>\n", f);
+    free(name);
 }
 
 static int count_splats(const Page *page)
@@ -61,9 +73,9 @@ static void write_chips(FILE *f, const Page *page)
     fputs("</ul>\n", f);
 }
 
-static void write_warnings(FILE *f, const Page *page)
+void fs_page_write_warnings(FILE *f, const char *out)
 {
-    char *text = fs_warnings_read(page->project->out);
+    char *text = fs_warnings_read(out);
     if (!text) return;
     fputs("<section class=\"warn\"><h2>Worth knowing</h2><ul>", f);
     for (char *line = text, *next; line && *line; line = next) {
@@ -318,7 +330,7 @@ void fs_page_write(FILE *f, const Page *page)
 {
     write_head(f, page);
     write_chips(f, page);
-    write_warnings(f, page);
+    fs_page_write_warnings(f, page->project->out);
     if (page->viewer.there) fputs(fs_html_viewer, f);
     write_comparison(f, page);
     if (page->previews.n) write_layers(f, page);

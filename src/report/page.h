@@ -83,3 +83,7 @@ typedef struct Page {
     Curve curve;
 } Page;
 void fs_page_write(FILE *f, const Page *page);
+char *fs_page_name(const char *out); // the folder's; NULL when out of memory
+// Up to the heading. reload: seconds after which the page loads itself again, 0: never.
+void fs_page_write_head(FILE *f, const char *name, int reload);
+void fs_page_write_warnings(FILE *f, const char *out);
