@@ -13,6 +13,12 @@ const Format fs_formats[FORMATS] = {
      SPLATS_BY_PLACE, true, 10000000, fs_spz_write}, // Niantic's own reader took no more for long
     {"spz2", "v2.spz", "SPZ version 2, for older programs",
      SPLATS_BY_PLACE, true, 10000000, fs_spz_write_old},
+    {"sog", "sog", "SOG version 2: the smallest, for PlayCanvas and SuperSplat",
+     SPLATS_BY_PLACE, false, 100000000, fs_sog_write}, // of a ZIP's 4 GiB
+    {"compressed", "compressed.ply", "PlayCanvas's compressed PLY",
+     SPLATS_BY_PLACE, false, INT_MAX, fs_compressed_ply_write},
+    {"points", "points.ply", "plain coloured points, for MeshLab and CloudCompare",
+     SPLATS_AS_TRAINED, false, INT_MAX, fs_points_write},
 };
 // clang-format on
 

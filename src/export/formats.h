@@ -13,7 +13,7 @@ typedef struct Format {
     int (*write)(const Splats *splats, const char *path, FsError *err);
 } Format;
 
-enum { FORMATS = 4 };
+enum { FORMATS = 7 };
 extern const Format fs_formats[FORMATS];
 
 // Which rows a comma-separated list names; FS_ERR_USAGE where there is none of a name.
@@ -23,3 +23,6 @@ int fs_inria_write(const Splats *splats, const char *path, FsError *err);
 int fs_splat_write(const Splats *splats, const char *path, FsError *err);
 int fs_spz_write(const Splats *splats, const char *path, FsError *err);
 int fs_spz_write_old(const Splats *splats, const char *path, FsError *err); // version 2
+int fs_compressed_ply_write(const Splats *splats, const char *path, FsError *err);
+int fs_sog_write(const Splats *splats, const char *path, FsError *err);
+int fs_points_write(const Splats *splats, const char *path, FsError *err);

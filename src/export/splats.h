@@ -41,6 +41,8 @@ static inline unsigned fs_splats_level(double v, unsigned most)
 {
     return !(v > 0) ? 0 : v >= most ? most : (unsigned)(v + 0.5);
 }
+// In three of four components of a unit quaternion is nothing beyond 1 / sqrt(2): times this they are in -0.5..0.5.
+#define FS_SPLATS_HALF_ROOT 0.70710678118654752
 // The largest component of a unit quaternion and the three others in their order, signed so that the largest is
 // positive.
 int fs_splats_smallest_three(const float rotation[4], float others[3]);

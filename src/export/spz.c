@@ -44,7 +44,7 @@ static void pack_rotation(const float q[4], unsigned char to[4])
     uint32_t packed = (uint32_t)fs_splats_smallest_three(xyzw, other);
     for (int k = 0; k < 3; k++)
         packed = packed << 10 | (uint32_t)(other[k] < 0) << 9 |
-                 fs_splats_level(511.0 * M_SQRT2 * fabs((double)other[k]), 511);
+                 fs_splats_level(511.0 * 2 * FS_SPLATS_HALF_ROOT * fabs((double)other[k]), 511);
     put_bits(to, packed, 4);
 }
 

@@ -139,7 +139,7 @@ static const FsOption table[] = {
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
 
     STRING("formats", formats, EXPORT, "ply,spz", "LIST",
-           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2)"),
+           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), points"),
 
     STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]", "other programs' output folders to compare"),
     STRING("json", json, EVALUATE | BENCH | CHECK, "", "FILE", "write the figures as JSON too"),

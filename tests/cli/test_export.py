@@ -3,11 +3,13 @@
 steps of the format."""
 import csv
 import hashlib
+import json
 import math
 import pathlib
 import shutil
 import subprocess
 import unittest
+import zipfile
 
 import common
 from made_scene import make_project, read_ply
@@ -91,6 +93,28 @@ class Export(common.FolderTest):
         step = 0.5 / 255 / 0.15 * SH0 + 1e-6
         self.assert_same("T_F.spz", 2e-5, 0.5 / 16 + 1e-6, step, 0.5 / 255 + 1e-6, 0.25)
         self.assert_same("R.v2.spz", 2e-5, 0.5 / 16 + 1e-6, step, 0.5 / 255 + 1e-6, 15)  # its w follows from 8 bits
+
+    @needs(SPLAT_TRANSFORM)
+    def test_compressed(self):
+        """Ranges are those of 256 Gaussians: here nearly the whole scene, 5 units of 2048 and of 1024 steps."""
+        self.export("ply,compressed")
+        self.assert_same("R.compressed.ply", 0.003, 6 / 1023, 0.5 / 255 + 1e-6, 0.5 / 255 + 1e-6, 0.25)
+
+    @needs(SPLAT_TRANSFORM)
+    def test_sog(self):
+        self.export("ply,sog")
+        self.assert_same("T_N.sog", 2e-4, 0.03, 0.004, 0.5 / 255 + 1e-6, 1)
+        with zipfile.ZipFile(self.out / "export/R.sog") as archive:
+            self.assertIsNone(archive.testzip())
+            self.assertEqual(json.loads(archive.read("meta.json"))["count"], 300)
+
+    def test_points(self):
+        self.export("ply,points")
+        cloud = [row for row in read_ply(self.out / "export/T_N.ply") if row["opacity"] >= 0]
+        points = read_ply(self.out / "export/T_N.points.ply")
+        self.assertEqual([p["x"] for p in points], [row["x"] for row in cloud])
+        for p, row in zip(points, cloud):
+            self.assertAlmostEqual(p["green"] / 255, 0.5 + SH0 * row["f_dc_1"], delta=0.5 / 255 + 1e-6)
 
     def test_choice(self):
         """Only what was asked for is there, the same bytes for any number of threads; the rest is refused by name."""
