@@ -41,7 +41,7 @@ void fs_colors_linear(const Scene *scene, Layer layer, const Development *develo
             float *to = &linear[(size_t)i * 3 + (size_t)c];
             *to = layer == LAYER_BETA ? 1.0f / (1.0f + expf(-color[0])) : fs_tone_decode(color[width == 3 ? c : 0]);
             if (layer == LAYER_T_F && fs_scene_lit(scene)) *to *= flash_gain(scene, cloud, i, c);
-            if (layer == LAYER_R && scene->pane_beta)
+            if (layer == LAYER_R && scene->pane_beta && !development->room)
                 *to *= pane_beta(&scene->pane, cloud->field[CLOUD_MEANS] + (size_t)i * 3, development);
         }
     }

@@ -12,6 +12,7 @@ typedef struct Development {
     double srgb_from_camera[9]; // (3, 3) row-major, linear
     bool has_eye;
     double eye[3]; // mean centre of the photos' cameras: where a pane's beta is taken from
+    bool room;     // R is the mirrored room itself, before the pane dims it
 } Development;
 
 // The cloud a layer is shown by (T_F of shared geometry: T_N's); NULL when the scene has none for it.

@@ -2,14 +2,26 @@
 #include "export/export.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/file.h"
 #include "base/json_file.h"
 #include "export/colors.h"
 #include "export/formats.h"
+#include "export/pane_place.h"
 #include "image/tone.h"
 #include "model/dataset.h"
 #include "model/preview.h"
+
+// Everything that one run of the stage holds.
+typedef struct Export {
+    const FsProject *project;
+    Scene scene;
+    Dataset photos; // as posed; none where they are not known
+    Development development;
+    PanePlace pane;
+    bool has_pane, wanted[FORMATS];
+} Export;
 
 // What the capture's colours mean, where ingest knew it from the RAW files.
 static void read_matrix(const FsProject *project, Development *development)
@@ -22,12 +34,9 @@ static void read_matrix(const FsProject *project, Development *development)
     json_decref(root);
 }
 
-// Without photos: from the Gaussians' own colours, the brightest lighting there is.
-static int cloud_exposure(const Scene *scene, Development *development, FsError *err)
+// From the Gaussians' own colours.
+static int cloud_exposure(const Scene *scene, Layer layer, Development *development, FsError *err)
 {
-    Layer layer = fs_colors_cloud(scene, LAYER_T_F)   ? LAYER_T_F
-                  : fs_colors_cloud(scene, LAYER_T_N) ? LAYER_T_N
-                                                      : LAYER_R;
     const Cloud *cloud = fs_colors_cloud(scene, layer);
     development->exposure = 1;
     if (!cloud) return 0;
@@ -40,104 +49,146 @@ static int cloud_exposure(const Scene *scene, Development *development, FsError 
     return 0;
 }
 
-static int develop(const FsProject *project, const Scene *scene, Development *development, FsError *err)
+static int develop(Export *x, FsError *err)
 {
-    *development = (Development){0};
-    Dataset views = {0};
-    read_matrix(project, development);
-    FilePath path = fs_file_at("%s/views.json", project->out);
-    if (fs_file_exists(path.text) && fs_dataset_read(&views, path.text, NULL) == 0) {
-        fs_dataset_extent(&views, development->eye);
-        development->has_eye = views.n > 0;
-        fs_preview_exposure(project->out, &views, &development->exposure, NULL); // 0 when the photos are gone
+    Development *development = &x->development;
+    read_matrix(x->project, development);
+    if (x->photos.n) {
+        fs_dataset_extent(&x->photos, development->eye);
+        development->has_eye = true;
+        fs_preview_exposure(x->project->out, &x->photos, &development->exposure, NULL); // 0 when the photos are gone
     }
-    fs_dataset_free(&views);
     const char *source = "the photos";
     if (!(development->exposure > 0)) {
         source = "the clouds";
-        MUST(cloud_exposure(scene, development, err));
+        Layer brightest = fs_colors_cloud(&x->scene, LAYER_T_F)   ? LAYER_T_F
+                          : fs_colors_cloud(&x->scene, LAYER_T_N) ? LAYER_T_N
+                                                                  : LAYER_R;
+        MUST(cloud_exposure(&x->scene, brightest, development, err));
     }
-    fs_log_info(&project->log, "export: colours are camera RGB times %.3g (exposure from %s)%s, a soft shoulder, sRGB",
+    fs_log_info(&x->project->log,
+                "export: colours are camera RGB times %.3g (exposure from %s)%s, a soft shoulder, "
+                "sRGB",
                 (double)development->exposure, source,
                 development->has_matrix ? ", the camera's colour matrix" : ", taken for sRGB's primaries");
     return 0;
 }
 
-// One file; splats: the layer's, as they come.
-static int export_file(const FsProject *project, const Splats *splats, const Format *format, const char *name,
-                       FsError *err)
+static int open_export(Export *x, FsError *err)
+{
+    const Settings *set = &x->project->set;
+    const char *out = x->project->out;
+    FilePath views = fs_file_at("%s/views.json", out);
+    MUST(fs_scene_read(&x->scene, fs_file_at("%s/clouds", out).text, err));
+    if (fs_file_exists(views.text) && fs_dataset_read(&x->photos, views.text, NULL) < 0) x->photos.n = 0;
+    x->has_pane = x->scene.pane_beta && x->scene.cloud[LAYER_R].n > 0;
+    if (x->has_pane || set->unmirror)
+        MUST(fs_pane_place_find(&x->scene, &x->photos, set->pane_distance, &x->pane, err));
+    MUST(fs_file_mkdirs(fs_file_at("%s/export", out).text, err));
+    return develop(x, err);
+}
+
+// ---- a layer ----
+
+typedef struct Piece {
+    const char *name; // of the files
+    Layer layer;
+    Development development;
+    bool with_pane, mirrored_back;
+} Piece;
+
+static int export_file(const Export *x, const Splats *splats, const Format *format, const char *name, FsError *err)
 {
     if (splats->n == 0) return 0; // what readers do with none differs
     if (splats->n > format->most) {
-        fs_log_warn(&project->log, "export: %s: no %s: %d Gaussians, and its readers take %lld", name, format->name,
+        fs_log_warn(&x->project->log, "export: %s: no %s: %d Gaussians, and its readers take %lld", name, format->name,
                     splats->n, format->most);
         return 0;
     }
-    FilePath path = fs_file_at("%s/export/%s.%s", project->out, name, format->ending);
+    FilePath path = fs_file_at("%s/export/%s.%s", x->project->out, name, format->ending);
     MUST(format->write(splats, path.text, err));
-    fs_log_info(&project->log, "export: %s: %d Gaussians: %s", name, splats->n, path.text);
+    fs_log_info(&x->project->log, "export: %s: %d Gaussians: %s", name, splats->n, path.text);
     return 0;
 }
 
-// The files of a layer, out of its cloud and the colours that viewers show it in.
-static int export_cloud(const FsProject *project, const Cloud *cloud, const float *srgb, const char *name,
-                        const bool wanted[FORMATS], FsError *err)
+// The Gaussians of a layer as a format wants them.
+static int make_splats(const Export *x, const Piece *piece, const Format *format, const float *srgb, Splats *splats,
+                       FsError *err)
 {
+    fs_splats_free(splats);
+    MUST(fs_splats_make(fs_colors_cloud(&x->scene, piece->layer), srgb, splats, err));
+    if (piece->mirrored_back) fs_splats_mirror(splats, x->pane.normal, x->pane.distance);
+    splats->has_pane = piece->with_pane && x->pane.has_corners;
+    if (splats->has_pane) memcpy(splats->pane, x->pane.corner, sizeof splats->pane);
+    if (format->y_up) fs_splats_turn(splats);
+    return fs_splats_sort(splats, format->order, err);
+}
+
+static int export_piece(const Export *x, const Piece *piece, FsError *err)
+{
+    const Cloud *cloud = fs_colors_cloud(&x->scene, piece->layer);
+    if (!cloud) return 0; // nothing to show
     int rc = 0;
     bool told = false;
     Splats splats = {0};
+    float *srgb = malloc(sizeof(float) * 3 * (size_t)cloud->n);
+    if (!srgb) return fs_error_memory(err);
+    fs_colors_display(&x->scene, piece->layer, &piece->development, srgb);
     for (int f = 0; f < FORMATS; f++) {
-        if (!wanted[f]) continue;
-        fs_splats_free(&splats);
-        TRY(fs_splats_make(cloud, srgb, &splats, err));
+        if (!x->wanted[f]) continue;
+        TRY(make_splats(x, piece, &fs_formats[f], srgb, &splats, err));
         if (splats.n < cloud->n && !told)
-            fs_log_warn(&project->log, "export: %s: %d of %d Gaussians are left out: they are no numbers", name,
-                        cloud->n - splats.n, cloud->n);
+            fs_log_warn(&x->project->log, "export: %s: %d of %d Gaussians are left out: they are no numbers",
+                        piece->name, cloud->n - splats.n, cloud->n);
         told = true;
-        if (fs_formats[f].y_up) fs_splats_turn(&splats);
-        TRY(fs_splats_sort(&splats, fs_formats[f].order, err));
-        TRY(export_file(project, &splats, &fs_formats[f], name, err));
+        TRY(export_file(x, &splats, &fs_formats[f], piece->name, err));
     }
 fail:
     fs_splats_free(&splats);
-    return rc;
-}
-
-static int export_layer(const FsProject *project, const Scene *scene, Layer layer, const Development *development,
-                        const bool wanted[FORMATS], FsError *err)
-{
-    const Cloud *cloud = fs_colors_cloud(scene, layer);
-    if (!cloud) return 0; // nothing to show
-    float *srgb = malloc(sizeof(float) * 3 * (size_t)cloud->n);
-    if (!srgb) return fs_error_memory(err);
-    fs_colors_display(scene, layer, development, srgb);
-    int rc = export_cloud(project, cloud, srgb, fs_layers[layer].name, wanted, err);
     free(srgb);
     return rc;
 }
 
+static double pane_distance(const Export *x)
+{
+    const double *n = x->pane.normal, *eye = x->development.eye; // the origin where no photos are known
+    return x->pane.distance - n[0] * eye[0] - n[1] * eye[1] - n[2] * eye[2];
+}
+
+// The mirrored room itself, reflected back across the pane, with an exposure of its own.
+static int export_room(const Export *x, FsError *err)
+{
+    Piece room = {"room", LAYER_R, x->development, true, true};
+    room.development.room = true;
+    MUST(cloud_exposure(&x->scene, LAYER_R, &room.development, err));
+    fs_log_info(&x->project->log,
+                "export: room: reflected at a pane %.3g units from the middle of the photos%s, colours times %.3g",
+                pane_distance(x), x->project->set.pane_distance > 0 ? "" : " (where what is behind it begins)",
+                (double)room.development.exposure);
+    return export_piece(x, &room, err);
+}
+
 int fs_export_run(FsProject *project, FsError *err)
 {
-    bool wanted[FORMATS];
-    MUST(fs_formats_parse(project->set.formats, wanted, err));
-    if (fs_project_done(project, FS_STAGE_EXPORT)) return 0;
-    Scene scene = {0};
-    Development development;
+    Export x = {.project = project};
     int rc;
+    MUST(fs_formats_parse(project->set.formats, x.wanted, err));
+    if (fs_project_done(project, FS_STAGE_EXPORT)) return 0;
     FilePath model = fs_file_at("%s/clouds/model.json", project->out);
     if (!fs_file_exists(model.text)) return fs_error_input(err, "%s: missing: train the scene first", model.text);
     TRY(fs_project_begin(project, FS_STAGE_EXPORT, NULL, 0, err));
-    TRY(fs_scene_read(&scene, fs_file_at("%s/clouds", project->out).text, err));
-    TRY(fs_file_mkdirs(fs_file_at("%s/export", project->out).text, err));
-    TRY(develop(project, &scene, &development, err));
+    TRY(open_export(&x, err));
     for (int l = 0; l < LAYERS; l++) {
         if (fs_log_cancelled(&project->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "export: stopped"));
         fs_log_progress(&project->log, "export", l, LAYERS, fs_layers[l].name);
-        TRY(export_layer(project, &scene, (Layer)l, &development, wanted, err));
+        const Piece piece = {fs_layers[l].name, (Layer)l, x.development, l == LAYER_R && x.has_pane, false};
+        TRY(export_piece(&x, &piece, err));
     }
+    if (project->set.unmirror) TRY(export_room(&x, err));
     fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");
     TRY(fs_project_mark_done(project, FS_STAGE_EXPORT, err));
 fail:
-    fs_scene_free(&scene);
+    fs_scene_free(&x.scene);
+    fs_dataset_free(&x.photos);
     return rc;
 }

@@ -17,6 +17,8 @@ const Format fs_formats[FORMATS] = {
      SPLATS_BY_PLACE, false, 100000000, fs_sog_write}, // of a ZIP's 4 GiB
     {"compressed", "compressed.ply", "PlayCanvas's compressed PLY",
      SPLATS_BY_PLACE, false, INT_MAX, fs_compressed_ply_write},
+    {"glb", "glb", "glTF with KHR_gaussian_splatting; R's has the pane",
+     SPLATS_AS_TRAINED, true, 70000000, fs_glb_write}, // of 4 GiB
     {"points", "points.ply", "plain coloured points, for MeshLab and CloudCompare",
      SPLATS_AS_TRAINED, false, INT_MAX, fs_points_write},
 };

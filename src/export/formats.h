@@ -13,7 +13,7 @@ typedef struct Format {
     int (*write)(const Splats *splats, const char *path, FsError *err);
 } Format;
 
-enum { FORMATS = 7 };
+enum { FORMATS = 8 };
 extern const Format fs_formats[FORMATS];
 
 // Which rows a comma-separated list names; FS_ERR_USAGE where there is none of a name.
@@ -26,3 +26,4 @@ int fs_spz_write_old(const Splats *splats, const char *path, FsError *err); // v
 int fs_compressed_ply_write(const Splats *splats, const char *path, FsError *err);
 int fs_sog_write(const Splats *splats, const char *path, FsError *err);
 int fs_points_write(const Splats *splats, const char *path, FsError *err);
+int fs_glb_write(const Splats *splats, const char *path, FsError *err);

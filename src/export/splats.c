@@ -83,6 +83,29 @@ void fs_splats_turn(Splats *splats)
             splats->mean[3 * i + k] *= -1;
             splats->rotation[4 * i + k + 1] *= -1; // an ellipsoid may be turned about its own axis as well
         }
+    for (int k = 0; k < 4; k++)
+        for (int a = 1; a < 3; a++) splats->pane[k][a] *= -1;
+}
+
+// Half a turn about a unit axis after a rotation: the product of quaternions (0, axis) and q.
+static void half_turn(const double axis[3], float q[4])
+{
+    double w = q[0], x = q[1], y = q[2], z = q[3];
+    q[0] = (float)-(axis[0] * x + axis[1] * y + axis[2] * z);
+    q[1] = (float)(w * axis[0] + axis[1] * z - axis[2] * y);
+    q[2] = (float)(w * axis[1] + axis[2] * x - axis[0] * z);
+    q[3] = (float)(w * axis[2] + axis[0] * y - axis[1] * x);
+}
+
+void fs_splats_mirror(Splats *splats, const double normal[3], double distance)
+{
+    for (size_t i = 0; i < (size_t)splats->n; i++) {
+        float *mean = splats->mean + 3 * i;
+        double behind = -distance;
+        for (int a = 0; a < 3; a++) behind += normal[a] * (double)mean[a];
+        for (int a = 0; a < 3; a++) mean[a] = (float)((double)mean[a] - 2 * behind * normal[a]);
+        half_turn(normal, splats->rotation + 4 * i); // the reflection is it, times -1, which an ellipsoid does not show
+    }
 }
 
 // ---- order ----

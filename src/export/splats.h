@@ -16,6 +16,8 @@ typedef struct Splats {
     float *rotation; // (N, 4) unit, w x y z
     float *opacity;  // (N) logit
     float *srgb;     // (N, 3) display values
+    bool has_pane;
+    float pane[4][3]; // corners of the pane, for formats that can show it
 } Splats;
 #define FS_SPLATS_SCALE 40.0f // beyond it a size or its square is no float, and nothing a viewer could show
 
@@ -25,6 +27,9 @@ void fs_splats_free(Splats *splats);
 
 // Half a turn about the first axis: from y down, z forward (COLMAP, PLY) to y up, z back (glTF, SPZ).
 void fs_splats_turn(Splats *splats);
+
+// What is seen in a mirror, where it is: across the plane normal . x = distance, the normal of unit length.
+void fs_splats_mirror(Splats *splats, const double normal[3], double distance);
 
 typedef enum SplatsOrder {
     SPLATS_AS_TRAINED,

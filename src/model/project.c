@@ -38,7 +38,7 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
     {"evaluate", FS_STAGE_EVALUATE, TRAIN | FS_STAGE_RENDER, {NULL}, {"=evaluate.json"}}, // always measures anew
     {"export", FS_STAGE_EXPORT, TRAIN, {"views.json", "images", "clouds", "ingest.json"},
      {"export/&.ply", "export/&.splat", "export/&.spz", "export/&.v2.spz", "export/&.sog",
-      "export/&.compressed.ply", "export/&.points.ply"}},
+      "export/&.compressed.ply", "export/&.points.ply", "export/&.glb", "export/room.*"}},
 };
 // clang-format on
 static const char *const shared_output[] = {"=index.html", "=report/*.jpg", "=report/scene.js", "=warnings/*.txt",
@@ -203,7 +203,8 @@ static int check_files(const char *dir, const char *leaf, const Names *names, Fs
         if (leaf[at] && fs_file_list(dir, &list, NULL) < 0) list.n = 0;
         for (int i = 0; i < list.n && rc == 0; i++) {
             size_t n = strlen(list.name[i]), m = strlen(after);
-            if (n >= m && strcmp(list.name[i] + n - m, after) == 0)
+            if (n >= m + (size_t)at && strncmp(list.name[i], leaf, (size_t)at) == 0 &&
+                strcmp(list.name[i] + n - m, after) == 0)
                 rc = check_one(dir, list.name[i], (int)n, "", "", err);
         }
         fs_file_list_free(&list);

@@ -139,7 +139,11 @@ static const FsOption table[] = {
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
 
     STRING("formats", formats, EXPORT, "ply,spz", "LIST",
-           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), points"),
+           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, points"),
+    BOOL("unmirror", unmirror, EXPORT, "write the mirrored room too, as room.*, where it really is: reflected at the pane"),
+    FLOAT("pane-distance", pane_distance, EXPORT, "0", 0, 1e9, "X",
+          "from the middle of the photos' places to the pane, in units of the poses, for --unmirror; 0: to what is "
+          "nearest behind it"),
 
     STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]", "other programs' output folders to compare"),
     STRING("json", json, EVALUATE | BENCH | CHECK, "", "FILE", "write the figures as JSON too"),

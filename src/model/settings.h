@@ -31,6 +31,8 @@ typedef struct FsSettings {
     int path_views;
     // export
     char *formats;
+    bool unmirror;
+    double pane_distance;
     // evaluate
     char *methods, *json, *views, *lpips_weights;
     // view

@@ -30,7 +30,7 @@ def made_rows(n, seed, with_gain, depth=(1.0, 3.0)):
 
 
 def make_project(out, n=300, normal=(0.0, 0.0, 1.0)):
-    """T_N (and with it T_F) and R of n Gaussians; returns their rows."""
+    """T_N (and with it T_F) and R of n Gaussians, seen by one camera at the origin; returns their rows."""
     clouds = out / "clouds"
     clouds.mkdir(parents=True)
     rows = {"T_N": made_rows(n, 1, True), "R": made_rows(n, 2, False, (2.0, 5.0))}
@@ -42,6 +42,10 @@ def make_project(out, n=300, normal=(0.0, 0.0, 1.0)):
         "pane_normal": [v / length for v in normal], "pane_f0": 0.2, "pane_dimming": 0.2, "flash_return": 0.0,
         "gain_color": [1.0, 0.9, 0.8], "flash_distance": 1.0, "extent": 0.5, "metres_per_unit": 0.0,
         "clouds": {"T_N": n, "R": n}}))
+    eye = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    (out / "views.json").write_text(json.dumps({"views": [
+        {"name": "a", "flash": False, "held_out": False, "width": 100, "height": 80, "fx": 100, "fy": 100, "cx": 50,
+         "cy": 40, "w2c": eye}]}))
     return rows
 
 
