@@ -19,5 +19,7 @@ typedef struct Development {
 const Cloud *fs_colors_cloud(const Scene *scene, Layer layer);
 // Linear camera RGB (N, 3) of that cloud, as the layer is seen in a photo (beta: the reflectance, grey).
 void fs_colors_linear(const Scene *scene, Layer layer, const Development *development, float *linear);
-// Display values 0..1 (N, 3) of the same.
+// Linear camera RGB to display values 0..1.
+void fs_colors_develop(const Development *development, float color[3]);
+// Display values 0..1 (N, 3) of a layer's cloud.
 void fs_colors_display(const Scene *scene, Layer layer, const Development *development, float *srgb);

@@ -9,6 +9,7 @@
 #include "export/colors.h"
 #include "export/formats.h"
 #include "export/pane_place.h"
+#include "export/surface.h"
 #include "image/tone.h"
 #include "model/dataset.h"
 #include "model/preview.h"
@@ -135,7 +136,7 @@ static int export_piece(const Export *x, const Piece *piece, FsError *err)
     if (!srgb) return fs_error_memory(err);
     fs_colors_display(&x->scene, piece->layer, &piece->development, srgb);
     for (int f = 0; f < FORMATS; f++) {
-        if (!x->wanted[f]) continue;
+        if (!x->wanted[f] || !fs_formats[f].write) continue;
         TRY(make_splats(x, piece, &fs_formats[f], srgb, &splats, err));
         if (splats.n < cloud->n && !told)
             fs_log_warn(&x->project->log, "export: %s: %d of %d Gaussians are left out: they are no numbers",
@@ -185,6 +186,9 @@ int fs_export_run(FsProject *project, FsError *err)
         TRY(export_piece(&x, &piece, err));
     }
     if (project->set.unmirror) TRY(export_room(&x, err));
+    const SurfaceArgs surface = {project, &x.scene, &x.photos, &x.development};
+    for (int f = 0; f < FORMATS; f++)
+        if (x.wanted[f] && !fs_formats[f].write) TRY(fs_surface_run(&surface, fs_formats[f].ending, err));
     fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");
     TRY(fs_project_mark_done(project, FS_STAGE_EXPORT, err));
 fail:

@@ -20,7 +20,9 @@ const Format fs_formats[FORMATS] = {
     {"glb", "glb", "glTF with KHR_gaussian_splatting; R's has the pane",
      SPLATS_AS_TRAINED, true, 70000000, fs_glb_write}, // of 4 GiB
     {"points", "points.ply", "plain coloured points, for MeshLab and CloudCompare",
-     SPLATS_AS_TRAINED, false, INT_MAX, fs_points_write},
+     SPLATS_AS_TRAINED, false, INT_MAX, fs_point_cloud_write},
+    {"mesh", "mesh.ply", "the surface of T as triangles, for Blender and MeshLab",
+     SPLATS_AS_TRAINED, false, 0, NULL},
 };
 // clang-format on
 

@@ -8,12 +8,12 @@ typedef struct Format {
     const char *ending; // of the file: <layer>.<ending>
     const char *what;
     SplatsOrder order;
-    bool y_up;      // y up and z back; else the frame of the poses
-    long long most; // Gaussians that a file, or its readers, take
-    int (*write)(const Splats *splats, const char *path, FsError *err);
+    bool y_up;                                                          // y up and z back; else the frame of the poses
+    long long most;                                                     // Gaussians that a file, or its readers, take
+    int (*write)(const Splats *splats, const char *path, FsError *err); // NULL: no cloud but the mesh (surface.h)
 } Format;
 
-enum { FORMATS = 8 };
+enum { FORMATS = 9 };
 extern const Format fs_formats[FORMATS];
 
 // Which rows a comma-separated list names; FS_ERR_USAGE where there is none of a name.
@@ -25,5 +25,5 @@ int fs_spz_write(const Splats *splats, const char *path, FsError *err);
 int fs_spz_write_old(const Splats *splats, const char *path, FsError *err); // version 2
 int fs_compressed_ply_write(const Splats *splats, const char *path, FsError *err);
 int fs_sog_write(const Splats *splats, const char *path, FsError *err);
-int fs_points_write(const Splats *splats, const char *path, FsError *err);
+int fs_point_cloud_write(const Splats *splats, const char *path, FsError *err);
 int fs_glb_write(const Splats *splats, const char *path, FsError *err);

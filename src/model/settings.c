@@ -48,9 +48,9 @@ static const FsOption table[] = {
     INT("long-edge", long_edge, INGEST | RENDER | PAIR, "1200", 0, 16384, "N",
         "longer side of the working images in pixels; 0: as shot"),
     BOOL("force", force, ALL, "redo what is already done"),
-    ENUM("device", device, TRAIN | RENDER, "auto", "auto|cpu|reference",
+    ENUM("device", device, TRAIN | RENDER | EXPORT, "auto", "auto|cpu|reference",
          "what computes: the best at hand, the CPU's cores, or the plain definition (very slow, for tests)"),
-    ENUM("cpu", cpu, TRAIN | RENDER | BENCH, "best", "best|scalar|avx2|avx512|neon", "highest instruction set to use"),
+    ENUM("cpu", cpu, TRAIN | RENDER | EXPORT | BENCH, "best", "best|scalar|avx2|avx512|neon", "highest instruction set to use"),
 
     STRING("flash-glob", flash_glob, INGEST | PAIR | CHECK, "", "PATTERN",
            "file names that are flash photos, instead of EXIF"),
@@ -139,7 +139,7 @@ static const FsOption table[] = {
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
 
     STRING("formats", formats, EXPORT, "ply,spz", "LIST",
-           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, points"),
+           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, points, mesh (of T)"),
     BOOL("unmirror", unmirror, EXPORT, "write the mirrored room too, as room.*, where it really is: reflected at the pane"),
     FLOAT("pane-distance", pane_distance, EXPORT, "0", 0, 1e9, "X",
           "from the middle of the photos' places to the pane, in units of the poses, for --unmirror; 0: to what is "

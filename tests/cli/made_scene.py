@@ -49,6 +49,20 @@ def make_project(out, n=300, normal=(0.0, 0.0, 1.0)):
     return rows
 
 
+def make_wall(out):
+    """The same with a T_N that is an opaque wall, z = 2 + x / 4, green left and red right of the middle."""
+    make_project(out, 10)
+    rows, slope = [], math.atan(0.25) / 2
+    for i in range(-30, 31):
+        for j in range(-30, 31):
+            rows.append([i / 20, j / 20, 2 + i / 80, -3.2, -3.2, -6, math.cos(slope), 0, -math.sin(slope), 0, 6,
+                         0.9 if i > 0 else 0.4, 0.4 if i > 0 else 0.9, 0.4, 0])
+    write_cloud(out / "clouds/T_N.ply", rows, True)
+    model = json.loads((out / "clouds/model.json").read_text())
+    model["clouds"]["T_N"] = len(rows)
+    (out / "clouds/model.json").write_text(json.dumps(model))
+
+
 def read_ply(path):
     """The vertices of a PLY of floats and bytes, a dictionary each."""
     data = path.read_bytes()

@@ -13,7 +13,7 @@ import unittest
 import zipfile
 
 import common
-from made_scene import make_project, read_ply
+from made_scene import make_project, make_wall, read_ply
 
 NPM = pathlib.Path(__file__).resolve().parent.parent / "npm"
 SPLAT_TRANSFORM = NPM / "node_modules/@playcanvas/splat-transform/bin/cli.mjs"
@@ -194,6 +194,25 @@ class Export(common.FolderTest):
                 for i in range(3):
                     for j in range(3):
                         self.assertAlmostEqual(now[i][j], want[i][j], delta=1e-4 * most)
+
+    def test_mesh(self):
+        """A wall's mesh lies on it and has its colours; the same bytes for any number of threads."""
+        out, meshes = self.dir / "wall", []
+        make_wall(out)
+        for threads in (1, 3):
+            process = common.run("export", out, "--formats", "mesh", "--threads", threads, "--force")
+            self.assertEqual(process.returncode, 0, process.stderr)
+            meshes.append((out / "export/T_N.mesh.ply").read_bytes())
+        self.assertEqual(meshes[0], meshes[1])
+        self.assertEqual({p.name for p in (out / "export").iterdir()}, {"T_N.mesh.ply", "T_F.mesh.ply"})
+        vertices = read_ply(out / "export/T_N.mesh.ply")
+        self.assertGreater(len(vertices), 400)
+        off = sorted(abs(v["z"] - 2 - v["x"] / 4) for v in vertices)
+        self.assertLess(off[len(off) // 2], 0.015)  # of pixels 0.02 wide
+        self.assertLess(off[-1], 0.05)
+        for v in vertices:
+            if abs(v["x"]) > 0.15:
+                self.assertEqual(v["red"] > v["green"], v["x"] > 0)
 
     def test_points(self):
         self.export("ply,points")

@@ -13,7 +13,9 @@
 #include "base/rng.h"
 #include "export/colors.h"
 #include "export/export.h"
+#include "export/codebook.h"
 #include "export/formats.h"
+#include "export/mesh.h"
 #include "image/tone.h"
 #include "temp_dir.h"
 
@@ -59,7 +61,7 @@ static void write_as(const char *format, const Cloud *cloud, const float *srgb, 
     assert_int_equal(fs_formats_parse(format, wanted, NULL), 0);
     assert_int_equal(fs_splats_make(cloud, srgb, &splats, NULL), 0);
     for (int f = 0; f < FORMATS; f++)
-        if (wanted[f]) {
+        if (wanted[f] && fs_formats[f].write) {
             assert_int_equal(fs_splats_sort(&splats, fs_formats[f].order, NULL), 0);
             assert_int_equal(fs_formats[f].write(&splats, path, NULL), 0);
         }
@@ -176,6 +178,92 @@ static void test_formats(void **state)
     assert_int_equal(fs_formats_parse("", wanted, &err), FS_ERR_USAGE);
     for (int f = 0; f < FORMATS; f++) // the stage removes what it left by these
         for (int g = 0; g < f; g++) assert_string_not_equal(fs_formats[f].ending, fs_formats[g].ending);
+}
+
+// The codebook of a few numbers is these numbers, of many no worse than even steps over them.
+static void test_codebook(void **state)
+{
+    (void)state;
+    float book[CODEBOOK], value[5000] = {3, -1, 3, 7};
+    assert_int_equal(fs_codebook_make(value, 4, book, NULL), 0);
+    for (int i = 0; i < 4; i++) assert_true(book[fs_codebook_nearest(book, value[i])] == value[i]);
+    Rng rng = fs_rng_new(11);
+    double even = 0, ours = 0;
+    for (int i = 0; i < 5000; i++) value[i] = fs_rng_normal(&rng);
+    value[17] = -300; // which does not take the others' numbers away
+    assert_int_equal(fs_codebook_make(value, 5000, book, NULL), 0);
+    for (int i = 0; i < 5000; i++) {
+        double step = 8.0 / 255, off = value[i] - step * round(value[i] / step);
+        double our_off = value[i] - book[fs_codebook_nearest(book, value[i])];
+        if (i != 17) even += off * off, ours += our_off * our_off;
+    }
+    assert_true(fabs(book[fs_codebook_nearest(book, -300)] + 300) < 1);
+    assert_true(ours < 6 * even); // half are spread over 300 units
+    assert_int_equal(fs_codebook_make(value, 0, book, NULL), 0);
+}
+
+#define RADIUS 0.8
+
+// Depth of a ball at the origin from 4 units along an axis.
+static void see_ball(int axis, int sign, Camera *camera, Image *depth)
+{
+    *camera = (Camera){.width = 200, .height = 200, .fx = 400, .fy = 400, .cx = 100, .cy = 100};
+    camera->w2c[(axis + 1) % 3] = 1; // right
+    camera->w2c[4 + (axis + 2) % 3] = sign;
+    camera->w2c[8 + axis] = sign;
+    camera->w2c[11] = 4;
+    assert_int_equal(fs_image_new(depth, 200, 200, 1, NULL), 0);
+    for (int y = 0; y < 200; y++)
+        for (int x = 0; x < 200; x++) {
+            double u = (x + 0.5 - 100) / 400, v = (y + 0.5 - 100) / 400, a = u * u + v * v + 1;
+            double inside = 16 - a * (16 - RADIUS * RADIUS); // of (z u)^2 + (z v)^2 + (z - 4)^2 = RADIUS^2
+            *fs_image_at(depth, x, y) = inside > 0 ? (float)((4 - sqrt(inside)) / a) : 6;
+        }
+}
+
+// Fused from all sides, a ball is a closed surface at its radius, whose triangles face outwards.
+static void test_mesh(void **state)
+{
+    const double box[2][3] = {{-1, -1, -1}, {1, 1, 1}};
+    Tsdf tsdf;
+    Mesh mesh;
+    assert_int_equal(fs_tsdf_new(&tsdf, box, 0.001, 27000, NULL), 0); // as fine as the voxels allow
+    assert_true((double)tsdf.size[0] * tsdf.size[1] * tsdf.size[2] <= 27000 && tsdf.size[0] > 28);
+    for (int view = 0; view < 6; view++) {
+        Camera camera;
+        Image depth;
+        see_ball(view / 2, view % 2 ? 1 : -1, &camera, &depth);
+        fs_tsdf_fuse(&tsdf, &camera, &depth, NULL);
+        fs_image_free(&depth);
+    }
+    assert_int_equal(fs_mesh_extract(&tsdf, 1, &mesh, NULL), 0);
+    assert_int_equal(fs_mesh_drop_pieces(&mesh, 0.1, NULL), 0);
+    assert_true(mesh.n > 1000 && mesh.triangles == 2 * (mesh.n - 2)); // Euler: closed, without holes
+    for (size_t v = 0; v < (size_t)mesh.n; v++) {
+        const float *p = mesh.xyz + 3 * v;
+        assert_true(fabs(sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) - RADIUS) < 0.5 * tsdf.step);
+    }
+    double volume = 0;
+    for (size_t t = 0; t < (size_t)mesh.triangles; t++) {
+        const float *a = mesh.xyz + 3 * mesh.corner[3 * t], *b = mesh.xyz + 3 * mesh.corner[3 * t + 1],
+                    *c = mesh.xyz + 3 * mesh.corner[3 * t + 2];
+        volume += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                  a[2] * (b[0] * c[1] - b[1] * c[0]);
+    }
+    assert_true(fabs(volume / 6 / (4.0 / 3 * 3.14159265 * RADIUS * RADIUS * RADIUS) - 1) < 0.04);
+    int before = mesh.triangles; // a lone triangle goes
+    mesh.corner = realloc(mesh.corner, sizeof *mesh.corner * 3 * (size_t)(before + 1));
+    mesh.xyz = realloc(mesh.xyz, sizeof(float) * 3 * (size_t)(mesh.n + 3));
+    mesh.rgb = realloc(mesh.rgb, 3 * (size_t)(mesh.n + 3));
+    for (int k = 0; k < 3; k++) mesh.corner[3 * before + k] = (uint32_t)(mesh.n + k);
+    memset(mesh.xyz + 3 * mesh.n, 0, 36);
+    memset(mesh.rgb + 3 * mesh.n, 0, 9);
+    mesh.n += 3, mesh.triangles++;
+    assert_int_equal(fs_mesh_drop_pieces(&mesh, 0.01, NULL), 0);
+    assert_int_equal(mesh.triangles, before);
+    fs_mesh_free(&mesh);
+    fs_tsdf_free(&tsdf);
+    (void)state;
 }
 
 static float exposure_said;
@@ -317,7 +405,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_inria),   cmocka_unit_test(test_splat),      cmocka_unit_test(test_splats),
         cmocka_unit_test(test_formats), cmocka_unit_test(test_run_shared), cmocka_unit_test(test_run_separate),
-        cmocka_unit_test(test_matrix),  cmocka_unit_test(test_run_errors),
+        cmocka_unit_test(test_matrix),  cmocka_unit_test(test_run_errors), cmocka_unit_test(test_codebook),
+        cmocka_unit_test(test_mesh),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }

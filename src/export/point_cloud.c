@@ -4,7 +4,7 @@
 
 #include "export/formats.h"
 
-int fs_points_write(const Splats *splats, const char *path, FsError *err)
+int fs_point_cloud_write(const Splats *splats, const char *path, FsError *err)
 {
     size_t size = (size_t)splats->n + 1;
     float *xyz = malloc(sizeof(float) * 3 * size);
