@@ -139,7 +139,8 @@ static int export_piece(const Export *x, const Piece *piece, FsError *err)
         if (!x->wanted[f] || !fs_formats[f].write) continue;
         TRY(make_splats(x, piece, &fs_formats[f], srgb, &splats, err));
         if (splats.n < cloud->n && !told)
-            fs_log_warn(&x->project->log, "export: %s: %d of %d Gaussians are left out: they are no numbers",
+            fs_log_warn(&x->project->log,
+                        "export: %s: %d of %d Gaussians are left out: they are no numbers, or beyond all measure",
                         piece->name, cloud->n - splats.n, cloud->n);
         told = true;
         TRY(export_file(x, &splats, &fs_formats[f], piece->name, err));

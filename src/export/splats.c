@@ -57,6 +57,44 @@ static void make_unit(const float quat[4], float unit[4])
     for (int k = 0; k < 4; k++) unit[k] = n > 0 ? (float)(quat[k] / sqrt(n)) : (k == 0 ? 1.0f : 0.0f);
 }
 
+static float farthest_coordinate(const float mean[3])
+{
+    return fmaxf(fmaxf(fabsf(mean[0]), fabsf(mean[1])), fabsf(mean[2]));
+}
+
+int fs_splats_reach(const Splats *splats, double share, double *reach, FsError *err)
+{
+    *reach = 0;
+    if (splats->n == 0) return 0;
+    float *farthest = malloc(sizeof(float) * (size_t)splats->n);
+    if (!farthest) return fs_error_memory(err);
+    for (size_t i = 0; i < (size_t)splats->n; i++) farthest[i] = farthest_coordinate(splats->mean + 3 * i);
+    fs_order_floats(farthest, (size_t)splats->n);
+    *reach = (double)farthest[(size_t)(share * (splats->n - 1))];
+    free(farthest);
+    return 0;
+}
+
+static void put(Splats *splats, size_t at, const float *const field[ARRAYS])
+{
+    for (int a = 0; a < ARRAYS; a++)
+        memmove(*array_of(splats, a) + at * (size_t)width_of[a], field[a], sizeof(float) * (size_t)width_of[a]);
+}
+
+static int drop_far(Splats *splats, FsError *err)
+{
+    double reach;
+    size_t kept = 0;
+    MUST(fs_splats_reach(splats, 0.9, &reach, err));
+    for (size_t i = 0; i < (size_t)splats->n; i++) {
+        const float *const field[ARRAYS] = {splats->mean + 3 * i, splats->scale + 3 * i, splats->rotation + 4 * i,
+                                            splats->opacity + i, splats->srgb + 3 * i};
+        if ((double)farthest_coordinate(field[0]) <= FS_SPLATS_FAR * reach) put(splats, kept++, field);
+    }
+    splats->n = (int)kept;
+    return 0;
+}
+
 int fs_splats_make(const Cloud *cloud, const float *srgb, Splats *splats, FsError *err)
 {
     MUST(allocate(splats, cloud->n, err));
@@ -66,14 +104,13 @@ int fs_splats_make(const Cloud *cloud, const float *srgb, Splats *splats, FsErro
                                             cloud->field[CLOUD_QUATS] + 4 * i, cloud->field[CLOUD_OPACITIES] + i,
                                             srgb + 3 * i};
         if (!is_sound(field)) continue;
-        for (int a = 0; a < ARRAYS; a++) {
-            float *to = *array_of(splats, a) + (size_t)splats->n * (size_t)width_of[a];
-            memcpy(to, field[a], sizeof(float) * (size_t)width_of[a]);
-        }
+        put(splats, (size_t)splats->n, field);
         make_unit(field[2], splats->rotation + 4 * (size_t)splats->n);
         splats->n++;
     }
-    return 0;
+    int rc = drop_far(splats, err);
+    if (rc < 0) fs_splats_free(splats);
+    return rc;
 }
 
 void fs_splats_turn(Splats *splats)
@@ -132,15 +169,12 @@ static double invisibility(const Splats *splats, size_t i)
 }
 
 // The bits of three numbers of 17 bits, in turn: exact as a double.
-static double place_on_curve(const Splats *splats, size_t i, const float range[3][2])
+static double place_on_curve(const Splats *splats, size_t i, double reach)
 {
     double code = 0;
     unsigned at[3];
-    for (size_t a = 0; a < 3; a++) {
-        double span = (double)range[a][1] - (double)range[a][0];
-        double v = (double)splats->mean[3 * i + a] - (double)range[a][0];
-        at[a] = fs_splats_level(span > 0 ? v / span * 131071 : 0, 131071);
-    }
+    for (size_t a = 0; a < 3; a++)
+        at[a] = fs_splats_level(reach > 0 ? ((double)splats->mean[3 * i + a] / reach + 1) * 65535.5 : 0, 131071);
     for (int bit = 16; bit >= 0; bit--)
         for (int a = 2; a >= 0; a--) code = 2 * code + (at[a] >> bit & 1);
     return code;
@@ -151,13 +185,14 @@ int fs_splats_sort(Splats *splats, SplatsOrder order, FsError *err)
     if (order == SPLATS_AS_TRAINED || splats->n == 0) return 0;
     size_t n = (size_t)splats->n;
     Ranked *rank = malloc(sizeof *rank * n);
-    float *values = malloc(sizeof(float) * 4 * n), range[3][2];
+    float *values = malloc(sizeof(float) * 4 * n);
+    double reach;
     int rc = 0;
     if (!rank || !values) TRY(fs_error_memory(err));
-    for (int a = 0; a < 3; a++) fs_splats_range(splats->mean + a, splats->n, 3, range[a]);
+    TRY(fs_splats_reach(splats, 0.999, &reach, err));
     for (size_t i = 0; i < n; i++)
         rank[i] =
-            (Ranked){order == SPLATS_BY_PLACE ? place_on_curve(splats, i, range) : invisibility(splats, i), (int)i};
+            (Ranked){order == SPLATS_BY_PLACE ? place_on_curve(splats, i, reach) : invisibility(splats, i), (int)i};
     fs_order_ranked(rank, n);
     for (int a = 0; a < ARRAYS; a++) {
         size_t width = (size_t)width_of[a];

@@ -21,7 +21,9 @@ typedef struct Splats {
 } Splats;
 #define FS_SPLATS_SCALE 40.0f // beyond it a size or its square is no float, and nothing a viewer could show
 
-// Copies of a cloud and its colours (N, 3), without the Gaussians that are no numbers.
+#define FS_SPLATS_FAR 1000.0 // times as far from the origin as nearly all others: nothing is seen of it either
+
+// Copies of a cloud and its colours (N, 3), without the Gaussians that are no numbers, or beyond all measure.
 int fs_splats_make(const Cloud *cloud, const float *srgb, Splats *splats, FsError *err);
 void fs_splats_free(Splats *splats);
 
@@ -39,6 +41,8 @@ typedef enum SplatsOrder {
 int fs_splats_sort(Splats *splats, SplatsOrder order, FsError *err);
 
 double fs_splats_opacity(const Splats *splats, size_t i); // 0..1
+// The largest coordinate, either way, of all but the farthest Gaussians: of `share` of them.
+int fs_splats_reach(const Splats *splats, double share, double *reach, FsError *err);
 // Least and greatest of values `stride` apart; 0 and 0 of none.
 void fs_splats_range(const float *value, int n, int stride, float range[2]);
 // v rounded, 0..most; 0 where it is no number.

@@ -11,7 +11,7 @@
 
 #define HEADER 16
 #define COLOR_SCALE 0.15  // of f_dc in a byte around 127.5
-#define STEPS 262144.0    // of position to the farthest coordinate: enough, and more bits do not compress
+#define STEPS 262144.0    // of position to the farthest coordinate that matters: enough, and more bits do not compress
 #define MOST_FRACTION 20  // bits after the point
 #define LARGEST 8388607.0 // of 24 bits
 
@@ -20,15 +20,25 @@ static void put_bits(unsigned char *to, uint32_t value, int bytes)
     for (int k = 0; k < bytes; k++) to[k] = (unsigned char)(value >> 8 * k);
 }
 
-// As many bits after the point as the farthest coordinate leaves.
-static int fraction_of(const Splats *splats)
+// As many bits after the point as nearly all positions need; those farther out have 32 times the room.
+static int find_fraction(const Splats *splats, int *bits, FsError *err)
 {
-    float range[2];
-    fs_splats_range(splats->mean, 3 * splats->n, 1, range);
-    double most = fmax(fabs((double)range[0]), fabs((double)range[1]));
-    int bits = 0;
-    while (bits < MOST_FRACTION && ldexp(most, bits + 1) < STEPS) bits++;
-    return bits;
+    double reach;
+    MUST(fs_splats_reach(splats, 0.999, &reach, err));
+    *bits = 0;
+    while (*bits < MOST_FRACTION && ldexp(reach, *bits + 1) < STEPS) ++*bits;
+    return 0;
+}
+
+static void pack_position(const float mean[3], int fraction, unsigned char to[9])
+{
+    double fixed[3], most = 0;
+    for (int a = 0; a < 3; a++) {
+        fixed[a] = ldexp((double)mean[a], fraction);
+        most = fmax(most, fabs(fixed[a]));
+    }
+    double nearer = most > LARGEST ? LARGEST / most : 1; // in its direction
+    for (int a = 0; a < 3; a++) put_bits(to + 3 * a, (uint32_t)(int32_t)round(fixed[a] * nearer), 3);
 }
 
 static void pack_rotation_old(const float q[4], unsigned char to[3])
@@ -48,18 +58,16 @@ static void pack_rotation(const float q[4], unsigned char to[4])
     put_bits(to, packed, 4);
 }
 
-static void pack(const Splats *splats, int version, unsigned char *data)
+static void pack(const Splats *splats, int version, int fraction, unsigned char *data)
 {
     size_t n = (size_t)splats->n, turn_bytes = version == 2 ? 3 : 4;
-    int fraction = fraction_of(splats);
     const uint32_t header[4] = {0x5053474e, (uint32_t)version, (uint32_t)n, (uint32_t)fraction << 8};
     for (int k = 0; k < 4; k++) put_bits(data + 4 * k, header[k], 4);
     unsigned char *position = data + HEADER, *alpha = position + 9 * n, *color = alpha + n, *scale = color + 3 * n,
                   *rotation = scale + 3 * n;
     for (size_t i = 0; i < n; i++) {
+        pack_position(splats->mean + 3 * i, fraction, position + 9 * i);
         for (size_t a = 0; a < 3; a++) {
-            double fixed = round(ldexp((double)splats->mean[3 * i + a], fraction));
-            put_bits(position + 9 * i + 3 * a, (uint32_t)(int32_t)fmax(-LARGEST, fmin(LARGEST, fixed)), 3);
             double dc = ((double)splats->srgb[3 * i + a] - 0.5) / FS_SPLATS_SH0;
             color[3 * i + a] = (unsigned char)fs_splats_level(255 * (COLOR_SCALE * dc + 0.5), 255);
             scale[3 * i + a] = (unsigned char)fs_splats_level(16 * ((double)splats->scale[3 * i + a] + 10), 255);
@@ -91,12 +99,13 @@ static int compress_to(AtomicFile *file, const unsigned char *data, size_t size,
 
 static int write_version(const Splats *splats, int version, const char *path, FsError *err)
 {
-    int rc;
+    int rc, fraction;
     AtomicFile file = {0};
+    MUST(find_fraction(splats, &fraction, err));
     size_t size = HEADER + (size_t)splats->n * (version == 2 ? 19 : 20);
     unsigned char *data = malloc(size);
     if (!data) return fs_error_memory(err);
-    pack(splats, version, data);
+    pack(splats, version, fraction, data);
     TRY(fs_file_begin(&file, path, err));
     TRY(compress_to(&file, data, size, err));
     TRY(fs_file_commit(&file, err));

@@ -49,6 +49,19 @@ def make_project(out, n=300, normal=(0.0, 0.0, 1.0)):
     return rows
 
 
+def make_hostile(out):
+    """The same where five Gaussians of T_N are beyond what can be shown, and all of R."""
+    rows = make_project(out, 30)
+    rows["T_N"][2][3] = rows["T_N"][5][4] = 95
+    rows["T_N"][7][0:3] = [3e38, -3e38, 3e38]
+    rows["T_N"][8][10] = 3e38
+    rows["T_N"][9][14] = 300  # of a gain: e^300 is as white as it gets
+    for row in rows["R"]:
+        row[4] = -1e30
+    for name, of in rows.items():
+        write_cloud(out / f"clouds/{name}.ply", of, name == "T_N")
+
+
 def make_wall(out):
     """The same with a T_N that is an opaque wall, z = 2 + x / 4, green left and red right of the middle."""
     make_project(out, 10)

@@ -13,11 +13,12 @@ import unittest
 import zipfile
 
 import common
-from made_scene import make_project, make_wall, read_ply
+from made_scene import make_hostile, make_project, make_wall, read_ply, write_cloud
 
 NPM = pathlib.Path(__file__).resolve().parent.parent / "npm"
 SPLAT_TRANSFORM = NPM / "node_modules/@playcanvas/splat-transform/bin/cli.mjs"
 VALIDATOR = NPM / "node_modules/gltf-validator"
+ALL = "ply,splat,spz,spz2,sog,compressed,glb,points"
 SH0 = 0.28209479177387814
 
 
@@ -221,6 +222,43 @@ class Export(common.FolderTest):
         self.assertEqual([p["x"] for p in points], [row["x"] for row in cloud])
         for p, row in zip(points, cloud):
             self.assertAlmostEqual(p["green"] / 255, 0.5 + SH0 * row["f_dc_1"], delta=0.5 / 255 + 1e-6)
+
+    def test_hostile(self):
+        """What no viewer can show is left out with a warning; the rest is finite in every format."""
+        out = self.dir / "hostile"
+        make_hostile(out)
+        process = common.run("export", out, "--formats", ALL, "--unmirror")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertIn("T_N: 3 of 30 Gaussians are left out", process.stderr)
+        self.assertIn("T_F: 3 of 30 Gaussians are left out", process.stderr)
+        self.assertIn("R: 30 of 30 Gaussians are left out", process.stderr)
+        self.assertEqual([p.name for p in (out / "export").glob("R.*")], [])
+        for layer, n in (("T_N", 27), ("T_F", 27)):
+            rows = read_ply(out / "export" / f"{layer}.ply")
+            self.assertEqual(len(rows), n)
+            self.assertTrue(all(math.isfinite(v) for row in rows for v in row.values()))
+        self.out = out
+        document, values = self.glb("T_F.glb")
+        self.assertTrue(all(math.isfinite(v) for accessor in values for row in accessor for v in row))
+        with zipfile.ZipFile(out / "export/T_N.sog") as archive:
+            self.assertEqual(json.loads(archive.read("meta.json"), parse_constant=self.fail)["count"], 27)
+
+    @needs(SPLAT_TRANSFORM)
+    def test_far(self):
+        """A Gaussian far beyond the others takes nothing from them."""
+        rows = self.rows["T_N"]
+        rows[7][0:3] = [0, 40, 900]
+        write_cloud(self.out / "clouds/T_N.ply", rows, True)
+        self.export("ply,spz")
+        wanted, found = read_ply(self.out / "export/T_N.ply"), self.transformed("T_N.spz")
+        self.assertEqual(max(row["z"] for row in wanted), 900)
+        far = max(found, key=lambda row: row["z"])
+        self.assertGreater(far["z"], 60)
+        self.assertAlmostEqual(far["y"] / far["z"], 40 / 900, delta=1e-4)
+        for want in wanted:
+            if want["z"] < 900:
+                nearest = min(sum((row[k] - want[k]) ** 2 for k in "xyz") for row in found)
+                self.assertLess(math.sqrt(nearest), 5e-5)
 
     def test_choice(self):
         """Only what was asked for is there, the same bytes for any number of threads; the rest is refused by name."""

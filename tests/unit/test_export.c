@@ -144,15 +144,16 @@ static void test_splats(void **state)
     (void)state;
     Cloud c;
     Splats splats;
-    float srgb[21] = {0};
-    fill(&c, 7, 3, 0, 7);
+    float srgb[81] = {0};
+    fill(&c, 27, 3, 0, 7);
     c.field[CLOUD_MEANS][3] = NAN;
+    c.field[CLOUD_MEANS][80] = 1e5f; // of a cloud of some units
     c.field[CLOUD_SCALES][6] = INFINITY;
     c.field[CLOUD_SCALES][9] = 90; // e^90 is no float
     c.field[CLOUD_OPACITIES][4] = -INFINITY;
     srgb[15] = NAN;
     assert_int_equal(fs_splats_make(&c, srgb, &splats, NULL), 0);
-    assert_int_equal(splats.n, 2);
+    assert_int_equal(splats.n, 21);
     assert_memory_equal(splats.mean + 3, c.field[CLOUD_MEANS] + 18, 12);
     float rotation[4];
     memcpy(rotation, splats.rotation, sizeof rotation);
@@ -178,6 +179,11 @@ static void test_formats(void **state)
     assert_int_equal(fs_formats_parse("", wanted, &err), FS_ERR_USAGE);
     for (int f = 0; f < FORMATS; f++) // the stage removes what it left by these
         for (int g = 0; g < f; g++) assert_string_not_equal(fs_formats[f].ending, fs_formats[g].ending);
+    for (int f = 0; f < FORMATS; f++) {
+        if (strcmp(fs_formats[f].name, "glb") == 0) assert_true(61.0 * (double)fs_formats[f].most < UINT32_MAX);
+        if (strcmp(fs_formats[f].name, "sog") == 0) // a picture of WebP, and five of them in a ZIP at their worst
+            assert_true(sqrt((double)fs_formats[f].most) < 16383 && 20.0 * (double)fs_formats[f].most < UINT32_MAX);
+    }
 }
 
 // The codebook of a few numbers is these numbers, of many no worse than even steps over them.
