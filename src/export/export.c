@@ -10,6 +10,7 @@
 #include "export/formats.h"
 #include "export/pane_place.h"
 #include "export/surface.h"
+#include "export/trainer_dataset.h"
 #include "image/tone.h"
 #include "model/dataset.h"
 #include "model/preview.h"
@@ -190,6 +191,8 @@ int fs_export_run(FsProject *project, FsError *err)
     const SurfaceArgs surface = {project, &x.scene, &x.photos, &x.development};
     for (int f = 0; f < FORMATS; f++)
         if (x.wanted[f] && !fs_formats[f].write) TRY(fs_surface_run(&surface, fs_formats[f].ending, err));
+    const TrainerArgs trainer = {project, &x.scene, &x.photos, &x.development};
+    if (project->set.dataset) TRY(fs_trainer_dataset_run(&trainer, err));
     fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");
     TRY(fs_project_mark_done(project, FS_STAGE_EXPORT, err));
 fail:

@@ -141,6 +141,8 @@ static const FsOption table[] = {
     STRING("formats", formats, EXPORT, "ply,spz", "LIST",
            "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, points, mesh (of T)"),
     BOOL("unmirror", unmirror, EXPORT, "write the mirrored room too, as room.*, where it really is: reflected at the pane"),
+    BOOL("dataset", dataset, EXPORT,
+         "write the photos without the reflection, with a COLMAP model, for programs that train on posed photos"),
     FLOAT("pane-distance", pane_distance, EXPORT, "0", 0, 1e9, "X",
           "from the middle of the photos' places to the pane, in units of the poses, for --unmirror; 0: to what is "
           "nearest behind it"),

@@ -31,7 +31,7 @@ typedef struct FsSettings {
     int path_views;
     // export
     char *formats;
-    bool unmirror;
+    bool unmirror, dataset;
     double pane_distance;
     // evaluate
     char *methods, *json, *views, *lpips_weights;

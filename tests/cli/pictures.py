@@ -20,6 +20,30 @@ def png(width, height, pixel):
     return png_of_rows(width, height, [bytes(c for x in range(width) for c in pixel(x, y)) for y in range(height)])
 
 
+def read_png(path):
+    """Rows of the bytes of an 8-bit RGB PNG."""
+    data, at, packed = path.read_bytes(), 8, b""
+    while at < len(data):
+        size, kind = struct.unpack_from(">I4s", data, at)
+        if kind == b"IHDR":
+            width, height = struct.unpack_from(">II", data, at + 8)
+            assert data[at + 16:at + 18] == b"\x08\x02", path
+        if kind == b"IDAT":
+            packed += data[at + 8:at + 8 + size]
+        at += 12 + size
+    raw, rows, above = zlib.decompress(packed), [], bytes(3 * width)
+    for y in range(height):
+        how, row = raw[y * (3 * width + 1)], bytearray(raw[y * (3 * width + 1) + 1:(y + 1) * (3 * width + 1)])
+        for i in range(3 * width):
+            left, up, corner = (row[i - 3], above[i], above[i - 3]) if i >= 3 else (0, above[i], 0)
+            paeth = min((abs(up - corner), 0, left), (abs(left - corner), 1, up),
+                        (abs(left + up - 2 * corner), 2, corner))[2]
+            row[i] = (row[i] + (0, left, up, (left + up) // 2, paeth)[how]) % 256
+        rows.append(bytes(row))
+        above = rows[-1]
+    return rows
+
+
 def photos(folder, n=6, width=48, height=32):
     """n flash photos F_00.png ... and n without, N_00.png ...: noise, twice as bright with flash."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -13,6 +13,7 @@ import unittest
 import zipfile
 
 import common
+import pictures
 from made_scene import make_hostile, make_project, make_wall, read_ply, write_cloud
 
 NPM = pathlib.Path(__file__).resolve().parent.parent / "npm"
@@ -214,6 +215,27 @@ class Export(common.FolderTest):
         for v in vertices:
             if abs(v["x"]) > 0.15:
                 self.assertEqual(v["red"] > v["green"], v["x"] > 0)
+
+    def test_dataset(self):
+        """COLMAP reads the model; its one photo is T as the camera sees it, in the colours of the clouds."""
+        out = self.dir / "wall"
+        make_wall(out)
+        process = common.run("export", out, "--formats", "ply", "--dataset")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        text = self.dir / "text"
+        text.mkdir()
+        subprocess.run(["colmap", "model_converter", "--input_path", out / "export/dataset/sparse/0", "--output_path",
+                        text, "--output_type", "TXT"], check=True, stdout=subprocess.DEVNULL, timeout=60)
+        lines = [line for line in (text / "images.txt").read_text().splitlines() if not line.startswith("#")]
+        self.assertEqual(lines[0].split(), "1 1 0 0 0 0 0 0 1 a.png".split())
+        self.assertIn("1 PINHOLE 100 80 100 100 50 40", (text / "cameras.txt").read_text())
+        points = [line.split() for line in (text / "points3D.txt").read_text().splitlines() if line[0] != "#"]
+        self.assertEqual(len(points), 61 * 61)
+        rows = pictures.read_png(out / "export/dataset/images/a.png")
+        for x, side in ((20, -1), (80, 1)):
+            want = [int(v) for v in next(p for p in points if side * float(p[1]) > 0.5)[4:7]]
+            for got, v in zip(rows[40][3 * x:3 * x + 3], want):
+                self.assertAlmostEqual(got, v, delta=3)
 
     def test_points(self):
         self.export("ply,points")

@@ -1,0 +1,113 @@
+#include "export/trainer_dataset.h"
+
+#include <stdlib.h>
+
+#include "base/file.h"
+#include "engine/engine.h"
+#include "export/splats.h"
+#include "model/colmap_model.h"
+
+#define MOST_POINTS 100000
+
+typedef struct Trainer {
+    const TrainerArgs *args;
+    Engine *engine;
+    Renders renders;
+    ColmapModel model;
+} Trainer;
+
+static int add_camera(ColmapModel *model, const Camera *camera, uint32_t *id, FsError *err)
+{
+    Lens lens = fs_lens_from_camera(camera);
+    for (int k = 0; k < model->n_cameras; k++)
+        if (fs_lens_equal(&model->camera[k].lens, &lens)) {
+            *id = model->camera[k].id;
+            return 0;
+        }
+    ColmapCamera *added = fs_colmap_model_add_camera(model, err);
+    if (!added) return FS_ERR_MEMORY;
+    *id = (uint32_t)model->n_cameras;
+    *added = (ColmapCamera){*id, lens};
+    return 0;
+}
+
+static int add_photo(Trainer *t, const View *view, FsError *err)
+{
+    FilePath name = fs_file_at("%s.png", view->name);
+    FilePath path = fs_file_at("%s/export/dataset/images/%s", t->args->project->out, name.text);
+    uint32_t camera_id;
+    MUST(add_camera(&t->model, &view->camera, &camera_id, err));
+    ColmapImage *image = fs_colmap_model_add_image(&t->model, name.text, err);
+    if (!image) return FS_ERR_MEMORY;
+    image->id = (uint32_t)t->model.n_images;
+    image->camera_id = camera_id;
+    fs_camera_pose_to_quat(view->camera.w2c, image->quat, image->t);
+    MUST(fs_engine_render(t->engine, &view->camera, &t->renders, err));
+    Image *picture = &t->renders.layer[RENDER_T_N];
+    for (size_t i = 0; i < fs_image_pixels(picture); i++) fs_colors_develop(t->args->development, picture->px + 3 * i);
+    return fs_png_write(path.text, picture, 8, err);
+}
+
+// The middles of Gaussians that are at least half opaque, evenly chosen, for trainers to start from.
+static int add_points(Trainer *t, const Cloud *cloud, FsError *err)
+{
+    Splats splats = {0};
+    int rc = 0, opaque = 0, seen = 0;
+    float *srgb = malloc(sizeof(float) * 3 * ((size_t)cloud->n + 1));
+    if (!srgb) return fs_error_memory(err);
+    fs_colors_display(t->args->scene, LAYER_T_N, t->args->development, srgb);
+    TRY(fs_splats_make(cloud, srgb, &splats, err));
+    for (int i = 0; i < splats.n; i++) opaque += splats.opacity[i] >= 0;
+    int each = (opaque + MOST_POINTS - 1) / MOST_POINTS;
+    for (size_t i = 0; i < (size_t)splats.n; i++) {
+        if (splats.opacity[i] < 0 || seen++ % each) continue;
+        ColmapPoint *point = fs_colmap_model_add_point(&t->model, err);
+        if (!point) TRY(FS_ERR_MEMORY);
+        point->id = t->model.n_points;
+        for (size_t a = 0; a < 3; a++) {
+            point->xyz[a] = (double)splats.mean[3 * i + a];
+            point->rgb[a] = (unsigned char)fs_splats_level(255 * (double)splats.srgb[3 * i + a], 255);
+        }
+    }
+fail:
+    fs_splats_free(&splats);
+    free(srgb);
+    return rc;
+}
+
+static int write_photos(Trainer *t, FsError *err)
+{
+    const Log *log = &t->args->project->log;
+    const Dataset *photos = t->args->photos;
+    MUST(fs_file_mkdirs(fs_file_at("%s/export/dataset/images", t->args->project->out).text, err));
+    for (int v = 0; v < photos->n; v++) {
+        if (fs_log_cancelled(log)) return fs_error_set(err, FS_ERR_CANCELLED, "export: stopped");
+        fs_log_progress(log, "export", v, photos->n, "dataset");
+        MUST(add_photo(t, &photos->view[v], err));
+    }
+    return 0;
+}
+
+int fs_trainer_dataset_run(const TrainerArgs *args, FsError *err)
+{
+    const Settings *set = &args->project->set;
+    const Cloud *cloud = fs_colors_cloud(args->scene, LAYER_T_N);
+    Trainer t = {.args = args};
+    int rc;
+    FilePath dir = fs_file_at("%s/export/dataset", args->project->out);
+    if (!args->photos->n || !cloud)
+        return fs_error_input(err, "%s/views.json: missing or without photos, or there is no T_N: no dataset without",
+                              args->project->out);
+    TRY(fs_engine_new(&t.engine, set->device, set->cpu, set->threads, err));
+    TRY(fs_engine_scene_up(t.engine, args->scene, err));
+    TRY(write_photos(&t, err));
+    TRY(add_points(&t, cloud, err));
+    TRY(fs_colmap_model_write(fs_file_at("%s/sparse/0", dir.text).text, &t.model, true, err));
+    fs_log_info(&args->project->log, "export: %d photos without the reflection and %d points, for other trainers: %s",
+                t.model.n_images, t.model.n_points, dir.text);
+fail:
+    fs_colmap_model_free(&t.model);
+    fs_engine_renders_free(&t.renders);
+    fs_engine_free(t.engine);
+    return rc;
+}
