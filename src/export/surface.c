@@ -83,7 +83,7 @@ static int probe_view(Fusion *f, const Camera *camera, void *context, FsError *e
     for (int y = 0; y < depth->height; y++)
         for (int x = 0; x < depth->width; x++) {
             double z = (double)*fs_image_at(depth, x, y), world[3];
-            if (!(z > 0)) continue;
+            if (!(z > 0) || !isfinite(z)) continue;
             put_in_world(
                 camera,
                 (const double[3]){(x + 0.5 - camera->cx) / camera->fx * z, (y + 0.5 - camera->cy) / camera->fy * z, z},
