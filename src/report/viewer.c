@@ -13,6 +13,7 @@
 #define VERSION 1
 #define PHOTO_EDGE 640
 #define PHOTO_QUALITY 80
+#define MAX_MARK (1 << 20)
 
 // ---- what stands in words ----
 
@@ -66,6 +67,17 @@ static json_t *describe_scene(const Scene *scene, double metres_per_unit, float 
                      "flash_distance", scene->flash_distance, "flash_return", scene->flash_return, "gain_color",
                      numbers(scene->gain_color, 3), "shared", scene->shared_geometry, "metres_per_unit",
                      metres_per_unit, "exposure", (double)exposure);
+}
+
+// Metres in a unit, as the renders have it: what was given now or then, or what the scene says; 0: not known.
+static double scale_of(const FsProject *project, const Scene *scene)
+{
+    json_t *mark;
+    if (project->set.metres_per_unit > 0) return project->set.metres_per_unit;
+    fs_json_file_read(fs_file_at("%s/done/render.json", project->out).text, MAX_MARK, &mark, NULL);
+    double given = json_number_value(json_object_get(json_object_get(mark, "settings"), "metres-per-unit"));
+    json_decref(mark);
+    return given > 0 ? given : scene->metres_per_unit;
 }
 
 // ---- pictures of the photos ----
@@ -160,7 +172,7 @@ int fs_viewer_write(const FsProject *project, const Dataset *dataset, float expo
     if (!fs_file_exists(fs_file_at("%s/model.json", clouds.text).text)) return 0;
     TRY(fs_scene_read(&scene, clouds.text, err));
     TRY(write_photos(project, dataset, exposure, viewer, err));
-    double unit = project->set.metres_per_unit > 0 ? project->set.metres_per_unit : scene.metres_per_unit;
+    double unit = scale_of(project, &scene);
     fs_dataset_extent(dataset, centre);
     root = describe_scene(&scene, unit, exposure);
     json_object_set_new(root, "extent", json_real(scene.extent));

@@ -183,7 +183,8 @@ class Firefox(Browser):
             self.environment = {"DISPLAY": ":" + number.readline().strip()}
         # software GL is Mesa's here, which Firefox would rather not use
         self.preferences = {"webgl.force-enabled": True, "layers.acceleration.disabled": True,
-                            "browser.shell.checkDefaultBrowser": False, "datareporting.policy.dataSubmissionEnabled": False,
+                            "browser.shell.checkDefaultBrowser": False,
+                            "datareporting.policy.dataSubmissionEnabled": False,
                             "toolkit.telemetry.reportingpolicy.firstRun": False}
         super().__init__(shutil.which("firefox-esr") or shutil.which("firefox"),
                          ["--no-remote", "--profile", "{profile}", "--remote-debugging-port", "0",
@@ -210,11 +211,13 @@ class Firefox(Browser):
         self.call("browsingContext.navigate", context=self.page, url=url, wait="complete")
 
     def evaluate(self, script):
-        answer = self.call("script.evaluate", expression=f"(async () => JSON.stringify(await ({script})))()",
-                           target={"context": self.page}, awaitPromise=True)
+        if not script.endswith("\n1"):  # else a program, not an expression
+            script = f"(async () => JSON.stringify(await ({script})))()"
+        answer = self.call("script.evaluate", expression=script, target={"context": self.page}, awaitPromise=True)
         if answer["type"] != "success":
             raise OSError(str(answer["exceptionDetails"])[:600])
-        return json.loads(answer["result"].get("value", "null"))
+        value = answer["result"].get("value", "null")
+        return json.loads(value) if isinstance(value, str) else value
 
     def resize(self, width, height):
         self.call("browsingContext.setViewport", context=self.page, viewport={"width": width, "height": height},

@@ -1,5 +1,6 @@
 """The viewer in the page shows the program's own picture: at poses that no photo has, in each browser that is here,
-layer by layer against `flashsplat render`."""
+layer by layer against `flashsplat render`; its buttons, sliders and keys
+work, and everybody can use them. FLASHSPLAT_SCREENSHOTS=DIR leaves pictures of the page there."""
 import base64
 import json
 import os
@@ -35,6 +36,11 @@ def psnr(a, b):
     return 10 * numpy.log10(255 ** 2 / max(numpy.mean((a.astype(float) - b) ** 2), 1e-9))
 
 
+AXE = pathlib.Path(__file__).resolve().parent.parent / "npm/node_modules/axe-core/axe.min.js"
+SCREENSHOTS = os.environ.get("FLASHSPLAT_SCREENSHOTS")
+DESK = "flashsplat.desk"
+
+
 def decode(url):
     return cv2.imdecode(numpy.frombuffer(base64.b64decode(url.split(",")[1]), numpy.uint8), cv2.IMREAD_COLOR)
 
@@ -49,7 +55,8 @@ class Viewer(unittest.TestCase):
         cls.ok("synth", "-o", scene, "--photos", 12, "--held-out", 2, "--width", 192, "--height", 128, "--seed", 31)
         cls.ok("run", scene / "capture/raw", "-o", made, "--poses", scene / "truth/sparse", "--long-edge", 192,
                "--init-count", 2000, "--steps", 80, "--metres-per-unit", 1)
-        cls.ok("render", made, "--cameras", scene / "truth/sparse", "-o", cls.dir / "renders")
+        cls.ok("render", made, "--cameras", scene / "truth/sparse", "-o", cls.dir / "renders",
+               "--metres-per-unit", 1)
         # what is mailed: the page and its folder, nothing else
         cls.out = cls.dir / "a page & more"
         cls.out.mkdir()
@@ -86,6 +93,126 @@ class Viewer(unittest.TestCase):
                     found = psnr(decode(url), wanted)
                     print(f"{type(browser).__name__} {camera['name']} {layer}: {found:.1f} dB", file=sys.stderr)
                     self.assertGreaterEqual(found, LEAST_PSNR, (type(browser).__name__, camera["name"], layer))
+
+    def test_measures(self):
+        """The distance between two pixels is what the program's depth says it is."""
+        camera = self.cameras[0]
+        depth = cv2.imread(str(self.dir / "renders/depth_T" / (camera["name"] + ".png")), cv2.IMREAD_UNCHANGED) / 1000
+        pixels, width = [(60, 70), (140, 50)], camera["width"]
+        rays = [((x + 0.5 - camera["cx"]) / camera["fx"], (y + 0.5 - camera["cy"]) / camera["fy"], 1) for x, y in pixels]
+        ends = [numpy.array(r) * depth[y, x] for r, (x, y) in zip(rays, pixels)]
+        wanted = numpy.linalg.norm(ends[0] - ends[1])
+        for browser in self.each():
+            browser.evaluate(f"{DESK}.picture({json.dumps(camera)}, {{layer: 'T', flash: 0}})")
+            scale = browser.evaluate(f"{DESK}.stage.canvas.clientWidth") / width
+            browser.evaluate("(document.querySelector('[data-do=measure]').click(), 1)")
+            for x, y in pixels:
+                browser.evaluate(f"({DESK}.ruler.click({(x + 0.5) * scale}, {(y + 0.5) * scale}), 1)")
+            text = browser.evaluate("document.querySelector('.viewer .status').textContent")
+            value, unit = text.split()
+            found = float(value) * {"cm": 0.01, "m": 1}[unit]
+            self.assertLess(abs(found / wanted - 1), 0.03, (text, wanted))
+            self.assertIn(text, browser.evaluate("document.querySelector('.viewer .marks').textContent"))
+
+    def test_controls(self):
+        for browser in self.each():
+            for width in (1280, 390):
+                browser.resize(width, 800)
+                self.assertLessEqual(browser.evaluate("document.documentElement.scrollWidth"), width)
+            self.check_buttons(browser)
+            self.check_walking(browser)
+            self.check_address(browser)
+
+    def click(self, browser, what):
+        browser.evaluate(f"(document.querySelector('{what}').click(), 1)")
+
+    def check_buttons(self, browser):
+        for layer in ("T", "R", "depth", "beta", "both"):
+            self.click(browser, f"[data-layer={layer}]")
+            self.assertEqual(browser.evaluate(f"{DESK}.stage.show.layer"), layer)
+            self.assertEqual(browser.evaluate("[...document.querySelectorAll('.viewer [data-layer][aria-pressed=true]')]"
+                                              ".map(b => b.dataset.layer)"), [layer])
+        for name, value, text in (("reflection", 40, "40 %"), ("flash", 100, "on"), ("stops", 1.5, "+1.5 stops")):
+            browser.evaluate(f"(i => {{ i.value = {value}; i.dispatchEvent(new Event('input')); return 1; }})"
+                             f"(document.querySelector('[data-set={name}]'))")
+            self.assertEqual(browser.evaluate(f"document.querySelector('[data-set={name}]').ariaValueText ?? "
+                                              f"document.querySelector('[data-set={name}]').getAttribute('aria-valuetext')"),
+                             text)
+        self.assertEqual(browser.evaluate(f"[{DESK}.stage.show.reflection, {DESK}.stage.show.flash, {DESK}.stage.show.stops]"),
+                         [0.4, 1, 1.5])
+        self.click(browser, "[data-do=beside]")
+        browser.evaluate(f"{DESK}.stage.settled().then(() => document.querySelector('.beside img').decode())")
+        self.assertGreater(browser.evaluate("document.querySelector('.beside img').naturalWidth"), 0)
+        self.click(browser, "[data-do=beside]")
+
+    def check_walking(self, browser):
+        at = f"{DESK}.stage.pose.centre"
+        centre = browser.evaluate(at)
+        press = "(k => {{ for (const t of ['keydown', 'keyup']) setTimeout(() => {desk}.stage.canvas.dispatchEvent(new " \
+                "KeyboardEvent(t, {{ key: k, bubbles: true }})), t == 'keyup' ? 300 : 0); return new Promise(d => " \
+                "setTimeout(d, 600)); }})('{key}')"
+        for key in ("w", "ArrowRight", "+"):
+            browser.evaluate(press.format(desk=DESK, key=key))
+            moved = browser.evaluate(at)
+            self.assertGreater(max(abs(a - b) for a, b in zip(centre, moved)), 1e-4, key)
+            centre = moved
+        self.click(browser, "[data-do=play]")
+        browser.evaluate("new Promise(done => setTimeout(done, 500))")
+        self.click(browser, "[data-do=play]")
+        playing = browser.evaluate(at)
+        self.assertNotEqual(playing, centre)
+        self.click(browser, ".film button:nth-child(3)")
+        browser.evaluate("new Promise(done => setTimeout(done, 1500))")
+        self.assertEqual(browser.evaluate(at), browser.evaluate(f"{DESK}.scene.views[2].pose.centre"))
+        self.assertEqual(browser.evaluate("document.querySelector('.film button:nth-child(3)').getAttribute('aria-pressed')"),
+                         "true")
+
+    def check_address(self, browser):
+        name = browser.evaluate(f"{DESK}.scene.views[1].name")
+        browser.evaluate(f"(location.hash = 'view={name}&layer=R&reflection=20&flash=250&stops=-1', {DESK}.stage.settled())"
+                         ".then(() => 1)")
+        self.assertEqual(browser.evaluate(f"[{DESK}.stage.show.layer, {DESK}.stage.show.flash, {DESK}.stage.show.reflection]"),
+                         ["R", 2.5, 0.2])
+        self.assertEqual(browser.evaluate(f"{DESK}.stage.pose.centre"),
+                         browser.evaluate(f"{DESK}.scene.views[1].pose.centre"))
+
+    def test_by_keys_alone(self):
+        """Tab comes to everything that can be used."""
+        for browser in self.each():
+            if not hasattr(browser, "press"):
+                continue
+            wanted = browser.evaluate("(window.all = [...document.querySelectorAll('canvas, button, input, summary, a')]"
+                                      ".filter(e => e.checkVisibility() && !e.disabled)).length")
+            browser.evaluate("(document.body.focus(), window.reached = new Set(), 1)")
+            for _ in range(wanted + 5):
+                browser.press("Tab", 9)
+                browser.evaluate("(reached.add(document.activeElement), 1)")
+            self.assertEqual(browser.evaluate("all.filter(e => !reached.has(e)).map(e => e.outerHTML.slice(0, 80))"), [])
+
+    def test_everybody_can_use_it(self):
+        if not AXE.exists():
+            self.skipTest("axe-core is not here (tools/npm.sh)")
+        for browser in self.each():
+            for width in (1280, 390):
+                browser.resize(width, 800)
+                browser.evaluate(f"{DESK}.stage.settled().then(() => 1)")
+                browser.evaluate(AXE.read_text(encoding="utf-8") + "\n1")
+                found = browser.evaluate("axe.run().then(r => r.violations.map(v => [v.impact, v.id, v.nodes.map(n => "
+                                         "n.html.slice(0, 120)).slice(0, 3)]))")
+                self.assertEqual([v for v in found if v[0] in ("serious", "critical")], [], (width, found))
+
+    @unittest.skipUnless(SCREENSHOTS, "FLASHSPLAT_SCREENSHOTS names no folder")
+    def test_to_look_at(self):
+        for browser in self.each():
+            for width in (1280, 390):
+                browser.resize(width, 1000)
+                for reflection in (0, 50, 100):
+                    for flash in (0, 100):
+                        browser.evaluate(f"({DESK}.set('reflection', {reflection}), {DESK}.set('flash', {flash}), "
+                                         f"document.getElementById('viewer').scrollIntoView(), {DESK}.stage.settled())"
+                                         ".then(() => 1)")
+                        name = f"{type(browser).__name__}_{width}_R{reflection}_flash{flash}.png"
+                        (pathlib.Path(SCREENSHOTS) / name).write_bytes(browser.screenshot())
 
 
 if __name__ == "__main__":
