@@ -29,27 +29,34 @@ function makeTexture(gl, filter) {
     return texture;
 }
 
-// A cloud's numbers where shaders find them, and the order it is drawn in.
+// A cloud's numbers where shaders find them, and the order it is drawn in: a texture too, since a vertex knows its
+// number, and instances of four vertices are slow on many cards.
 function makeCloud(gl, { layer, n, data }) {
-    const width = 2048, height = Math.max(1, Math.ceil(n / 512));
-    const texture = makeTexture(gl, gl.NEAREST), padded = new Float32Array(4 * width * height);
+    const height = Math.max(1, Math.ceil(n / 512)), rows = Math.max(1, Math.ceil(n / 2048));
+    const texture = makeTexture(gl, gl.NEAREST), padded = new Float32Array(4 * 2048 * height);
     padded.set(data);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, padded);
-    const array = gl.createVertexArray(), buffer = gl.createBuffer();
-    gl.bindVertexArray(array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, 4 * Math.max(n, 1), gl.DYNAMIC_DRAW);
-    gl.enableVertexAttribArray(0);
-    gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 0);
-    gl.vertexAttribDivisor(0, 1);
-    gl.bindVertexArray(null);
-    return { layer, texture, array, buffer, shown: 0 };
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2048, height, 0, gl.RGBA, gl.FLOAT, padded);
+    const order = makeTexture(gl, gl.NEAREST);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R32UI, 2048, rows);
+    return { layer, n, texture, order, numbers: new Uint32Array(2048 * rows), shown: 0 };
 }
 
 function setOrder(gl, cloud, { order, n }) {
-    gl.bindBuffer(gl.ARRAY_BUFFER, cloud.buffer);
-    gl.bufferSubData(gl.ARRAY_BUFFER, 0, order, 0, n);
+    cloud.numbers.set(order.subarray(0, n));
     cloud.shown = n;
+    gl.bindTexture(gl.TEXTURE_2D, cloud.order);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 2048, Math.ceil(n / 2048), gl.RED_INTEGER, gl.UNSIGNED_INT, cloud.numbers);
+}
+
+// Two triangles each of n quads, whose corners are the numbers 4 i .. 4 i + 3.
+function makeQuads(gl, n) {
+    const corner = new Uint32Array(6 * n), array = gl.createVertexArray();
+    for (let i = 0; i < n; i++) corner.set([4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 2, 4 * i + 1, 4 * i + 3], 6 * i);
+    gl.bindVertexArray(array);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corner, gl.STATIC_DRAW);
+    gl.bindVertexArray(null);
+    return array;
 }
 
 // What clouds are blended into: floats of half or whole precision.

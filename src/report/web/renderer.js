@@ -21,6 +21,7 @@ class Renderer {
     open(scene, clouds) {
         this.scene = scene;
         this.clouds = clouds.map(cloud => makeCloud(this.gl, cloud));
+        this.quads = makeQuads(this.gl, Math.max(...clouds.map(cloud => cloud.n)));
         this.near = 0.1 * scene.extent;
     }
 
@@ -41,7 +42,7 @@ class Renderer {
     }
 
     // pose: { turn, centre }; lens: fx, fy, cx, cy in pixels of size; light: { gain, at }.
-    blend(layer, pose, lens, size, { light, whole, depth, only }) {
+    blend(layer, pose, lens, size, { light, whole, depth, only, rough }) {
         const gl = this.gl, { at, program } = this.splat, scene = this.scene;
         const cloud = this.clouds.find(c => c.layer === layer);
         const target = this.target(layer + (depth ? ' depth' : ''), ...size, whole);
@@ -53,6 +54,10 @@ class Renderer {
         gl.activeTexture(gl.TEXTURE0);
         gl.bindTexture(gl.TEXTURE_2D, cloud.texture);
         gl.uniform1i(at.data, 0);
+        gl.activeTexture(gl.TEXTURE1);
+        gl.bindTexture(gl.TEXTURE_2D, cloud.order);
+        gl.uniform1i(at.order, 1);
+        gl.uniform1f(at.least, rough ? 0.02 : 1 / 255);
         gl.uniformMatrix3fv(at.turn, false, pose.turn);
         gl.uniform3fv(at.centre, pose.centre);
         gl.uniform4fv(at.lens, lens);
@@ -69,8 +74,8 @@ class Renderer {
             gl.enable(gl.SCISSOR_TEST);
             gl.scissor(...only);
         }
-        gl.bindVertexArray(cloud.array);
-        gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, cloud.shown);
+        gl.bindVertexArray(this.quads);
+        gl.drawElements(gl.TRIANGLES, 6 * cloud.shown, gl.UNSIGNED_INT, 0);
         gl.bindVertexArray(null);
         gl.disable(gl.SCISSOR_TEST);
         gl.disable(gl.BLEND);
@@ -87,7 +92,7 @@ class Renderer {
         const { scene } = this, { layer, flash } = show, whole = show.whole && this.canBlendWhole;
         const at = show.flashAt || pose.centre, lit = scene.lit && flash > 0;
         const T = layer !== 'R' && layer !== 'beta', R = layer === 'both' || layer === 'R';
-        const draw = (name, light, depth) => this.blend(name, pose, lens, size, { light, whole, depth });
+        const draw = (name, light, depth) => this.blend(name, pose, lens, size, { light, whole, depth, rough: show.rough });
         const made = {};
         if (layer === 'depth') return { T: draw('T_N', null, true) };
         if (T) made.T = draw('T_N', lit ? { gain: flash, at } : null);

@@ -3,6 +3,8 @@
 const splatVertex = `#version 300 es
 precision highp float;
 precision highp sampler2D;
+precision highp usampler2D;
+uniform usampler2D order;     // which Gaussian is drawn when, 2048 a row
 uniform sampler2D data;       // four texels a Gaussian, 512 a row
 uniform mat3 turn;            // columns: the camera's rows
 uniform vec3 centre;
@@ -12,11 +14,13 @@ uniform float near, dilation; // pixels squared
 uniform vec3 flash, tint;     // where it is; its gain, 0 without it
 uniform float fall;           // distance at which it falls off by 1, squared; 0: it does not
 uniform bool depth;           // z instead of colour
-layout(location = 0) in uint index;
+uniform float least;          // no alpha under this is drawn
 out vec2 at;                  // in standard deviations
 flat out vec4 color;          // and opacity
 
 void main() {
+    int place = gl_VertexID >> 2, corner = gl_VertexID & 3;
+    uint index = texelFetch(order, ivec2(place & 2047, place >> 11), 0).r;
     int x = int(index & 511u) * 4, y = int(index >> 9u);
     vec4 a = texelFetch(data, ivec2(x, y), 0), q = texelFetch(data, ivec2(x + 1, y), 0);
     vec4 b = texelFetch(data, ivec2(x + 2, y), 0), c = texelFetch(data, ivec2(x + 3, y), 0);
@@ -35,8 +39,8 @@ void main() {
     float det = dot(m, m) + dilation * (xx + yy - dilation), mid = 0.5 * (xx + yy);
     float large = mid + length(vec2(0.5 * (xx - yy), xy)), small = det / large;
     vec2 axis = abs(xy) > 1e-9 * mid ? normalize(vec2(xy, large - xx)) : xx >= yy ? vec2(1, 0) : vec2(0, 1);
-    float reach = sqrt(max(0., 2. * log(255. * a.w)));
-    at = reach * (2. * vec2(gl_VertexID & 1, gl_VertexID >> 1) - 1.);
+    float reach = sqrt(max(0., 2. * log(a.w / least)));
+    at = reach * (2. * vec2(corner & 1, corner >> 1) - 1.);
     vec2 pixel = lens.xy * p.xy / p.z + lens.zw + at.x * sqrt(large) * axis + at.y * sqrt(small) * vec2(-axis.y, axis.x);
     gl_Position = vec4(2. * pixel.x / size.x - 1., 1. - 2. * pixel.y / size.y, 0, 1);
     vec3 d = a.xyz - flash;
@@ -48,10 +52,11 @@ const splatFragment = `#version 300 es
 precision highp float;
 in vec2 at;
 flat in vec4 color;
+uniform float least;
 out vec4 result;
 void main() {
     float alpha = min(0.99, color.a * exp(-0.5 * dot(at, at)));
-    if (alpha < 1. / 255.) discard;
+    if (alpha < least) discard;
     result = vec4(color.rgb * alpha, alpha);
 }`;
 

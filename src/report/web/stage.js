@@ -88,7 +88,8 @@ class Stage {
         const size = this.size(), share = whole ? this.fixed ? 1 : this.rest : this.share;
         if (this.canvas.width !== size[0] || this.canvas.height !== size[1])
             [this.canvas.width, this.canvas.height] = size;
-        this.renderer.draw(this.pose, this.lens(), [0, 0, ...size], { ...this.show, whole: whole && share === 1, share });
+        this.renderer.draw(this.pose, this.lens(), [0, 0, ...size], { ...this.show, whole: whole && share === 1, share,
+                                                                             rough: !whole && share < 1 });
         this.drawn = true;
         if (this.ondraw) this.ondraw();
     }
