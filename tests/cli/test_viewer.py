@@ -41,6 +41,34 @@ SCREENSHOTS = os.environ.get("FLASHSPLAT_SCREENSHOTS")
 DESK = "flashsplat.desk"
 
 
+# WebXR of one eye that rests where it began, with the lens of CAMERA.
+GLASSES = """
+    const camera = CAMERA, { stage } = flashsplat.desk, { gl } = stage.renderer, { width: w, height: h } = camera;
+    const matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+    const projectionMatrix = [2 * camera.fx / w, 0, 0, 0, 0, 2 * camera.fy / h, 0, 0,
+                              1 - 2 * camera.cx / w, 2 * camera.cy / h - 1, -1, -1, 0, 0, -0.2, 0];
+    const eye = { transform: { matrix }, projectionMatrix };
+    let frames = 0, done, over = false;
+    window.seen = new Promise(resolve => { done = resolve; });
+    const session = {
+        updateRenderState() {}, requestReferenceSpace: async () => ({}),
+        end() { over = true; this.onend(); },
+        requestAnimationFrame(call) { requestAnimationFrame(time => {
+            if (over) return;
+            call(time, { getViewerPose: () => ({ transform: { matrix }, views: [eye] }) });
+            if (++frames === 5) { window.picture = stage.canvas.toDataURL(); done(); }
+        }); },
+    };
+    gl.makeXRCompatible = async () => {};
+    window.XRWebGLLayer = class { framebuffer = null; getViewport() { return { x: 0, y: 0, width: w, height: h }; } };
+    window.xr = { session, isSessionSupported: async () => true, requestSession: async () => session };
+    Object.defineProperty(navigator, 'xr', { value: window.xr, configurable: true });
+    stage.share = 1;
+    await flashsplat.desk.offerVr();
+    return 1;
+"""
+
+
 def decode(url):
     return cv2.imdecode(numpy.frombuffer(base64.b64decode(url.split(",")[1]), numpy.uint8), cv2.IMREAD_COLOR)
 
@@ -213,6 +241,18 @@ class Viewer(unittest.TestCase):
                 found = browser.evaluate("axe.run().then(r => r.violations.map(v => [v.impact, v.id, v.nodes.map(n => "
                                          "n.html.slice(0, 120)).slice(0, 3)]))")
                 self.assertEqual([v for v in found if v[0] in ("serious", "critical")], [], (width, found))
+
+    def test_in_vr(self):
+        """With glasses that are made up: who does not move sees what the page shows, through each eye's own lens."""
+        for browser in self.each():
+            camera, show = json.dumps(self.cameras[0]), "{layer: 'both', flash: 1}"
+            wanted = decode(browser.evaluate(f"{DESK}.picture({camera}, {show})"))
+            browser.evaluate(f"(async () => {{ {GLASSES} }})()".replace("CAMERA", camera))
+            self.assertFalse(browser.evaluate("document.querySelector('[data-do=vr]').hidden"))
+            self.click(browser, "[data-do=vr]")
+            found = decode(browser.evaluate("window.seen.then(() => window.picture)"))
+            self.assertGreater(psnr(found, wanted), 30)  # half floats
+            browser.evaluate("(xr.session.end(), flashsplat.desk.stage.settled()).then(() => 1)")
 
     @unittest.skipUnless(SCREENSHOTS, "FLASHSPLAT_SCREENSHOTS names no folder")
     def test_to_look_at(self):

@@ -74,9 +74,13 @@ class Desk {
         root.querySelector('[data-do=pin]').hidden = !this.scene.lit;
         root.querySelector('[data-do=full]').hidden = !document.fullscreenEnabled;
         if (!this.scene.clouds.some(c => c.layer === 'R')) all('[data-layer=R], [data-layer=beta]').forEach(b => { b.hidden = true; });
-        new Vr(this.stage, this.walk).offer(root.querySelector('[data-do=vr]'));
+        this.offerVr();
         addEventListener('hashchange', () => this.read(location.hash.slice(1)));
         this.follow();
+    }
+
+    offerVr() {
+        return new Vr(this.stage, this.walk).offer(this.root.querySelector('[data-do=vr]'));
     }
 
     press(what, on) {
