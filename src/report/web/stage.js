@@ -9,6 +9,7 @@ class Stage {
         this.show = { layer: 'both', reflection: 1, flash: 0, stops: 0, plain: false, flashAt: null };
         this.pose = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], centre: [0, 0, 0] };
         this.share = 1;     // of the pixels' sides, while moving
+        this.most = 1;      // of share
         this.rest = 1;      // the same at rest: under 1 only where a picture would take seconds
         this.stamp = 0;     // of the pose
         this.sorted = -1;   // of the pose that the order is of
@@ -76,6 +77,7 @@ class Stage {
         if (resting && !this.best) {
             this.draw(true);
             this.best = true;
+            this.most = 1;
             this.waiting.splice(0).forEach(done => done());
         } else if (!resting) {
             this.measure(time);
@@ -100,13 +102,17 @@ class Stage {
         this.before = time;
         if (took <= 0 || took > 1000) return;
         this.pace = (this.pace || 16) * 0.8 + took * 0.2;
-        if (this.pace > 30 && this.share > 0.3) this.step(0.8);
-        else if (this.pace < 18 && this.share < 1) this.step(1.1);
+        if (this.pace > 20 && this.share > 0.25) {
+            this.most = 0.95 * this.share; // what was too much is not tried again until it rested
+            this.step(0.85);
+        } else if (this.pace < 17.5 && this.share < this.most) {
+            this.step(1.08);
+        }
     }
 
     step(by) {
-        this.share = clamp(this.share * by, 0.25, 1);
-        this.pace = 22;
+        this.share = clamp(this.share * by, 0.25, this.most < 1 && by > 1 ? this.most : 1);
+        this.pace = 18.5;
     }
 
     // The first picture tells how fast the machine is: where all pixels would take longer than a second, fewer do.
