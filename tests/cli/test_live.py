@@ -1,5 +1,5 @@
-"""The page while `run` is at work: it says how far it is and reloads itself, ends as the viewer, says why it stopped, and
-is nobody else's file."""
+"""The page while `run` is at work: it says how far it is and reloads itself, ends as the viewer, says why it stopped,
+and is nobody else's file."""
 import re
 import signal
 import subprocess

@@ -79,7 +79,8 @@ class View(common.FolderTest):
         self.assertEqual((code, body), (200, b""))
         self.assertIn("Content-Length: 300000", head)
         for path in ("/clouds/T_N.ply", "/report/.hidden", "/report/link.js", "/report/pipe.js", "/video/T_N.ply",
-                     "/report", "/report/", "//index.html", "/report//scene.js", "/../outside.txt", "/report/../index.html",
+                     "/report", "/report/", "//index.html", "/report//scene.js", "/../outside.txt",
+                     "/report/../index.html",
                      "/report/..%2f..%2foutside.txt", "/%2e%2e/outside.txt", "/report/../../outside.txt", "index.html",
                      str(self.dir / "outside.txt"), "http://127.0.0.1/index.html", "/.flashsplat/made"):
             code, _, body = self.get(port, path)

@@ -14,8 +14,8 @@ class Desk {
         const clouds = await unpackClouds(scene.clouds, text);
         this.scene = scene;
         this.stage.open(scene, clouds);
-        const depths = this.depthsOf(clouds[0]);
-        this.stage.renderer.range = [depths[Math.floor(0.01 * depths.length)], depths[Math.floor(0.99 * depths.length)]];
+        const depths = this.depthsOf(clouds[0]), percentile = p => depths[Math.floor(p * depths.length)];
+        this.stage.renderer.range = [percentile(0.01), percentile(0.99)];
         this.walk = new Walk(this.stage, scene.views, depths[depths.length >> 1]);
         this.walk.forward = unit(scene.views.map(v => row(v.pose.turn, 2)).reduce(add));
         this.walk.down = unit(scene.views.map(v => row(v.pose.turn, 1)).reduce(add));
@@ -73,7 +73,8 @@ class Desk {
         }
         root.querySelector('[data-do=pin]').hidden = !this.scene.lit;
         root.querySelector('[data-do=full]').hidden = !document.fullscreenEnabled;
-        if (!this.scene.clouds.some(c => c.layer === 'R')) all('[data-layer=R], [data-layer=beta]').forEach(b => { b.hidden = true; });
+        const mirrored = this.scene.clouds.some(c => c.layer === 'R');
+        for (const button of all('[data-layer=R], [data-layer=beta]')) button.hidden = !mirrored;
         this.offerVr();
         addEventListener('hashchange', () => this.read(location.hash.slice(1)));
         this.follow();
@@ -123,7 +124,8 @@ class Desk {
     // Before each frame: the flash stays at its place, the nearest photo is shown.
     follow() {
         const { stage, place } = this, { pose, show } = stage;
-        const at = this.pinned || pose, step = [place.side, -place.up, place.ahead].map(x => x * this.scene.flash_distance);
+        const at = this.pinned || pose, unit = this.scene.flash_distance;
+        const step = scale([place.side, -place.up, place.ahead], unit);
         show.flashAt = add(at.centre, applyBack(at.turn, step));
         if (!this.film.beside.hidden) this.film.showNearest(pose, show.flash > 0.5);
         const stands = this.scene.views.find(v => v.pose.centre === pose.centre);

@@ -92,7 +92,8 @@ class Renderer {
         const { scene } = this, { layer, flash } = show, whole = show.whole && this.canBlendWhole;
         const at = show.flashAt || pose.centre, lit = scene.lit && flash > 0;
         const T = layer !== 'R' && layer !== 'beta', R = layer === 'both' || layer === 'R';
-        const draw = (name, light, depth) => this.blend(name, pose, lens, size, { light, whole, depth, rough: show.rough });
+        const { rough } = show;
+        const draw = (name, light, depth) => this.blend(name, pose, lens, size, { light, whole, depth, rough });
         const made = {};
         if (layer === 'depth') return { T: draw('T_N', null, true) };
         if (T) made.T = draw('T_N', lit ? { gain: flash, at } : null);

@@ -41,7 +41,8 @@ void main() {
     vec2 axis = abs(xy) > 1e-9 * mid ? normalize(vec2(xy, large - xx)) : xx >= yy ? vec2(1, 0) : vec2(0, 1);
     float reach = sqrt(max(0., 2. * log(a.w / least)));
     at = reach * (2. * vec2(corner & 1, corner >> 1) - 1.);
-    vec2 pixel = lens.xy * p.xy / p.z + lens.zw + at.x * sqrt(large) * axis + at.y * sqrt(small) * vec2(-axis.y, axis.x);
+    vec2 off = at.x * sqrt(large) * axis + at.y * sqrt(small) * vec2(-axis.y, axis.x);
+    vec2 pixel = lens.xy * p.xy / p.z + lens.zw + off;
     gl_Position = vec4(2. * pixel.x / size.x - 1., 1. - 2. * pixel.y / size.y, 0, 1);
     vec3 d = a.xyz - flash;
     float gain = b.w * (fall > 0. ? fall / max(dot(d, d), 1e-4 * fall) : 1.);

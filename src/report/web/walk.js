@@ -70,7 +70,8 @@ class Walk {
         const centres = this.views.map(v => v.pose.centre), n = centres.length;
         const mean = scale(centres.reduce(add), 1 / n);
         const turn = looking(this.forward, this.down), offsets = centres.map(c => apply(turn, subtract(c, mean)));
-        const radius = [0, 1, 2].map(i => offsets.map(o => Math.abs(o[i])).sort((a, b) => a - b)[Math.floor(0.9 * (n - 1))]);
+        const most = list => list.sort((a, b) => a - b)[Math.floor(0.9 * (n - 1))];
+        const radius = [0, 1, 2].map(i => most(offsets.map(o => Math.abs(o[i]))));
         return { mean, turn, radius, at: add(mean, scale(this.forward, this.speed)) };
     }
 
@@ -89,7 +90,8 @@ class Walk {
     tickFlight() {
         const { from, to, begin, milliseconds } = this.flight;
         const t = milliseconds ? clamp((performance.now() - begin) / milliseconds, 0, 1) : 1, s = t * t * (3 - 2 * t);
-        this.stage.look(t === 1 ? to : { turn: between(from.turn, to.turn, s), centre: mix(from.centre, to.centre, s) });
+        const on = { turn: between(from.turn, to.turn, s), centre: mix(from.centre, to.centre, s) };
+        this.stage.look(t === 1 ? to : on);
         if (t === 1) this.flight = null;
     }
 
