@@ -115,16 +115,28 @@ class Stage {
         this.pace = 18.5;
     }
 
-    // The first picture tells how fast the machine is: where all pixels would take longer than a second, fewer do.
+    // The first picture, small, with whatever the browser has to make ready for it; then how fast the machine is: where
+    // all pixels would take longer than a second and a half, fewer are drawn at rest.
     tryOut() {
-        const gl = this.renderer.gl, begin = performance.now();
-        this.share = 0.25;
+        this.timed(0.25);
+        requestAnimationFrame(() => {
+            const quarter = this.timed(0.25);
+            if (quarter > 60) {
+                const pixels = Math.max(0, this.timed(0.5) - quarter) / (0.25 - 0.0625);
+                const rest = quarter - 0.0625 * pixels;
+                this.rest = clamp(Math.sqrt((1500 - rest) / Math.max(pixels, 1)) || 0, 0.4, 1);
+            }
+            this.share = clamp(0.25 * Math.sqrt(20 / quarter), 0.25, 1);
+            this.change();
+        });
+    }
+
+    timed(share) {
+        const { gl } = this.renderer, begin = performance.now();
+        this.share = share;
         this.draw(false);
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-        const took = performance.now() - begin;
-        this.share = clamp(Math.sqrt(20 / took) * 0.25, 0.25, 1);
-        this.rest = clamp(Math.sqrt(1000 / took) * 0.25, 0.4, 1);
-        this.change();
+        return performance.now() - begin;
     }
 
     // A promise of the picture at its best.
