@@ -17,6 +17,8 @@ typedef struct EngineDevice {
     int (*neighbours)(Engine *engine, const int *neighbour, FsError *err);
     int (*load_view)(Engine *engine, const EngineView *view, FsError *err);
     int (*photos_down)(Engine *engine, PhotoState *states, FsError *err);
+    int (*occlusion_up)(Engine *engine, int view, const OcclusionState *state, FsError *err);
+    int (*occlusion_down)(Engine *engine, int view, OcclusionState *state, FsError *err);
     void (*drop_views)(Engine *engine);
     int (*render)(Engine *engine, const Camera *camera, Renders *renders, FsError *err);
     int (*step)(Engine *engine, const StepArgs *args, StepResult *result, FsError *err);

@@ -145,6 +145,18 @@ int fs_engine_photos_down(Engine *engine, PhotoState *states, FsError *err)
     return engine->device->photos_down(engine, states, err);
 }
 
+int fs_engine_occlusion_up(Engine *engine, int view, const OcclusionState *state, FsError *err)
+{
+    if (view < 0 || view >= engine->n_views) return refuse(err, "occlusion of a photo that is not loaded");
+    return engine->device->occlusion_up(engine, view, state, err);
+}
+
+int fs_engine_occlusion_down(Engine *engine, int view, OcclusionState *state, FsError *err)
+{
+    if (view < 0 || view >= engine->n_views) return refuse(err, "occlusion of a photo that is not loaded");
+    return engine->device->occlusion_down(engine, view, state, err);
+}
+
 void fs_engine_drop_views(Engine *engine)
 {
     engine->device->drop_views(engine);

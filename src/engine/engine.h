@@ -6,6 +6,7 @@
 
 #include "engine/loss.h"
 #include "image/image.h"
+#include "kernels/occlusion.h"
 #include "model/camera.h"
 #include "model/scene.h"
 
@@ -86,6 +87,15 @@ typedef struct EngineView {
 int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err);
 int fs_engine_photos_down(Engine *engine, PhotoState *states, FsError *err); // of all photos
 void fs_engine_drop_views(Engine *engine);                                   // all photos; the next is number 0
+
+// Who stands in the way of a photo's mirrored light, in scenes with a pane: a grid (kernels/occlusion.h) of the share
+// that does not arrive, learned in every step at the photo, against what it costs:
+// L + mean of cost q. A cell of a high cost stays 0.
+typedef struct OcclusionState {
+    float q[OCCLUSION_CELLS], cost[OCCLUSION_CELLS];
+} OcclusionState;
+int fs_engine_occlusion_up(Engine *engine, int view, const OcclusionState *state, FsError *err); // NULL: nobody, ever
+int fs_engine_occlusion_down(Engine *engine, int view, OcclusionState *state, FsError *err);     // of one that is up
 
 // What is learned of the camera beside the scene.
 enum {

@@ -39,7 +39,10 @@ static int open_reference(Engine **out, const char *cpu, int threads, FsError *e
 static void drop_views(Engine *base)
 {
     HostEngine *e = fs_host_engine(base);
-    for (int i = 0; i < e->n_views; i++) free(e->views[i].memory);
+    for (int i = 0; i < e->n_views; i++) {
+        free(e->views[i].memory);
+        free(e->views[i].occlusion);
+    }
     e->n_views = 0;
 }
 
@@ -230,6 +233,27 @@ static int photos_down(Engine *base, PhotoState *states, FsError *err)
     return 0;
 }
 
+static int occlusion_up(Engine *base, int view, const OcclusionState *state, FsError *err)
+{
+    HostView *v = &fs_host_engine(base)->views[view];
+    if (!state) {
+        free(v->occlusion);
+        v->occlusion = NULL;
+        return 0;
+    }
+    if (!v->occlusion && !(v->occlusion = malloc(sizeof *v->occlusion))) return fs_error_memory(err);
+    *v->occlusion = *state;
+    return 0;
+}
+
+static int occlusion_down(Engine *base, int view, OcclusionState *state, FsError *err)
+{
+    const HostView *v = &fs_host_engine(base)->views[view];
+    if (!v->occlusion) return fs_error_set(err, FS_ERR_INPUT, "engine: a photo without occlusion");
+    *state = *v->occlusion;
+    return 0;
+}
+
 // ---- rendering and training begin alike ----
 
 RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *part)
@@ -245,7 +269,7 @@ RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *pa
 #define HOST_DEVICE(name, open)                                                                                        \
     {                                                                                                                  \
         name, open, close_host, scene_up, scene_down, state_up, state_down, edit, neighbours, load_view, photos_down,  \
-            drop_views, fs_host_render, fs_host_step                                                                   \
+            occlusion_up, occlusion_down, drop_views, fs_host_render, fs_host_step                                     \
     }
 const EngineDevice fs_device_cpu = HOST_DEVICE("cpu", open_cpu);
 const EngineDevice fs_device_reference = HOST_DEVICE("reference", open_reference);

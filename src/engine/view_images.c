@@ -19,6 +19,7 @@ void fs_view_images_set_up(ViewImages *v, const Kernels *kernels, Arena *arena, 
     for (int i = 0; i < (train ? 5 : 4); i++) *three[i] = fs_scratch_planes(arena, camera, 3);
     v->P = train && v->plan.calibrated ? fs_scratch_planes(arena, camera, 3) : v->I;
     v->d_P = train && v->plan.calibrated ? fs_scratch_planes(arena, camera, 3) : v->d_I;
+    v->beta_clear = v->occlusion ? fs_scratch_planes(arena, camera, 1) : v->beta_map;
     if (!v->R) v->black = fs_scratch_planes(arena, camera, 3);
     if (!v->R && train) v->d_black = fs_scratch_planes(arena, camera, 3);
 }
@@ -56,11 +57,12 @@ void fs_view_images_forward(const ViewImages *v, int y0, int y1)
 {
     Wiring w;
     if (v->plan.pane_beta)
-        v->kernels->pane->forward(&v->plan.pane, &v->beta_map, &v->tau, y0, y1);
+        v->kernels->pane->forward(&v->plan.pane, &v->beta_clear, &v->tau, y0, y1);
     else if (v->beta)
         v->kernels->pixelwise->sigmoid(&v->beta->feature, &v->beta_map, y0, y1);
     else
         zero_rows(&v->beta_map, y0, y1);
+    if (v->occlusion) v->kernels->occlusion->forward(v->occlusion, &v->beta_clear, &v->beta_map, y0, y1);
     if (!v->R) zero_rows(&v->black, y0, y1);
     v->kernels->compose->forward(wire(v, &w), y0, y1);
     if (v->plan.calibrated) v->kernels->calibration->forward(&v->plan.calibration, &v->I, &v->P, y0, y1);
@@ -81,8 +83,10 @@ void fs_view_images_backward(const ViewImages *v, int y0, int y1, CalibrationGra
     v->kernels->compose->backward(wire(v, &w), y0, y1);
 }
 
-PaneGradient fs_view_images_backward_beta(const ViewImages *v, int y0, int y1)
+PaneGradient fs_view_images_backward_beta(const ViewImages *v, int y0, int y1, float *d_q)
 {
+    if (v->occlusion)
+        v->kernels->occlusion->backward(v->occlusion, &v->beta_clear, &v->d_beta, &v->d_beta, y0, y1, d_q);
     if (v->plan.pane_beta) return v->kernels->pane->backward(&v->plan.pane, &v->d_beta, &v->d_tau, y0, y1);
     if (v->beta) v->kernels->pixelwise->sigmoid_backward(&v->beta_map, &v->d_beta, &v->beta->d_feature, y0, y1);
     return (PaneGradient){0};

@@ -20,7 +20,9 @@ typedef struct ViewImages {
     Planes P; // 3, what the camera makes of I (kernels/calibration.h); I itself where it shows light as it is
     // backward
     Planes d_P, d_I, d_beta, d_tau, d_black;
-    float slope_floor; // kernels/compose.h
+    float slope_floor;      // kernels/compose.h
+    const float *occlusion; // who stands in the mirrored light's way (kernels/occlusion.h); NULL: nobody
+    Planes beta_clear;      // 1, beta_map without them
 } ViewImages;
 
 // Plan and tasks are set; planes come from the arena (check arena->failed). train: with those of backward.
@@ -29,7 +31,8 @@ void fs_view_images_forward(const ViewImages *images, int y0, int y1);
 // From d_P to the tasks' d_feature, d_beta and d_tau, and to the calibration's gradient, all added to: zero them first.
 void fs_view_images_backward(const ViewImages *images, int y0, int y1, CalibrationGradient *gradient);
 // From d_beta and d_tau, complete, to the pane (returned) or the beta task's d_feature.
-PaneGradient fs_view_images_backward_beta(const ViewImages *images, int y0, int y1);
+// d_q: dL/d occlusion, added to.
+PaneGradient fs_view_images_backward_beta(const ViewImages *images, int y0, int y1, float *d_q);
 void fs_view_images_zero(const ViewImages *images, int y0, int y1); // what backward adds to
 
 static inline Planes fs_view_images_rgb(const Planes *feature) // without depth

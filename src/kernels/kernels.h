@@ -7,6 +7,7 @@
 #include "kernels/calibration.h"
 #include "kernels/compose.h"
 #include "kernels/gain.h"
+#include "kernels/occlusion.h"
 #include "kernels/pane.h"
 #include "kernels/pearson.h"
 #include "kernels/photometric.h"
@@ -32,6 +33,7 @@ typedef struct Kernels {
     const PixelwiseKernels *pixelwise;
     const GainKernels *gain;
     const CalibrationKernels *calibration;
+    const OcclusionKernels *occlusion;
 } Kernels;
 
 // The tables of the setting "cpu" ("best" or a level's name); an error when this machine lacks it.

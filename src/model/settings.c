@@ -120,6 +120,8 @@ static const FsOption table[] = {
     ON("photo-light", photo_light, TRAIN,
        "learn by how much each photo's flash and the light of both scenes differ from the others'"),
     ON("vignetting", vignetting, TRAIN, "learn by how much photos darken towards their corners"),
+    ON("photographer", photographer, TRAIN,
+       "find the mirror image of who takes the photos and leave it out of the mirrored scene"),
     ENUM("response", response, TRAIN, "auto", "auto|learned|as-is",
          "the camera's tone curve beyond what the files tell, and each photo's white balance: auto learns them of "
          "JPEGs"),
@@ -196,7 +198,7 @@ static const struct {
     {"paper", "slope-floor", "0"},   {"paper", "darkest", "0"},         {"paper", "scale-reg", "0"},
     {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},       {"paper", "opaque", "0"},
     {"paper", "settle", "0"},        {"paper", "photo-light", "false"}, {"paper", "vignetting", "false"},
-    {"paper", "response", "as-is"},
+    {"paper", "response", "as-is"},  {"paper", "photographer", "false"},
 };
 
 const FsOption *fs_settings_options(size_t *n)

@@ -22,7 +22,7 @@ typedef struct FsSettings {
     char *separation, *lighting, *geometry, *beta, *densify;
     double rgb_weight, dssim, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg, means_rate,
         slope_floor, darkest, rate_scale, gain_push, opaque, photo_reg, response_smooth, settle;
-    bool photo_light, vignetting; // learned
+    bool photo_light, vignetting, photographer; // learned
     char *response;
     // render
     char *cameras, *output, *path, *layers;

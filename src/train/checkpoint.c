@@ -80,6 +80,13 @@ static int each_photo(Trainer *trainer, const char *dir, bool write, FsError *er
     return fs_error_set(err, FS_ERR_INPUT, "%s/photos.bin: not there; remove the checkpoint", dir);
 }
 
+// Where the photographer is mirrored, as far as looked for.
+static int each_occlusion(Trainer *trainer, const char *dir, bool write, FsError *err)
+{
+    size_t size = sizeof *trainer->occlusion * (size_t)trainer->n_views;
+    return each_array(dir, "occlusion", (void **)&trainer->occlusion, size, write, err);
+}
+
 static json_t *numbers(const float *x, int n)
 {
     json_t *list = json_array();
@@ -107,13 +114,17 @@ int fs_checkpoint_write(Trainer *trainer, FsError *err)
     int rc;
     TRY(fs_engine_scene_down(trainer->engine, (1u << LAYERS) - 1, &trainer->scene, err));
     TRY(fs_engine_state_down(trainer->engine, &trainer->state, err));
-    if (trainer->halvings >= 0) TRY(fs_engine_photos_down(trainer->engine, trainer->photo, err));
+    if (trainer->halvings >= 0) {
+        TRY(fs_engine_photos_down(trainer->engine, trainer->photo, err));
+        TRY(fs_photographer_down(trainer, err));
+    }
     fs_owned_remove(fresh.text);
     TRY(fs_file_mkdirs(fresh.text, err));
     TRY(fs_scene_write(&trainer->scene, fresh.text, err));
     TRY(each_moment(&trainer->state, &trainer->scene, fresh.text, true, err));
     TRY(each_statistic(trainer, fresh.text, true, err));
     TRY(each_photo(trainer, fresh.text, true, err));
+    TRY(each_occlusion(trainer, fresh.text, true, err));
     TRY(write_state(trainer, fresh.text, err));
     fs_owned_remove(old.text);
     if (fs_file_exists(dir.text)) TRY(fs_file_rename(dir.text, old.text, err));
@@ -164,6 +175,7 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
         TRY(each_moment(&trainer->state, &trainer->scene, dir.text, false, err));
         TRY(each_statistic(trainer, dir.text, false, err));
         TRY(each_photo(trainer, dir.text, false, err));
+        TRY(each_occlusion(trainer, dir.text, false, err));
         TRY(read_state(trainer, dir.text, err));
         rc = 1;
     }

@@ -30,7 +30,10 @@ static int load_scene(Trainer *trainer, FsError *err)
         if (resumed) fs_log_info(&project->log, "train: goes on from the checkpoint at step %d", trainer->step);
         if (!resumed) fs_log_info(&project->log, "train: no checkpoint to resume; begins at step 0");
     }
-    if (!resumed) TRY(fs_scene_read(&trainer->scene, fs_file_at("%s/start", project->out).text, err));
+    if (!resumed) {
+        TRY(fs_scene_read(&trainer->scene, fs_file_at("%s/start", project->out).text, err));
+        TRY(fs_photographer_begin(trainer, err));
+    }
     TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
     if (resumed) TRY(fs_engine_state_up(trainer->engine, &trainer->state, err));
     if (trainer->neighbour)
@@ -92,6 +95,7 @@ static int train_loop(Trainer *trainer, FsError *err)
         TRY(fs_engine_step(trainer->engine, &args, &trainer->last, err));
         trainer->step++;
         TRY(fs_densify_step(trainer, err));
+        TRY(fs_photographer_step(trainer, err));
         TRY(keep_watch(trainer, err));
     }
     fs_log_info(&trainer->project->log, "train: %d steps in %.1f s", trainer->step - trainer->first_step,
@@ -116,11 +120,14 @@ static int write_photos(const Trainer *trainer, FsError *err)
     json_t *photos = json_array();
     for (int i = 0; i < trainer->n_views; i++) {
         const float *x = trainer->photo[i].x, *w = x + PHOTO_WHITE;
+        double hidden = 0;
+        for (int k = 0; trainer->occlusion && k < OCCLUSION_CELLS; k++)
+            hidden += (double)trainer->occlusion[i].q[k] / OCCLUSION_CELLS;
         json_array_append_new(photos,
-                              json_pack("{s:s, s:f, s:f, s:f, s:[fff]}", "name", trainer->views[i]->name, "transmitted",
-                                        exp((double)x[PHOTO_T]), "mirrored", exp((double)x[PHOTO_R]), "flash",
-                                        exp((double)x[PHOTO_FLASH]), "white_balance", exp((double)w[0]),
-                                        exp((double)w[1]), exp((double)w[2])));
+                              json_pack("{s:s, s:f, s:f, s:f, s:[fff], s:f}", "name", trainer->views[i]->name,
+                                        "transmitted", exp((double)x[PHOTO_T]), "mirrored", exp((double)x[PHOTO_R]),
+                                        "flash", exp((double)x[PHOTO_FLASH]), "white_balance", exp((double)w[0]),
+                                        exp((double)w[1]), exp((double)w[2]), "photographer", hidden));
     }
     return fs_json_file_write(fs_file_at("%s/clouds/photos.json", trainer->project->out).text,
                               json_pack("{s:o}", "photos", photos), JSON_INDENT(1) | JSON_REAL_PRECISION(6), err);

@@ -23,13 +23,14 @@ typedef struct Trainer {
     int halvings;      // of the photos that the engine has; -1: it has none
     int *order, epoch; // (n_views) of the present epoch
     Scene scene;
-    TrainState state;  // as last brought down, for checkpoints
-    PhotoState *photo; // (n_views) of the photos, as last brought down
-    int *neighbour;    // (N, ENGINE_NEIGHBOURS) of T_N, as the engine has them, or NULL
-    int step;          // steps done
-    int first_step;    // at which this run began (a checkpoint's)
-    double begin;      // of this run, seconds on the monotonic clock
-    double seconds;    // that the steps before it took
+    TrainState state;          // as last brought down, for checkpoints
+    PhotoState *photo;         // (n_views) of the photos, as last brought down
+    OcclusionState *occlusion; // (n_views) by the photographer, as last brought down; NULL: not looked for, or nobody
+    int *neighbour;            // (N, ENGINE_NEIGHBOURS) of T_N, as the engine has them, or NULL
+    int step;                  // steps done
+    int first_step;            // at which this run began (a checkpoint's)
+    double begin;              // of this run, seconds on the monotonic clock
+    double seconds;            // that the steps before it took
     StepResult last;
     float smoothed[LOSS_TERMS]; // running means, for people
 } Trainer;
@@ -55,6 +56,12 @@ RunSize fs_trainer_size(const Trainer *trainer);
 // densify.c: relocation, growth, pruning, as the setting "densify" says; called after every step
 int fs_densify_step(Trainer *trainer, FsError *err);
 int fs_densify_neighbours(Trainer *trainer, FsError *err); // finds and sends up whose gains are compared
+
+// photographer.c: who is mirrored too, where the setting of that name looks for them
+int fs_photographer_begin(Trainer *trainer, FsError *err); // once views and scene are there; not of a checkpoint
+int fs_photographer_up(Trainer *trainer, FsError *err);    // to all photos that the engine has
+int fs_photographer_down(Trainer *trainer, FsError *err);
+int fs_photographer_step(Trainer *trainer, FsError *err); // called after every step
 
 // checkpoint.c
 int fs_checkpoint_write(Trainer *trainer, FsError *err); // of what the engine holds

@@ -51,9 +51,13 @@ int fs_views_for_step(Trainer *trainer, int step, FsError *err)
 {
     int halvings = fs_schedule_halvings(trainer->set, trainer->long_edge, step);
     if (halvings == trainer->halvings) return 0;
-    if (trainer->halvings >= 0) MUST(fs_engine_photos_down(trainer->engine, trainer->photo, err));
+    if (trainer->halvings >= 0) {
+        MUST(fs_engine_photos_down(trainer->engine, trainer->photo, err));
+        MUST(fs_photographer_down(trainer, err));
+    }
     fs_engine_drop_views(trainer->engine);
     for (int i = 0; i < trainer->n_views; i++) MUST(load_view(trainer, i, halvings, err));
+    MUST(fs_photographer_up(trainer, err));
     trainer->halvings = halvings;
     fs_log_info(&trainer->project->log, "train: photos of %d pixels from step %d on", trainer->long_edge >> halvings,
                 step + 1);
@@ -100,6 +104,7 @@ void fs_views_free(Trainer *trainer)
     free(trainer->views);
     free(trainer->order);
     free(trainer->photo);
+    free(trainer->occlusion);
     fs_dataset_free(&trainer->dataset);
 }
 

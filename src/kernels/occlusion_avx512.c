@@ -1,0 +1,1 @@
+#include "kernels/occlusion_simd.h"

@@ -1,0 +1,179 @@
+// The photographer's own mirror image: dark, unlit by the flash, and at another place of the mirrored room in each
+// photo, so that it belongs to neither scene. Every photo learns which part of the mirrored light does not reach it
+// (kernels/occlusion.h), cell by cell and little of it at first. But all photos show that figure in the same
+// directions as seen from the mirror image of the camera, which lies along the pane's normal: drawn there, the mean
+// over the photos is its portrait, where there is someone. Within its outline what is learned is little, since the
+// mirrored scene soon is as dark there; filled, it hands that part of the scene over to those photos that see it clear.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/linalg.h"
+#include "train/region.h"
+#include "train/train_constants.h"
+#include "train/trainer.h"
+
+typedef struct Portrait {
+    double ahead[3], right[3], up[3]; // world: towards the mirror image, tangents of REACH to the sides
+    float q[REGION_SIDE * REGION_SIDE];
+    Region figure, near; // near: with some cells around it
+} Portrait;
+
+static int period(const Trainer *trainer)
+{
+    int tenth = trainer->set->steps / 10, visits = PORTRAIT_VISITS * trainer->n_views;
+    return visits > tenth ? visits : tenth;
+}
+
+int fs_photographer_begin(Trainer *trainer, FsError *err)
+{
+    if (!trainer->set->photographer || !trainer->scene.pane_beta || !trainer->scene.cloud[LAYER_R].n) return 0;
+    if (period(trainer) > PORTRAIT_UNTIL * trainer->set->steps) return 0; // too few steps to tell
+    trainer->occlusion = calloc((size_t)trainer->n_views, sizeof *trainer->occlusion);
+    if (!trainer->occlusion) return fs_error_memory(err);
+    for (int v = 0; v < trainer->n_views; v++)
+        for (int i = 0; i < OCCLUSION_CELLS; i++) trainer->occlusion[v].cost[i] = OCCLUSION_COST;
+    return 0;
+}
+
+int fs_photographer_up(Trainer *trainer, FsError *err)
+{
+    for (int v = 0; trainer->occlusion && v < trainer->n_views; v++)
+        MUST(fs_engine_occlusion_up(trainer->engine, v, &trainer->occlusion[v], err));
+    return 0;
+}
+
+int fs_photographer_down(Trainer *trainer, FsError *err)
+{
+    for (int v = 0; trainer->occlusion && v < trainer->n_views; v++)
+        MUST(fs_engine_occlusion_down(trainer->engine, v, &trainer->occlusion[v], err));
+    return 0;
+}
+
+// ---- the portrait ----
+
+static void direct(Portrait *p, const Trainer *trainer)
+{
+    double ahead[3] = {0}, up[3] = {0};
+    const double *n = trainer->scene.pane.normal;
+    for (int v = 0; v < trainer->n_views; v++)
+        for (int k = 0; k < 3; k++) {
+            up[k] -= trainer->views[v]->camera.w2c[4 + k];
+            ahead[k] += trainer->views[v]->camera.w2c[8 + k];
+        }
+    double scale = (v3_dot(n, ahead) < 0 ? -1 : 1) / fmax(sqrt(v3_dot(n, n)), 1e-12);
+    for (int k = 0; k < 3; k++) p->ahead[k] = scale * n[k];
+    double along = v3_dot(up, p->ahead);
+    for (int k = 0; k < 3; k++) p->up[k] = up[k] - along * p->ahead[k];
+    double length = sqrt(v3_dot(p->up, p->up));
+    for (int k = 0; k < 3; k++) p->up[k] /= fmax(length, 1e-12);
+    v3_cross(p->ahead, p->up, p->right);
+}
+
+// A photo's q at a place, 0..1 of its sides, linear between the middles of cells.
+static double between(const float *q, double x, double y)
+{
+    x = fmin(fmax(x * OCCLUSION_WIDTH - 0.5, 0), OCCLUSION_WIDTH - 1.001);
+    y = fmin(fmax(y * OCCLUSION_HEIGHT - 0.5, 0), OCCLUSION_HEIGHT - 1.001);
+    const float *at = q + (int)y * OCCLUSION_WIDTH + (int)x, *below = at + OCCLUSION_WIDTH;
+    double a = x - (int)x, b = y - (int)y;
+    return (1 - b) * ((1 - a) * (double)at[0] + a * (double)at[1]) +
+           b * ((1 - a) * (double)below[0] + a * (double)below[1]);
+}
+
+// The mean over the photos that look that way, where enough do.
+static float mean(const Portrait *p, const Trainer *trainer, double u, double w)
+{
+    double d[3], sum = 0;
+    int n = 0;
+    for (int k = 0; k < 3; k++) d[k] = p->ahead[k] + u * p->right[k] + w * p->up[k];
+    for (int v = 0; v < trainer->n_views; v++) {
+        const Camera *c = &trainer->views[v]->camera;
+        double z = v3_dot(c->w2c + 8, d);
+        double x = (v3_dot(c->w2c, d) / z * c->fx + c->cx) / c->width;
+        double y = (v3_dot(c->w2c + 4, d) / z * c->fy + c->cy) / c->height;
+        if (!(z > 0) || !(x >= 0) || !(x < 1) || !(y >= 0) || !(y < 1)) continue;
+        sum += between(trainer->occlusion[v].q, x, y);
+        n++;
+    }
+    return n >= PORTRAIT_PHOTOS ? (float)(sum / n) : 0;
+}
+
+static void draw(Portrait *p, const Trainer *trainer)
+{
+    RegionRule rule = {PORTRAIT_OUTLINE, PORTRAIT_SURE, PORTRAIT_GAP, PORTRAIT_LEAST};
+    for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++) {
+        double u = (i % REGION_SIDE + 0.5) / REGION_SIDE * 2 - 1, w = 1 - (i / REGION_SIDE + 0.5) / REGION_SIDE * 2;
+        p->q[i] = mean(p, trainer, u * PORTRAIT_REACH, w * PORTRAIT_REACH);
+    }
+    p->figure.width = p->figure.height = REGION_SIDE;
+    fs_region_find(&p->figure, p->q, &rule);
+    double sum = 0, n = 0;
+    for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
+        if (p->figure.in[i]) sum += (double)p->q[i], n++;
+    float edge = (float)(PORTRAIT_EDGE * sum / fmax(n, 1));
+    if (edge > rule.threshold) { // of one that was filled before: it would grow each time
+        rule.threshold = edge;
+        fs_region_find(&p->figure, p->q, &rule);
+    }
+    p->near = p->figure;
+    fs_region_spread(&p->near, 1, PORTRAIT_NEAR);
+}
+
+// ---- back to the photos ----
+
+// The cell of the portrait that a photo's cell shows; -1: it looks past it.
+static int portrait_cell(const Portrait *p, const Camera *c, int cell)
+{
+    double x = (cell % OCCLUSION_WIDTH + 0.5) / OCCLUSION_WIDTH, y = (cell / OCCLUSION_WIDTH + 0.5) / OCCLUSION_HEIGHT;
+    const double ray[3] = {(x * c->width - c->cx) / c->fx, (y * c->height - c->cy) / c->fy, 1};
+    double d[3];
+    for (int k = 0; k < 3; k++) d[k] = ray[0] * c->w2c[k] + ray[1] * c->w2c[4 + k] + ray[2] * c->w2c[8 + k];
+    double z = PORTRAIT_REACH * v3_dot(d, p->ahead);
+    double i = (v3_dot(d, p->right) / z + 1) / 2 * REGION_SIDE, j = (1 - v3_dot(d, p->up) / z) / 2 * REGION_SIDE;
+    if (!(z > 0) || !(i >= 0) || !(i < REGION_SIDE) || !(j >= 0) || !(j < REGION_SIDE)) return -1;
+    return (int)j * REGION_SIDE + (int)i;
+}
+
+// How much of the photo the figure covers.
+static double fill(const Portrait *p, const Camera *camera, OcclusionState *state)
+{
+    double sum = 0;
+    for (int i = 0; i < OCCLUSION_CELLS; i++) {
+        int at = portrait_cell(p, camera, i);
+        bool in = at >= 0 && p->figure.in[at], near = at >= 0 && p->near.in[at];
+        state->q[i] = in ? 1 : near ? state->q[i] : 0;
+        state->cost[i] = in ? 0 : near ? OCCLUSION_COST : OCCLUSION_NEVER;
+        sum += in;
+    }
+    return sum / OCCLUSION_CELLS;
+}
+
+static int give_up(Trainer *trainer, FsError *err)
+{
+    for (int v = 0; v < trainer->n_views; v++) MUST(fs_engine_occlusion_up(trainer->engine, v, NULL, err));
+    free(trainer->occlusion);
+    trainer->occlusion = NULL;
+    return 0;
+}
+
+int fs_photographer_step(Trainer *trainer, FsError *err)
+{
+    int every = period(trainer), round = trainer->step / every;
+    if (!trainer->occlusion || trainer->step % every || trainer->step > PORTRAIT_UNTIL * trainer->set->steps) return 0;
+    MUST(fs_photographer_down(trainer, err));
+    MUST(fs_engine_scene_down(trainer->engine, 0, &trainer->scene, err));
+    Portrait *p = calloc(1, sizeof *p);
+    if (!p) return fs_error_memory(err);
+    direct(p, trainer);
+    draw(p, trainer);
+    bool known = trainer->occlusion[0].cost[0] != OCCLUSION_COST, any = memchr(p->figure.in, 1, sizeof p->figure.in);
+    double share = 0;
+    for (int v = 0; any && v < trainer->n_views; v++)
+        share += fill(p, &trainer->views[v]->camera, &trainer->occlusion[v]) / trainer->n_views;
+    free(p);
+    if (!any) return known || round >= PORTRAIT_ROUNDS ? give_up(trainer, err) : 0;
+    fs_log_info(&trainer->project->log, "train: step %d: who takes the photos is mirrored in them, %.1f %% of a photo",
+                trainer->step, 100 * share);
+    return fs_photographer_up(trainer, err);
+}
