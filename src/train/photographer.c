@@ -4,6 +4,9 @@
 // directions as seen from the mirror image of the camera, which lies along the pane's normal: drawn there, the mean
 // over the photos is its portrait, where there is someone. Within its outline what is learned is little, since the
 // mirrored scene soon is as dark there; filled, it hands that part of the scene over to those photos that see it clear.
+//
+// All this is looked for on small photos before training begins, from the same start: a capture without such a figure
+// is trained as if nobody had looked.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,23 +21,6 @@ typedef struct Portrait {
     float q[REGION_SIDE * REGION_SIDE];
     Region figure, near; // near: with some cells around it
 } Portrait;
-
-static int period(const Trainer *trainer)
-{
-    int tenth = trainer->set->steps / 10, visits = PORTRAIT_VISITS * trainer->n_views;
-    return visits > tenth ? visits : tenth;
-}
-
-int fs_photographer_begin(Trainer *trainer, FsError *err)
-{
-    if (!trainer->set->photographer || !trainer->scene.pane_beta || !trainer->scene.cloud[LAYER_R].n) return 0;
-    if (period(trainer) > PORTRAIT_UNTIL * trainer->set->steps) return 0; // too few steps to tell
-    trainer->occlusion = calloc((size_t)trainer->n_views, sizeof *trainer->occlusion);
-    if (!trainer->occlusion) return fs_error_memory(err);
-    for (int v = 0; v < trainer->n_views; v++)
-        for (int i = 0; i < OCCLUSION_CELLS; i++) trainer->occlusion[v].cost[i] = OCCLUSION_COST;
-    return 0;
-}
 
 int fs_photographer_up(Trainer *trainer, FsError *err)
 {
@@ -52,10 +38,9 @@ int fs_photographer_down(Trainer *trainer, FsError *err)
 
 // ---- the portrait ----
 
-static void direct(Portrait *p, const Trainer *trainer)
+static void direct(Portrait *p, const Trainer *trainer, const double n[3])
 {
     double ahead[3] = {0}, up[3] = {0};
-    const double *n = trainer->scene.pane.normal;
     for (int v = 0; v < trainer->n_views; v++)
         for (int k = 0; k < 3; k++) {
             up[k] -= trainer->views[v]->camera.w2c[4 + k];
@@ -96,7 +81,24 @@ static float mean(const Portrait *p, const Trainer *trainer, double u, double w)
         sum += between(trainer->occlusion[v].q, x, y);
         n++;
     }
-    return n >= PORTRAIT_PHOTOS ? (float)(sum / n) : 0;
+    return n >= PORTRAIT_PHOTOS && 4 * n >= trainer->n_views ? (float)(sum / n) : 0;
+}
+
+static int compare(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+// The median, where anything was seen.
+static float usual(const float *q)
+{
+    float sorted[REGION_SIDE * REGION_SIDE];
+    int n = 0;
+    for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
+        if (q[i] > 0) sorted[n++] = q[i];
+    qsort(sorted, (size_t)n, sizeof *sorted, compare);
+    return n ? sorted[n / 2] : 0;
 }
 
 static void draw(Portrait *p, const Trainer *trainer)
@@ -107,6 +109,7 @@ static void draw(Portrait *p, const Trainer *trainer)
         p->q[i] = mean(p, trainer, u * PORTRAIT_REACH, w * PORTRAIT_REACH);
     }
     p->figure.width = p->figure.height = REGION_SIDE;
+    if (usual(p->q) > PORTRAIT_NOISE) return; // the scenes explain too little as yet
     fs_region_find(&p->figure, p->q, &rule);
     double sum = 0, n = 0;
     for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
@@ -143,37 +146,90 @@ static double fill(const Portrait *p, const Camera *camera, OcclusionState *stat
         int at = portrait_cell(p, camera, i);
         bool in = at >= 0 && p->figure.in[at], near = at >= 0 && p->near.in[at];
         state->q[i] = in ? 1 : near ? state->q[i] : 0;
-        state->cost[i] = in ? 0 : near ? OCCLUSION_COST : OCCLUSION_NEVER;
+        state->cost[i] = in ? -OCCLUSION_COST : near ? OCCLUSION_COST : OCCLUSION_NEVER;
         sum += in;
     }
     return sum / OCCLUSION_CELLS;
 }
 
-static int give_up(Trainer *trainer, FsError *err)
+static int fill_all(Trainer *trainer, const Portrait *p)
 {
-    for (int v = 0; v < trainer->n_views; v++) MUST(fs_engine_occlusion_up(trainer->engine, v, NULL, err));
-    free(trainer->occlusion);
-    trainer->occlusion = NULL;
+    double share = 0;
+    for (int v = 0; v < trainer->n_views; v++)
+        share += fill(p, &trainer->views[v]->camera, &trainer->occlusion[v]) / trainer->n_views;
+    return (int)(100 * share + 0.5);
+}
+
+// ---- the search ----
+
+static int steps(Trainer *trainer, int from, int to, FsError *err)
+{
+    for (int step = from; step < to; step++) {
+        StepArgs args;
+        StepResult result;
+        if (fs_log_cancelled(&trainer->project->log))
+            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before the first step of training");
+        fs_schedule_step(trainer->set, &trainer->scene, step, &args);
+        args.learn = trainer->learn;
+        args.view = fs_views_at_step(trainer, step);
+        MUST(fs_engine_step(trainer->engine, &args, &result, err));
+    }
     return 0;
 }
 
-int fs_photographer_step(Trainer *trainer, FsError *err)
+// 1: the figure is drawn, 0: there is none.
+static int look(Trainer *trainer, Portrait *p, FsError *err)
 {
-    int every = period(trainer), round = trainer->step / every;
-    if (!trainer->occlusion || trainer->step % every || trainer->step > PORTRAIT_UNTIL * trainer->set->steps) return 0;
+    Scene now = {0};
     MUST(fs_photographer_down(trainer, err));
-    MUST(fs_engine_scene_down(trainer->engine, 0, &trainer->scene, err));
-    Portrait *p = calloc(1, sizeof *p);
-    if (!p) return fs_error_memory(err);
-    direct(p, trainer);
+    MUST(fs_engine_scene_down(trainer->engine, 0, &now, err));
+    direct(p, trainer, now.pane.normal);
     draw(p, trainer);
-    bool known = trainer->occlusion[0].cost[0] != OCCLUSION_COST, any = memchr(p->figure.in, 1, sizeof p->figure.in);
-    double share = 0;
-    for (int v = 0; any && v < trainer->n_views; v++)
-        share += fill(p, &trainer->views[v]->camera, &trainer->occlusion[v]) / trainer->n_views;
+    return memchr(p->figure.in, 1, sizeof p->figure.in) != NULL;
+}
+
+// 1: found, 0: there is none.
+static int search(Trainer *trainer, Portrait *p, FsError *err)
+{
+    int halvings = 0, round = PORTRAIT_VISITS * trainer->n_views, found = 1;
+    while (trainer->long_edge >> halvings > PORTRAIT_SIDE) halvings++;
+    MUST(fs_views_load_halved(trainer, halvings, err));
+    for (int r = 0; r < PORTRAIT_ROUNDS && found > 0; r++) {
+        MUST(fs_photographer_up(trainer, err));
+        MUST(steps(trainer, r * round, (r + 1) * round, err));
+        found = look(trainer, p, err);
+        if (found > 0)
+            fs_log_info(&trainer->project->log, "train: who takes the photos is mirrored in %d %% of them",
+                        fill_all(trainer, p));
+    }
+    return found;
+}
+
+int fs_photographer_steps(const Settings *set, int photos)
+{
+    int round = PORTRAIT_VISITS * photos;
+    return set->photographer && round <= PORTRAIT_SHARE * set->steps ? round : 0; // else it does not pay
+}
+
+int fs_photographer_find(Trainer *trainer, FsError *err)
+{
+    const Settings *set = trainer->set;
+    if (!fs_photographer_steps(set, trainer->n_views)) return 0;
+    if (!trainer->scene.pane_beta || !trainer->scene.cloud[LAYER_R].n) return 0;
+    Portrait *p = calloc(1, sizeof *p);
+    int rc = 0;
+    trainer->occlusion = calloc((size_t)trainer->n_views, sizeof *trainer->occlusion);
+    if (!p || !trainer->occlusion) TRY(fs_error_memory(err));
+    for (int v = 0; v < trainer->n_views; v++)
+        for (int i = 0; i < OCCLUSION_CELLS; i++) trainer->occlusion[v].cost[i] = OCCLUSION_COST;
+    rc = search(trainer, p, err);
+    if (rc == 0) {
+        free(trainer->occlusion);
+        trainer->occlusion = NULL;
+    }
+    fs_engine_drop_views(trainer->engine);
+    trainer->halvings = -1;
+fail:
     free(p);
-    if (!any) return known || round >= PORTRAIT_ROUNDS ? give_up(trainer, err) : 0;
-    fs_log_info(&trainer->project->log, "train: step %d: who takes the photos is mirrored in them, %.1f %% of a photo",
-                trainer->step, 100 * share);
-    return fs_photographer_up(trainer, err);
+    return rc < 0 ? rc : 0;
 }

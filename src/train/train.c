@@ -20,6 +20,12 @@ static void free_trainer(Trainer *trainer)
     fs_threads_free(trainer->threads);
 }
 
+static int send_neighbours(Trainer *trainer, FsError *err)
+{
+    if (trainer->neighbour) return fs_engine_neighbours(trainer->engine, trainer->neighbour, err);
+    return fs_densify_neighbours(trainer, err);
+}
+
 // From the start, or from the checkpoint where that is wanted and there is one.
 static int load_scene(Trainer *trainer, FsError *err)
 {
@@ -30,16 +36,15 @@ static int load_scene(Trainer *trainer, FsError *err)
         if (resumed) fs_log_info(&project->log, "train: goes on from the checkpoint at step %d", trainer->step);
         if (!resumed) fs_log_info(&project->log, "train: no checkpoint to resume; begins at step 0");
     }
-    if (!resumed) {
-        TRY(fs_scene_read(&trainer->scene, fs_file_at("%s/start", project->out).text, err));
-        TRY(fs_photographer_begin(trainer, err));
-    }
+    if (!resumed) TRY(fs_scene_read(&trainer->scene, fs_file_at("%s/start", project->out).text, err));
     TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
+    if (!resumed) {
+        TRY(send_neighbours(trainer, err));
+        TRY(fs_photographer_find(trainer, err));
+        TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
+    }
     if (resumed) TRY(fs_engine_state_up(trainer->engine, &trainer->state, err));
-    if (trainer->neighbour)
-        TRY(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
-    else
-        TRY(fs_densify_neighbours(trainer, err));
+    TRY(send_neighbours(trainer, err));
 fail:
     return rc;
 }
@@ -95,7 +100,6 @@ static int train_loop(Trainer *trainer, FsError *err)
         TRY(fs_engine_step(trainer->engine, &args, &trainer->last, err));
         trainer->step++;
         TRY(fs_densify_step(trainer, err));
-        TRY(fs_photographer_step(trainer, err));
         TRY(keep_watch(trainer, err));
     }
     fs_log_info(&trainer->project->log, "train: %d steps in %.1f s", trainer->step - trainer->first_step,

@@ -33,19 +33,20 @@ enum {
     RELOCATE_FROM = 500,  // MCMC        but at most a twentieth of the steps
 };
 
-// The photographer's mirror image (photographer.c). On made captures of two layouts with and without one, and the
-// shared scenes, the portrait's mean is at most 0.30 without and at least 0.45 with one.
+// The photographer's mirror image (photographer.c).
 #define OCCLUSION_COST 0.01f   // experiment
 #define OCCLUSION_NEVER 1e3f   // -           more than any photo gains by it
-#define PORTRAIT_SURE 0.37f    // experiment  a cell of the portrait is at least this, where there is someone
-#define PORTRAIT_OUTLINE 0.22f // experiment  where they end; recall 0.7 to 0.97, precision 0.85 after 300 steps
+#define PORTRAIT_SURE 0.45f    // experiment  a cell of the portrait is at least this, where there is someone
+#define PORTRAIT_NOISE 0.2f    // -           half of its cells are below
+#define PORTRAIT_OUTLINE 0.22f // experiment  where they end
 #define PORTRAIT_EDGE 0.6f     // experiment  of the mean within, once it is filled
 #define PORTRAIT_REACH 1.1     // -           tangent of how far aside of the mirror image it goes
-#define PORTRAIT_UNTIL 0.5     // -           share of the steps
+#define PORTRAIT_SHARE 0.25    // -           of the steps, at most, in the first round
 enum {
-    PORTRAIT_VISITS = 12, // experiment  of each photo before it is drawn, and again
-    PORTRAIT_ROUNDS = 2,  // experiment  after which nobody is there
-    PORTRAIT_PHOTOS = 3,  // -           that look at a cell
+    PORTRAIT_SIDE = 100,  // -           pixels of the longer side, at most
+    PORTRAIT_VISITS = 16, // experiment  of each photo in a round
+    PORTRAIT_ROUNDS = 4,  // experiment
+    PORTRAIT_PHOTOS = 3,  // -           that look at a cell, and a quarter of all
     PORTRAIT_GAP = 2,     // experiment  cells
     PORTRAIT_NEAR = 3,    // -           cells around the outline, where photos may differ
     PORTRAIT_LEAST = 40,  // -           cells of 16384

@@ -22,6 +22,8 @@ enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_ST
 #define BYTES_SHEET 450.0 // a pixel of a view, for contact sheets
 #define BYTES_SPLAT 740.0
 
+#define LOOK_STEP 0.6 // of a step at the coarsest size: of one that looks for the photographer, on smaller photos
+
 static int load_photos(Engine *engine, const Camera *camera, FsError *err)
 {
     Image photo = {0}, mask = {0};
@@ -219,7 +221,9 @@ double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPac
     Settings with = *set;
     with.steps = steps;
     int n = pace->splats[0], budget = fs_schedule_budget(set, (double)size->width * size->height);
-    double seconds = 0, more = fmax(pace->splats[1] - n, 1);
+    int coarsest = fs_schedule_halvings(&with, long_edge(size), 0);
+    double seconds = LOOK_STEP * fs_photographer_steps(&with, size->photos) * pace->step[coarsest][0];
+    double more = fmax(pace->splats[1] - n, 1);
     for (int step = 0; step < steps; step++) {
         const double *at = pace->step[fs_schedule_halvings(&with, long_edge(size), step)];
         seconds += at[0] + (at[1] - at[0]) * (n - pace->splats[0]) / more;

@@ -38,6 +38,7 @@ typedef struct Trainer {
 // views.c
 int fs_views_load(Trainer *trainer, FsError *err);
 void fs_views_free(Trainer *trainer);
+int fs_views_load_halved(Trainer *trainer, int halvings, FsError *err); // the same, of a size
 int fs_views_at_step(Trainer *trainer, int step);                // every view once per epoch, shuffled by the seed
 int fs_views_for_step(Trainer *trainer, int step, FsError *err); // the engine gets the photos of the size of that step
 
@@ -58,10 +59,10 @@ int fs_densify_step(Trainer *trainer, FsError *err);
 int fs_densify_neighbours(Trainer *trainer, FsError *err); // finds and sends up whose gains are compared
 
 // photographer.c: who is mirrored too, where the setting of that name looks for them
-int fs_photographer_begin(Trainer *trainer, FsError *err); // once views and scene are there; not of a checkpoint
-int fs_photographer_up(Trainer *trainer, FsError *err);    // to all photos that the engine has
+int fs_photographer_steps(const Settings *set, int photos); // that a look takes where nobody is there; 0: none is had
+int fs_photographer_find(Trainer *trainer, FsError *err);   // the engine has the scene; it is to have it again
+int fs_photographer_up(Trainer *trainer, FsError *err);     // to all photos that the engine has
 int fs_photographer_down(Trainer *trainer, FsError *err);
-int fs_photographer_step(Trainer *trainer, FsError *err); // called after every step
 
 // checkpoint.c
 int fs_checkpoint_write(Trainer *trainer, FsError *err); // of what the engine holds

@@ -47,6 +47,14 @@ fail:
     return rc;
 }
 
+int fs_views_load_halved(Trainer *trainer, int halvings, FsError *err)
+{
+    fs_engine_drop_views(trainer->engine);
+    for (int i = 0; i < trainer->n_views; i++) MUST(load_view(trainer, i, halvings, err));
+    trainer->halvings = halvings;
+    return fs_photographer_up(trainer, err);
+}
+
 int fs_views_for_step(Trainer *trainer, int step, FsError *err)
 {
     int halvings = fs_schedule_halvings(trainer->set, trainer->long_edge, step);
@@ -55,10 +63,7 @@ int fs_views_for_step(Trainer *trainer, int step, FsError *err)
         MUST(fs_engine_photos_down(trainer->engine, trainer->photo, err));
         MUST(fs_photographer_down(trainer, err));
     }
-    fs_engine_drop_views(trainer->engine);
-    for (int i = 0; i < trainer->n_views; i++) MUST(load_view(trainer, i, halvings, err));
-    MUST(fs_photographer_up(trainer, err));
-    trainer->halvings = halvings;
+    MUST(fs_views_load_halved(trainer, halvings, err));
     fs_log_info(&trainer->project->log, "train: photos of %d pixels from step %d on", trainer->long_edge >> halvings,
                 step + 1);
     return 0;

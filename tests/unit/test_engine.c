@@ -417,6 +417,94 @@ static void test_gradients_of_photo(void **state)
     }
 }
 
+// Who stands in the mirrored light's way: one step of a grid, at a loss without its cost.
+static double loss_of_occlusion(const char *device, const Scene *scene, OcclusionState *occlusion, double settle)
+{
+    const Camera camera = make_camera();
+    Engine *engine = open_engine(device, scene);
+    StepArgs args = make_args(scene);
+    StepResult result;
+    double sum = 0;
+    args.settle = settle;
+    load_photo(engine, &camera, false);
+    assert_int_equal(fs_engine_occlusion_up(engine, 0, occlusion, NULL), 0);
+    assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+    for (int k = 0; k < LOSS_TERMS; k++) sum += args.weight[k] * result.loss[k];
+    assert_int_equal(fs_engine_occlusion_down(engine, 0, occlusion, NULL), 0);
+    fs_engine_free(engine);
+    return sum;
+}
+
+static void test_gradients_of_occlusion(void **state)
+{
+    (void)state;
+    Scene scene = make_scene(&kinds[0]);
+    OcclusionState first[2];
+    FOR_DEVICES(d)
+    {
+        static OcclusionState before, after, moved;
+        double value[2], slope = 0, away = 0;
+        const double h = 2e-2, settle = 1e-3;
+        for (int i = 0; i < OCCLUSION_CELLS; i++)
+            before.q[i] = 0.4f + 0.1f * sinf(0.01f * (float)i), before.cost[i] = 0;
+        after = before;
+        loss_of_occlusion(devices[d], &scene, &after, settle);
+        for (int side = 0; side < 2; side++) {
+            moved = before;
+            for (int i = 0; i < OCCLUSION_CELLS; i++) moved.q[i] += (float)(side ? h : -h) * cosf(0.1f * (float)i);
+            value[side] = loss_of_occlusion(devices[d], &scene, &moved, 0);
+        }
+        for (int i = 0; i < OCCLUSION_CELLS; i++) {
+            double g = (double)(before.q[i] - after.q[i]) / settle; // in proportion to the gradient, with one factor
+            slope += g * (double)cosf(0.1f * (float)i);
+            away += fabs(g);
+        }
+        slope /= 2.0 * OCCLUSION_CELLS; // of the rate, and cells
+        double differences = (value[1] - value[0]) / (2 * h);
+        if (fabs(differences - slope) > 0.03 * fabs(slope) + 2e-5)
+            print_message("%s: gradient %g, differences %g\n", devices[d], slope, differences);
+        assert_true(fabs(differences - slope) <= 0.03 * fabs(slope) + 2e-5 && away > 0);
+        for (int i = 0; i < OCCLUSION_CELLS; i++)
+            after.cost[i] = i % 2 ? 1e3f : 0; // what costs much goes, and stays away
+        loss_of_occlusion(devices[d], &scene, &after, settle);
+        for (int i = 1; i < OCCLUSION_CELLS; i += 2) assert_true(after.q[i] == 0 && after.q[i - 1] > 0);
+        first[d > 0] = after;
+    }
+    for (int i = 0; i < OCCLUSION_CELLS; i++) assert_true(fabsf(first[0].q[i] - first[1].q[i]) < 1e-3f);
+    fs_scene_free(&scene);
+}
+
+static void test_occlusion_hides_R(void **state)
+{
+    (void)state;
+    FOR_DEVICES(d)
+    {
+        Scene scene = make_scene(&kinds[0]), without = make_scene(&kinds[0]);
+        static OcclusionState all;
+        StepResult result;
+        FsError err;
+        for (int i = 0; i < OCCLUSION_CELLS; i++) all.q[i] = 1;
+        for (int i = 0; i < 3 * without.cloud[LAYER_R].n; i++) without.cloud[LAYER_R].field[CLOUD_COLORS][i] = 0;
+        const Camera camera = make_camera();
+        double value[2] = {loss_of(devices[d], &without, false, &result), 0};
+        value[0] = result.loss[LOSS_L1];
+        Engine *engine = open_engine(devices[d], &scene);
+        StepArgs args = make_args(&scene);
+        load_photo(engine, &camera, false);
+        assert_int_equal(fs_engine_occlusion_up(engine, 0, &all, NULL), 0);
+        assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+        value[1] = result.loss[LOSS_L1];
+        if (fabs(value[0] - value[1]) > 1e-5) print_message("%s: %g, black %g\n", devices[d], value[1], value[0]);
+        assert_true(fabs(value[0] - value[1]) <= 1e-5);
+        assert_int_equal(fs_engine_occlusion_up(engine, 0, NULL, NULL), 0);
+        assert_int_equal(fs_engine_occlusion_down(engine, 0, &all, &err), FS_ERR_INPUT); // nobody
+        assert_int_equal(fs_engine_occlusion_up(engine, 1, &all, &err), FS_ERR_INPUT);   // no such photo
+        fs_engine_free(engine);
+        fs_scene_free(&scene);
+        fs_scene_free(&without);
+    }
+}
+
 // ---- training ----
 
 static StepArgs real_args(const Scene *scene, int step, int view)
@@ -688,6 +776,8 @@ int main(void)
         cmocka_unit_test(test_gradients),
         cmocka_unit_test(test_gradients_of_numbers),
         cmocka_unit_test(test_gradients_of_photo),
+        cmocka_unit_test(test_gradients_of_occlusion),
+        cmocka_unit_test(test_occlusion_hides_R),
         cmocka_unit_test(test_devices_train_alike),
         cmocka_unit_test(test_state_goes_on),
         cmocka_unit_test(test_scene_down_in_parts),
