@@ -84,6 +84,24 @@ static void write_photos(FILE *f, const json_t *photos)
     fputs("</table></details>\n", f);
 }
 
+// Whom the photos show in the pane, and in how many.
+static void write_photographer(FILE *f, const json_t *photos)
+{
+    size_t n = json_array_size(photos), shown = 0;
+    double share = 0;
+    for (size_t i = 0; i < n; i++) {
+        double covered = json_number_value(json_object_get(json_array_get(photos, i), "photographer"));
+        shown += covered > 0;
+        share += covered / (double)n;
+    }
+    if (!shown) return;
+    fprintf(
+        f,
+        "<p>In <b>%zu</b> photos the photographer is mirrored too, on <b>%.0f %%</b> of the picture. What is behind, "
+        "where other photos see it, is in the mirrored scene; the figure is not.</p>\n",
+        shown, 100 * share * (double)n / (double)shown);
+}
+
 void fs_learned_write(FILE *f, const char *out)
 {
     json_t *model, *root;
@@ -91,6 +109,7 @@ void fs_learned_write(FILE *f, const char *out)
     fs_json_file_read(fs_file_at("%s/clouds/photos.json", out).text, MAX_BYTES, &root, NULL);
     write_vignetting(f, model);
     write_response(f, model);
+    write_photographer(f, json_object_get(root, "photos"));
     write_photos(f, json_object_get(root, "photos"));
     json_decref(model);
     json_decref(root);

@@ -101,6 +101,11 @@ static float usual(const float *q)
     return n ? sorted[n / 2] : 0;
 }
 
+static bool drawn(const Portrait *p)
+{
+    return memchr(p->figure.in, 1, sizeof p->figure.in) != NULL;
+}
+
 static void draw(Portrait *p, const Trainer *trainer)
 {
     RegionRule rule = {PORTRAIT_OUTLINE, PORTRAIT_SURE, PORTRAIT_GAP, PORTRAIT_LEAST};
@@ -109,7 +114,7 @@ static void draw(Portrait *p, const Trainer *trainer)
         p->q[i] = mean(p, trainer, u * PORTRAIT_REACH, w * PORTRAIT_REACH);
     }
     p->figure.width = p->figure.height = REGION_SIDE;
-    if (usual(p->q) > PORTRAIT_NOISE) return; // the scenes explain too little as yet
+    if (!drawn(p) && usual(p->q) > PORTRAIT_NOISE) return; // the scenes explain too little as yet
     fs_region_find(&p->figure, p->q, &rule);
     double sum = 0, n = 0;
     for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
@@ -185,7 +190,7 @@ static int look(Trainer *trainer, Portrait *p, FsError *err)
     MUST(fs_engine_scene_down(trainer->engine, 0, &now, err));
     direct(p, trainer, now.pane.normal);
     draw(p, trainer);
-    return memchr(p->figure.in, 1, sizeof p->figure.in) != NULL;
+    return drawn(p);
 }
 
 // 1: found, 0: there is none.

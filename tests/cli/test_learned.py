@@ -35,6 +35,35 @@ class Learned(FolderTest):
         layers = next(iter(json.loads(figures.read_text())["methods"].values()))["layers"]
         return sum(layers[l]["psnr_gain"] for l in ("I_N", "I_F")) / 2
 
+    def test_photographer(self):
+        size = ["--width", 300, "--height", 200, "--photos", 16, "--held-out", 4, "--seed", 33]
+        words = ["--poses", self.scene / "truth/sparse", "--preset", "preview", "--init-count", 8000, "--steps", 1100]
+        figures, clouds = {}, {}
+        for faults in ("photographer", ""):
+            self.assert_works(run("synth", "-o", self.scene, *size, *(["--field", faults] if faults else [])))
+            for option in ("--photographer", "--no-photographer"):
+                out = self.dir / f"out{faults}{option}"
+                self.assert_works(run("run", self.scene / "capture/raw", "-o", out, *words, option))
+                photos = json.loads((out / "clouds/photos.json").read_text())["photos"]
+                share = [p["photographer"] for p in photos]
+                found = bool(faults) and option == "--photographer"
+                self.assertEqual(found, "photographer is mirrored" in (out / "index.html").read_text())
+                self.assertEqual(found, max(share) > 0.03, share)
+                if not found:
+                    self.assertEqual(max(share), 0)
+                self.assert_works(run("render", out, "--output", self.dir / "views", "--cameras",
+                                      self.scene / "truth/cameras.json", "--layers", "R,T_N", "--force"))
+                report = self.dir / f"{out.name}.json"
+                self.assert_works(run("evaluate", out, self.scene / "truth", "--output", self.dir / "views", "--views",
+                                      "held_out", "--json", report))
+                layers = next(iter(json.loads(report.read_text())["methods"].values()))["layers"]
+                figures[faults, option] = {l: layers[l]["psnr_gain"] for l in ("R", "T_N")}
+                clouds[faults, option] = [(out / "clouds" / n).read_bytes() for n in ("T_N.ply", "R.ply", "model.json")]
+        with_him = figures["photographer", "--photographer"]
+        self.assertGreater(with_him["R"], figures["photographer", "--no-photographer"]["R"] + 1)
+        self.assertGreater(with_him["T_N"], figures["photographer", "--no-photographer"]["T_N"] + 0.5)
+        self.assertTrue(clouds["", "--photographer"] == clouds["", "--no-photographer"])  # as if nobody had looked
+
     def test_jpeg(self):
         truth = self.make("jpeg,white-balance")
         model, photos = self.train("jpeg")
