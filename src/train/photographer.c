@@ -114,7 +114,9 @@ static void draw(Portrait *p, const Trainer *trainer)
         p->q[i] = mean(p, trainer, u * PORTRAIT_REACH, w * PORTRAIT_REACH);
     }
     p->figure.width = p->figure.height = REGION_SIDE;
-    if (!drawn(p) && usual(p->q) > PORTRAIT_NOISE) return; // the scenes explain too little as yet
+    float noise = drawn(p) ? 0 : usual(p->q); // of what is not filled as yet
+    if (noise > PORTRAIT_NOISE) return;       // the scenes explain too little
+    rule.threshold = fmaxf(rule.threshold, PORTRAIT_ABOVE * noise);
     fs_region_find(&p->figure, p->q, &rule);
     double sum = 0, n = 0;
     for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
@@ -157,12 +159,12 @@ static double fill(const Portrait *p, const Camera *camera, OcclusionState *stat
     return sum / OCCLUSION_CELLS;
 }
 
-static int fill_all(Trainer *trainer, const Portrait *p)
+static double fill_all(Trainer *trainer, const Portrait *p)
 {
     double share = 0;
     for (int v = 0; v < trainer->n_views; v++)
         share += fill(p, &trainer->views[v]->camera, &trainer->occlusion[v]) / trainer->n_views;
-    return (int)(100 * share + 0.5);
+    return share;
 }
 
 // ---- the search ----
@@ -196,6 +198,7 @@ static int look(Trainer *trainer, Portrait *p, FsError *err)
 // 1: found, 0: there is none.
 static int search(Trainer *trainer, Portrait *p, FsError *err)
 {
+    double share = 0;
     int halvings = 0, round = PORTRAIT_VISITS * trainer->n_views, found = 1;
     while (trainer->long_edge >> halvings > PORTRAIT_SIDE) halvings++;
     MUST(fs_views_load_halved(trainer, halvings, err));
@@ -203,10 +206,10 @@ static int search(Trainer *trainer, Portrait *p, FsError *err)
         MUST(fs_photographer_up(trainer, err));
         MUST(steps(trainer, r * round, (r + 1) * round, err));
         found = look(trainer, p, err);
-        if (found > 0)
-            fs_log_info(&trainer->project->log, "train: who takes the photos is mirrored in %d %% of them",
-                        fill_all(trainer, p));
+        if (found > 0 && (share = fill_all(trainer, p)) > PORTRAIT_MOST) found = 0;
     }
+    if (found > 0)
+        fs_log_info(&trainer->project->log, "train: who takes the photos is mirrored in %.0f %% of them", 100 * share);
     return found;
 }
 

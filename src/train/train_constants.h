@@ -39,6 +39,8 @@ enum {
 #define PORTRAIT_SURE 0.45f    // experiment  a cell of the portrait is at least this, where there is someone
 #define PORTRAIT_NOISE 0.2f    // -           half of its cells are below
 #define PORTRAIT_OUTLINE 0.22f // experiment  where they end
+#define PORTRAIT_ABOVE 1.5f    // -           of the median: so much more are they at least
+#define PORTRAIT_MOST 0.35     // -           of the photos' area; more is what the scenes do not explain
 #define PORTRAIT_EDGE 0.6f     // experiment  of the mean within, once it is filled
 #define PORTRAIT_REACH 1.1     // -           tangent of how far aside of the mirror image it goes
 #define PORTRAIT_SHARE 0.25    // -           of the steps, at most, in the first round

@@ -60,7 +60,7 @@ class Learned(FolderTest):
                 figures[faults, option] = {l: layers[l]["psnr_gain"] for l in ("R", "T_N")}
                 clouds[faults, option] = [(out / "clouds" / n).read_bytes() for n in ("T_N.ply", "R.ply", "model.json")]
         with_him = figures["photographer", "--photographer"]
-        self.assertGreater(with_him["R"], figures["photographer", "--no-photographer"]["R"] + 1)
+        self.assertGreater(with_him["R"], figures["photographer", "--no-photographer"]["R"] + 0.2)
         self.assertGreater(with_him["T_N"], figures["photographer", "--no-photographer"]["T_N"] + 0.5)
         self.assertTrue(clouds["", "--photographer"] == clouds["", "--no-photographer"])  # as if nobody had looked
 
