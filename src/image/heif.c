@@ -30,7 +30,8 @@ static const char *advice(struct heif_error e)
 
 static int failed(const Heif *h, struct heif_error e, FsError *err)
 {
-    if (e.code == heif_error_Memory_allocation_error || errno == ENOMEM) return fs_error_memory(err);
+    bool refused = e.subcode == heif_suberror_Security_limit_exceeded; // by the limits that are set here
+    if ((e.code == heif_error_Memory_allocation_error && !refused) || errno == ENOMEM) return fs_error_memory(err);
     const char *what = e.message ? e.message : "damaged";
     return fs_error_input(err, "%s: bad HEIF: %s: %s", h->path, what, advice(e));
 }
@@ -49,6 +50,8 @@ static void close_heif(Heif *h)
     if (h->context) heif_context_free(h->context);
 }
 
+enum { MOST_TILE = 4096 }; // pixels a side: tiles may be larger than what is made of them
+
 static int open_heif(Heif *h, const char *path, FsError *err)
 {
     *h = (Heif){.path = path};
@@ -64,9 +67,13 @@ static int open_heif(Heif *h, const char *path, FsError *err)
     if (e.code) TRY(failed(h, e, err));
     e = heif_context_get_primary_image_handle(h->context, &h->handle);
     if (e.code) TRY(failed(h, e, err));
-    double pixels = (double)heif_image_handle_get_width(h->handle) * heif_image_handle_get_height(h->handle);
+    int w = heif_image_handle_get_width(h->handle), large = heif_image_handle_get_height(h->handle);
+    double pixels = (double)w * large;
     if (!(pixels >= 1 && pixels <= FS_IMAGE_MAX_PIXELS))
         TRY(fs_error_input(err, "%s: bad HEIF: a picture of %g pixels", path, pixels));
+    if (large < w) large = w;
+    if (large < MOST_TILE) large = MOST_TILE;
+    heif_context_set_maximum_image_size_limit(h->context, large); // a grid may say another size than its picture's
 fail:
     if (rc < 0) close_heif(h);
     return rc;
