@@ -55,7 +55,7 @@ class Live(common.FolderTest):
         self.assertNotIn("watch it in", again.stdout)
 
     def test_a_run_that_is_stopped(self):
-        process, pages = self.watch(100000, lambda page: "progress/" in page)
+        process, pages = self.watch(100000, lambda page: "progress/" in page and "</b> left of it" in page)
         self.assertRegex(pages[-1], r'aria-current="step">train<')
         self.assertRegex(pages[-1], r'<img src="progress/\d+\.png"')
         self.assertRegex(pages[-1], r"about <b>\d+ (seconds|minutes)</b> left")
