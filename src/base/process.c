@@ -9,7 +9,10 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/file.h"
+
+#define LEAVE 3 // seconds
 
 bool fs_process_found(const char *program)
 {
@@ -57,4 +60,19 @@ int fs_process_run(const char *const argv[], const char *log_path, const Log *lo
     if (WEXITSTATUS(status) == 127 && !fs_process_found(argv[0]))
         return fs_error_input(err, "%s: program not found; install it (Debian: apt-get install %s)", argv[0], argv[0]);
     return WEXITSTATUS(status);
+}
+
+int fs_process_leave(const char *const argv[], FsError *err)
+{
+    pid_t pid = fork();
+    if (pid < 0) return fs_error_set(err, FS_ERR_IO, "%s: cannot start: %s", argv[0], strerror(errno));
+    if (pid == 0) child(argv, "/dev/null");
+    for (double begin = fs_clock_seconds(); fs_clock_seconds() - begin < LEAVE;) {
+        int status;
+        pid_t done = waitpid(pid, &status, WNOHANG);
+        if (done == pid) return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+        if (done < 0 && errno != EINTR) break;
+        nanosleep(&(struct timespec){.tv_nsec = 20 * 1000 * 1000}, NULL);
+    }
+    return 0;
 }

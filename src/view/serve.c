@@ -98,7 +98,8 @@ static void answer(Client *c, const char *status, const char *type, off_t size)
 {
     c->have = (size_t)snprintf(c->head, sizeof c->head,
                                "HTTP/1.1 %s\r\nContent-Type: %s\r\nContent-Length: %lld\r\nCache-Control: no-store\r\n"
-                               "X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
+                               "X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\n"
+                               "Connection: close\r\n\r\n",
                                status, type, (long long)size);
     c->sent = 0;
     c->answering = true;

@@ -15,16 +15,12 @@ static bool has_display(void)
 }
 
 // Where there is a display and a program that knows what to open pages with; else the person does.
-static int open_in_browser(const char *address, const Log *log, FsError *err)
+static void open_in_browser(const char *address, const Log *log)
 {
     const char *const argv[] = {"xdg-open", address, NULL};
     fs_log_info(log, "%s", address);
-    if (!has_display() || !fs_process_found(argv[0])) return 0;
-    FsError why = {0};
-    int rc = fs_process_run(argv, "/dev/null", log, &why);
-    if (rc == FS_ERR_CANCELLED) return fs_error_set(err, rc, "%s", why.message);
-    if (rc) fs_log_warn(log, "xdg-open found no browser; open the page named above in one");
-    return 0;
+    if (!has_display() || !fs_process_found(argv[0])) return;
+    if (fs_process_leave(argv, NULL)) fs_log_warn(log, "xdg-open found no browser; open the page named above in one");
 }
 
 int fs_view_run(const char *out, const Settings *set, const Log *log, FsError *err)
@@ -33,11 +29,14 @@ int fs_view_run(const char *out, const Settings *set, const Log *log, FsError *e
     FilePath index = fs_file_at("%s/index.html", out);
     if (!fs_file_exists(index.text) || !realpath(index.text, whole))
         return fs_error_input(err, "%s: no page there; make it with: flashsplat run PHOTOS -o %s", index.text, out);
-    if (!set->serve) return open_in_browser(whole, log, err);
+    if (!set->serve) {
+        open_in_browser(whole, log);
+        return 0;
+    }
     Server server = {.socket = -1};
     int rc;
     TRY(fs_serve_open(&server, out, set->port, err));
-    TRY(open_in_browser(fs_file_at("http://127.0.0.1:%d/", server.port).text, log, err));
+    open_in_browser(fs_file_at("http://127.0.0.1:%d/", server.port).text, log);
     fs_log_info(log, "serving %s to this machine only, until Ctrl-C", out);
     fs_serve_until_cancelled(&server, log);
 fail:

@@ -48,8 +48,29 @@ class View(common.FolderTest):
         self.assertEqual(process.returncode, 0)
         self.assertIn("warning: xdg-open", process.stderr)
 
-    def serve(self):
-        process = subprocess.Popen([common.PROGRAM, "view", str(self.out), "--serve", "--port", "0"], env=BARE,
+    def a_browser_that_stays(self):
+        """What xdg-open does where no browser is open yet, and no desktop to ask: it is the browser until that ends."""
+        tools = self.dir / "tools"
+        tools.mkdir()
+        (tools / "xdg-open").write_text(f'#!/bin/sh\necho $$ >{self.dir}/browser\nexec sleep 100\n')
+        (tools / "xdg-open").chmod(0o755)
+        self.addCleanup(lambda: os.kill(int((self.dir / "browser").read_text()), signal.SIGKILL))
+        return {**BARE, "DISPLAY": ":9", "PATH": f"{tools}:{os.environ['PATH']}"}
+
+    def test_a_browser_that_stays_holds_nothing_up(self):
+        env = self.a_browser_that_stays()
+        begin = time.monotonic()
+        process, port = self.serve(env)
+        self.assertEqual(self.get(port, "/")[0], 200)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(20), 0)
+        os.kill(int((self.dir / "browser").read_text()), 0)  # Ctrl-C is not for it
+        os.kill(int((self.dir / "browser").read_text()), signal.SIGKILL)
+        self.assertEqual(common.run("view", self.out, env=env).returncode, 0)
+        self.assertLess(time.monotonic() - begin, 60)
+
+    def serve(self, env=BARE):
+        process = subprocess.Popen([common.PROGRAM, "view", str(self.out), "--serve", "--port", "0"], env=env,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(lambda: (process.kill(), process.communicate()))
         port = int(re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\n", process.stdout.readline())[1])
@@ -74,6 +95,7 @@ class View(common.FolderTest):
             code, head, body = self.get(port, path)
             self.assertEqual((code, body), (200, b"<!doctype html>page"))
             self.assertIn("Content-Type: text/html; charset=utf-8", head)
+            self.assertIn("Cross-Origin-Resource-Policy: same-origin", head)  # no other page may take the scene
         self.assertEqual(self.get(port, "/report/scene.js")[::2], (200, b"x" * 300000))
         code, head, body = self.get(port, "/report/scene.js", method="HEAD")
         self.assertEqual((code, body), (200, b""))
