@@ -57,7 +57,7 @@ typedef struct Terminal {
     bool tty, quiet, verbose, prints, bar_shown;
     char stage[32];
     double stage_start, last_shown;
-    int64_t first_done;
+    int64_t first_done, done, total; // of the stage, or of its part
 } Terminal;
 void cli_terminal_start(Terminal *terminal, const Invocation *invocation); // also catches SIGINT, SIGTERM and SIGHUP
 FsCallbacks cli_terminal_callbacks(Terminal *terminal);

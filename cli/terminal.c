@@ -117,12 +117,14 @@ static void on_progress(void *user, const FsProgress *p)
     double t = now();
     bool new_stage = strncmp(terminal->stage, p->stage, sizeof terminal->stage - 1) != 0;
     bool complete = p->total > 0 && p->done >= p->total;
-    if (new_stage || p->done < terminal->first_done) {
+    if (new_stage || p->done < terminal->done || p->total != terminal->total) { // parts count from their own start
         snprintf(terminal->stage, sizeof terminal->stage, "%s", p->stage);
         terminal->stage_start = t;
         terminal->first_done = p->done;
-        terminal->last_shown = terminal->tty ? 0 : t; // no line for the very start of a stage
+        if (new_stage) terminal->last_shown = terminal->tty ? 0 : t; // no line for the very start of a stage
     }
+    terminal->done = p->done;
+    terminal->total = p->total;
     double wait = terminal->tty ? SECONDS_BETWEEN_BARS : SECONDS_BETWEEN_LINES;
     if (!complete && t - terminal->last_shown < wait) return;
     terminal->last_shown = t;

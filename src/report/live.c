@@ -166,7 +166,7 @@ static void on_progress(void *user, const FsProgress *p)
     double now = fs_clock_seconds();
     if (live->to.progress) live->to.progress(live->to.user, p);
     if (!is_planned(live, p->stage)) return;
-    if (strcmp(live->stage, p->stage) != 0 || p->done < live->first) {
+    if (strcmp(live->stage, p->stage) != 0 || p->done < live->done || p->total != live->total) {
         snprintf(live->stage, sizeof live->stage, "%s", p->stage);
         live->stage_begin = now;
         live->first = p->done;
