@@ -206,6 +206,10 @@ class Viewer(unittest.TestCase):
         self.click(browser, "[data-do=play]")
         playing = browser.evaluate(at)
         self.assertNotEqual(playing, centre)
+        play, wheel = "document.querySelector('[data-do=play]')", "new WheelEvent('wheel', { deltaY: 9 })"
+        self.click(browser, "[data-do=play]")
+        browser.evaluate(f"({DESK}.stage.canvas.dispatchEvent({wheel}), {DESK}.stage.settled()).then(() => 1)")
+        self.assertEqual(browser.evaluate(f"{play}.getAttribute('aria-pressed')"), "false")  # hands stop it
         self.click(browser, ".film button:nth-child(3)")
         browser.evaluate("new Promise(done => setTimeout(done, 1500))")
         self.assertEqual(browser.evaluate(at), browser.evaluate(f"{DESK}.scene.views[2].pose.centre"))

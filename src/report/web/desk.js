@@ -75,6 +75,9 @@ class Desk {
         root.querySelector('[data-do=full]').hidden = !document.fullscreenEnabled;
         const mirrored = this.scene.clouds.some(c => c.layer === 'R');
         for (const button of all('[data-layer=R], [data-layer=beta]')) button.hidden = !mirrored;
+        const hide = (name, hidden) => { root.querySelector(`[data-set=${name}]`).parentNode.hidden = hidden; };
+        hide('reflection', !mirrored);
+        hide('flash', this.scene.shared && !this.scene.lit); // it would change nothing
         this.offerVr();
         addEventListener('hashchange', () => this.read(location.hash.slice(1)));
         this.follow();
@@ -130,11 +133,12 @@ class Desk {
         if (!this.film.beside.hidden) this.film.showNearest(pose, show.flash > 0.5);
         const stands = this.scene.views.find(v => v.pose.centre === pose.centre);
         if (stands !== this.stands) this.film.mark(this.stands = stands);
+        if (this.playing !== !!this.walk.path) this.press('play', this.playing = !!this.walk.path); // hands stop it too
     }
 
     stand(view, milliseconds) {
         this.stage.lensOf = view;
-        this.press('play', false);
+        this.press('play', this.playing = false);
         this.walk.focus = this.walk.speed;
         this.walk.fly(view.pose, milliseconds);
     }
@@ -152,7 +156,7 @@ class Desk {
     play(button) {
         const on = button.getAttribute('aria-pressed') !== 'true';
         this.walk.play(on);
-        this.press('play', on);
+        this.press('play', this.playing = on);
     }
 
     measure(button) {

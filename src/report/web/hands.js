@@ -57,7 +57,7 @@ class Hands {
 
     key(event, down) {
         const key = event.key.toLowerCase(), { held } = this.walk;
-        if (event.ctrlKey || event.metaKey || event.altKey) return;
+        if (down && (event.ctrlKey || event.metaKey || event.altKey)) return; // what was held can still be let go
         if (key === 'shift') held[down ? 'add' : 'delete'](key);
         if (down && (key === '+' || key === '-')) this.walk.dolly(key === '+' ? 0.1 : -0.1);
         if (!WALK_KEYS.includes(key)) return;
