@@ -1,5 +1,6 @@
 #include "export/splats.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -136,13 +137,23 @@ static void half_turn(const double axis[3], float q[4])
 
 void fs_splats_mirror(Splats *splats, const double normal[3], double distance)
 {
+    size_t kept = 0;
     for (size_t i = 0; i < (size_t)splats->n; i++) {
-        float *mean = splats->mean + 3 * i;
-        double behind = -distance;
+        const float *mean = splats->mean + 3 * i;
+        double behind = -distance, at[3], most = 0;
         for (int a = 0; a < 3; a++) behind += normal[a] * (double)mean[a];
-        for (int a = 0; a < 3; a++) mean[a] = (float)((double)mean[a] - 2 * behind * normal[a]);
+        for (int a = 0; a < 3; a++) {
+            at[a] = (double)mean[a] - 2 * behind * normal[a];
+            most = fabs(at[a]) > most || isnan(at[a]) ? fabs(at[a]) : most;
+        }
+        if (!(most <= (double)FLT_MAX)) continue;
+        const float mirrored[3] = {(float)at[0], (float)at[1], (float)at[2]};
         half_turn(normal, splats->rotation + 4 * i); // the reflection is it, times -1, which an ellipsoid does not show
+        const float *const field[ARRAYS] = {mirrored, splats->scale + 3 * i, splats->rotation + 4 * i,
+                                            splats->opacity + i, splats->srgb + 3 * i};
+        put(splats, kept++, field);
     }
+    splats->n = (int)kept;
 }
 
 // ---- order ----

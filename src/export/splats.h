@@ -30,7 +30,8 @@ void fs_splats_free(Splats *splats);
 // Half a turn about the first axis: from y down, z forward (COLMAP, PLY) to y up, z back (glTF, SPZ).
 void fs_splats_turn(Splats *splats);
 
-// What is seen in a mirror, where it is: across the plane normal . x = distance, the normal of unit length.
+// What is seen in a mirror, where it is: across the plane normal . x = distance, the normal of unit length. What would
+// be beyond all floats there is left out.
 void fs_splats_mirror(Splats *splats, const double normal[3], double distance);
 
 typedef enum SplatsOrder {

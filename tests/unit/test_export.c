@@ -162,6 +162,14 @@ static void test_splats(void **state)
     fs_splats_turn(&splats);
     assert_true(splats.mean[1] == c.field[CLOUD_MEANS][1]);
     for (int k = 0; k < 4; k++) assert_true(splats.rotation[k] == rotation[k]);
+    const double normal[3] = {0, 0, 1};
+    splats.mean[5] = 3e38f;
+    fs_splats_mirror(&splats, normal, -1e38); // mirrored at it, the second is beyond all floats
+    assert_int_equal(splats.n, 20);
+    assert_memory_equal(splats.mean + 3, c.field[CLOUD_MEANS] + 21, 8);
+    assert_true(splats.mean[5] == -2e38f);
+    fs_splats_mirror(&splats, normal, 1e300);
+    assert_int_equal(splats.n, 0);
     fs_splats_free(&splats);
     fs_cloud_free(&c);
 }
