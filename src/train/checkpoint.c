@@ -1,5 +1,6 @@
 // Checkpoints: everything training needs to go on as if it had never stopped. Written beside the old one, then swapped,
 // so that there is a whole one at any moment.
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -84,7 +85,15 @@ static int each_photo(Trainer *trainer, const char *dir, bool write, FsError *er
 static int each_occlusion(Trainer *trainer, const char *dir, bool write, FsError *err)
 {
     size_t size = sizeof *trainer->occlusion * (size_t)trainer->n_views;
-    return each_array(dir, "occlusion", (void **)&trainer->occlusion, size, write, err);
+    MUST(each_array(dir, "occlusion", (void **)&trainer->occlusion, size, write, err));
+    for (int v = 0; !write && trainer->occlusion && v < trainer->n_views; v++)
+        for (int i = 0; i < OCCLUSION_CELLS; i++) {
+            const OcclusionState *state = &trainer->occlusion[v];
+            if (!(state->q[i] >= 0 && state->q[i] <= 1) || !isfinite(state->cost[i]))
+                return fs_error_set(err, FS_ERR_INPUT, "%s/occlusion.bin: not shares of light; remove the checkpoint",
+                                    dir);
+        }
+    return 0;
 }
 
 static json_t *numbers(const float *x, int n)

@@ -175,7 +175,8 @@ static int steps(Trainer *trainer, int from, int to, FsError *err)
         StepArgs args;
         StepResult result;
         if (fs_log_cancelled(&trainer->project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before the first step of training");
+            return fs_error_set(err, FS_ERR_CANCELLED, "stopped at step 0 of %d; go on with --resume",
+                                trainer->set->steps);
         fs_schedule_step(trainer->set, &trainer->scene, step, &args);
         args.learn = trainer->learn;
         args.view = fs_views_at_step(trainer, step);
@@ -201,6 +202,7 @@ static int search(Trainer *trainer, Portrait *p, FsError *err)
     double share = 0;
     int halvings = 0, round = PORTRAIT_VISITS * trainer->n_views, found = 1;
     while (trainer->long_edge >> halvings > PORTRAIT_SIDE) halvings++;
+    fs_log_info(&trainer->project->log, "train: looks for the mirror image of who takes the photos");
     MUST(fs_views_load_halved(trainer, halvings, err));
     for (int r = 0; r < PORTRAIT_ROUNDS && found > 0; r++) {
         MUST(fs_photographer_up(trainer, err));

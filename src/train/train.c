@@ -26,7 +26,7 @@ static int send_neighbours(Trainer *trainer, FsError *err)
     return fs_densify_neighbours(trainer, err);
 }
 
-// From the start, or from the checkpoint where that is wanted and there is one.
+// From the start, or from the checkpoint where that is wanted and there is one: 1.
 static int load_scene(Trainer *trainer, FsError *err)
 {
     const FsProject *project = trainer->project;
@@ -38,15 +38,19 @@ static int load_scene(Trainer *trainer, FsError *err)
     }
     if (!resumed) TRY(fs_scene_read(&trainer->scene, fs_file_at("%s/start", project->out).text, err));
     TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
-    if (!resumed) {
-        TRY(send_neighbours(trainer, err));
-        TRY(fs_photographer_find(trainer, err));
-        TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
-    }
     if (resumed) TRY(fs_engine_state_up(trainer->engine, &trainer->state, err));
     TRY(send_neighbours(trainer, err));
+    rc = resumed;
 fail:
     return rc;
+}
+
+// The scene is up as it starts, before and after.
+static int look_for_photographer(Trainer *trainer, FsError *err)
+{
+    MUST(fs_photographer_find(trainer, err));
+    MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
+    return send_neighbours(trainer, err);
 }
 
 // Stops a run that went wrong while the last checkpoint is still good.
@@ -140,17 +144,18 @@ static int write_photos(const Trainer *trainer, FsError *err)
 int fs_train_run(FsProject *project, FsError *err)
 {
     if (fs_project_done(project, FS_STAGE_TRAIN)) return 0;
-    int rc;
+    int rc, resumed;
     Trainer trainer = {.project = project, .set = &project->set};
     FilePath clouds = fs_file_at("%s/clouds", project->out);
     TRY(fs_engine_new(&trainer.engine, project->set.device, project->set.cpu, project->set.threads, err));
     if (!(trainer.threads = fs_threads_new(project->set.threads))) TRY(fs_error_memory(err));
     TRY(fs_views_load(&trainer, err));
-    TRY(load_scene(&trainer, err));
+    TRY(resumed = load_scene(&trainer, err));
     RunSize size = fs_trainer_size(&trainer);
     TRY(fs_cost_check(&size, fs_train_bytes(trainer.set, &size), err));
     TRY(fs_project_begin(project, FS_STAGE_TRAIN, NULL, 0, err));
     TRY(fs_progress_log_rewind(&trainer, err));
+    if (!resumed) TRY(look_for_photographer(&trainer, err));
     TRY(train_loop(&trainer, err));
     TRY(fs_checkpoint_write(&trainer, err));
     fix_unit_of_R(&trainer.scene);

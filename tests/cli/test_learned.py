@@ -59,10 +59,22 @@ class Learned(FolderTest):
                 layers = next(iter(json.loads(report.read_text())["methods"].values()))["layers"]
                 figures[faults, option] = {l: layers[l]["psnr_gain"] for l in ("R", "T_N")}
                 clouds[faults, option] = [(out / "clouds" / n).read_bytes() for n in ("T_N.ply", "R.ply", "model.json")]
+                if found:
+                    self.check_damage(out, ["run", self.scene / "capture/raw", *words, option, "--resume"])
         with_him = figures["photographer", "--photographer"]
         self.assertGreater(with_him["R"], figures["photographer", "--no-photographer"]["R"] + 0.2)
         self.assertGreater(with_him["T_N"], figures["photographer", "--no-photographer"]["T_N"] + 0.5)
         self.assertTrue(clouds["", "--photographer"] == clouds["", "--no-photographer"])  # as if nobody had looked
+
+    def check_damage(self, out, words):
+        """A checkpoint with a share of light that is no number is refused."""
+        path = out / "checkpoint/occlusion.bin"
+        data = path.read_bytes()
+        path.write_bytes(data[:4000] + b"\xff" * 4 + data[4004:])
+        (out / "done/train.json").unlink()
+        process = run(*words, "-o", out)
+        self.assertEqual(process.returncode, 1, process.stdout + process.stderr)
+        self.assertIn("occlusion.bin: ", process.stderr)
 
     def test_jpeg(self):
         truth = self.make("jpeg,white-balance")
