@@ -16,8 +16,8 @@ typedef struct HostView {
     Planes mu, var; // (3, h, w) of photo, for SSIM
     PhotoState state;
     float flash_gain;
-    OcclusionState *occlusion; // its own; NULL: nobody
-    float *memory;             // of all these
+    float *memory;             // of all the planes
+    OcclusionState *occlusion; // NULL: nobody
 } HostView;
 
 enum { TASK_T, TASK_R, TASK_BETA, TASK_OTHER_T, TASK_LIT_R, HOST_TASKS };

@@ -5,7 +5,8 @@
     .compose = &fs_compose_##isa, .photometric = &fs_photometric_##isa, .pearson = &fs_pearson_##isa,                  \
     .smooth = &fs_smooth_##isa, .adam = &fs_adam_##isa, .project = &fs_project_##isa, .raster = &fs_raster_##isa,      \
     .shade = &fs_shade_##isa, .pane = &fs_pane_##isa, .regularise = &fs_regularise_##isa,                              \
-    .pixelwise = &fs_pixelwise_##isa, .gain = &fs_gain_##isa, .calibration = &fs_calibration_##isa, .occlusion = &fs_occlusion_##isa
+    .pixelwise = &fs_pixelwise_##isa, .gain = &fs_gain_##isa, .calibration = &fs_calibration_##isa,                    \
+    .occlusion = &fs_occlusion_##isa
 
 static const Kernels tables[CPU_LEVELS] = {
     [CPU_SCALAR] = {.level = CPU_SCALAR, TABLES(scalar)},

@@ -49,7 +49,8 @@ typedef struct Photos {
 
 void fs_photos_free(Photos *photos);
 // The photos in `folder`, and where it has none those in its subfolders: a RAW file is taken where a JPEG is of
-// the same name and shot, copies ("IMG_1 (1).JPG") are left out; other equal names get their folder's before them, or are an error.
+// the same name and shot, copies ("IMG_1 (1).JPG") are left out; other equal names get their folder's before them, or
+// are an error.
 int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *err);
 int fs_photos_list(Photos *photos, const Log *log, FsError *err); // for scan: every file of photos->folder
 char *fs_photos_view_name(const char *path); // UTF-8, not too long for a file name, no folder; NULL: out of memory

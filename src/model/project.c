@@ -43,7 +43,7 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
 };
 // clang-format on
 static const char *const shared_output[] = {"=index.html", "=report/*.jpg", "=report/scene.js", "=warnings/*.txt",
-                                           "=done/*.json"};
+                                            "=done/*.json"};
 #define N_SHARED ((int)(sizeof shared_output / sizeof *shared_output))
 
 const ProjectStage *fs_project_stage(unsigned stage)

@@ -50,7 +50,8 @@ static const FsOption table[] = {
     BOOL("force", force, ALL, "redo what is already done"),
     ENUM("device", device, TRAIN | RENDER | EXPORT, "auto", "auto|cpu|reference",
          "what computes: the best at hand, the CPU's cores, or the plain definition (very slow, for tests)"),
-    ENUM("cpu", cpu, TRAIN | RENDER | EXPORT | BENCH, "best", "best|scalar|avx2|avx512|neon", "highest instruction set to use"),
+    ENUM("cpu", cpu, TRAIN | RENDER | EXPORT | BENCH, "best", "best|scalar|avx2|avx512|neon",
+         "highest instruction set to use"),
 
     STRING("flash-glob", flash_glob, INGEST | PAIR | CHECK, "", "PATTERN",
            "file names that are flash photos, instead of EXIF"),
@@ -141,8 +142,10 @@ static const FsOption table[] = {
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
 
     STRING("formats", formats, EXPORT, "ply,spz", "LIST",
-           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, points, mesh (of T)"),
-    BOOL("unmirror", unmirror, EXPORT, "write the mirrored room too, as room.*, where it really is: reflected at the pane"),
+           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, "
+           "points, mesh (of T)"),
+    BOOL("unmirror", unmirror, EXPORT,
+         "write the mirrored room too, as room.*, where it really is: reflected at the pane"),
     BOOL("dataset", dataset, EXPORT,
          "write the photos without the reflection, with a COLMAP model, for programs that train on posed photos"),
     FLOAT("pane-distance", pane_distance, EXPORT, "0", 0, 1e9, "X",
@@ -189,15 +192,15 @@ static const struct {
 static const struct {
     const char *preset, *name, *value;
 } preset_values[] = {
-    {"preview", "steps", "3000"},    {"preview", "long-edge", "300"},   {"preview", "init-count", "12000"},
-    {"paper", "steps", "5000"},      {"paper", "levels", "1"},          {"paper", "geometry", "separate"},
-    {"paper", "beta", "cloud"},      {"paper", "init-count", "350000"}, {"paper", "max-splats", "500000"},
-    {"paper", "densify", "fsgs"},    {"paper", "rgb-weight", "2"},      {"paper", "linearity", "0.001"},
-    {"paper", "beta-smooth", "0.1"}, {"paper", "depth-smooth", "0.01"}, {"paper", "opacity-reg", "0"},
-    {"paper", "dssim", "0.2"},       {"paper", "means-rate", "1.6e-4"}, {"paper", "rate-scale", "1"},
-    {"paper", "slope-floor", "0"},   {"paper", "darkest", "0"},         {"paper", "scale-reg", "0"},
-    {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},       {"paper", "opaque", "0"},
-    {"paper", "settle", "0"},        {"paper", "photo-light", "false"}, {"paper", "vignetting", "false"},
+    {"preview", "steps", "3000"},    {"preview", "long-edge", "300"},    {"preview", "init-count", "12000"},
+    {"paper", "steps", "5000"},      {"paper", "levels", "1"},           {"paper", "geometry", "separate"},
+    {"paper", "beta", "cloud"},      {"paper", "init-count", "350000"},  {"paper", "max-splats", "500000"},
+    {"paper", "densify", "fsgs"},    {"paper", "rgb-weight", "2"},       {"paper", "linearity", "0.001"},
+    {"paper", "beta-smooth", "0.1"}, {"paper", "depth-smooth", "0.01"},  {"paper", "opacity-reg", "0"},
+    {"paper", "dssim", "0.2"},       {"paper", "means-rate", "1.6e-4"},  {"paper", "rate-scale", "1"},
+    {"paper", "slope-floor", "0"},   {"paper", "darkest", "0"},          {"paper", "scale-reg", "0"},
+    {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},        {"paper", "opaque", "0"},
+    {"paper", "settle", "0"},        {"paper", "photo-light", "false"},  {"paper", "vignetting", "false"},
     {"paper", "response", "as-is"},  {"paper", "photographer", "false"},
 };
 

@@ -262,7 +262,7 @@ static void write_files(FILE *f, const Page *page)
                                            {"evaluate.json", "figures of every view"},
                                            {"log.jsonl", "the training, step by step"}};
     fputs("<h2>Files</h2>\n<table>\n", f);
-    write_folder_links(f, page, "export", "ply", "Gaussians for the usual viewers");
+    write_folder_links(f, page, "export", "ply", "Gaussians, points and meshes for other programs");
     write_folder_links(f, page, "export", "spz sog splat glb", "the same for viewers in a browser");
     write_folder_links(f, page, "video", "mp4", "film");
     write_folder_links(f, page, "clouds", "ply", "Gaussians as trained");

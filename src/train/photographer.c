@@ -12,6 +12,8 @@
 #include <string.h>
 
 #include "base/linalg.h"
+#include "base/order.h"
+#include "image/bilinear.h"
 #include "train/region.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
@@ -58,12 +60,10 @@ static void direct(Portrait *p, const Trainer *trainer, const double n[3])
 // A photo's q at a place, 0..1 of its sides, linear between the middles of cells.
 static double between(const float *q, double x, double y)
 {
-    x = fmin(fmax(x * OCCLUSION_WIDTH - 0.5, 0), OCCLUSION_WIDTH - 1.001);
-    y = fmin(fmax(y * OCCLUSION_HEIGHT - 0.5, 0), OCCLUSION_HEIGHT - 1.001);
-    const float *at = q + (int)y * OCCLUSION_WIDTH + (int)x, *below = at + OCCLUSION_WIDTH;
-    double a = x - (int)x, b = y - (int)y;
-    return (1 - b) * ((1 - a) * (double)at[0] + a * (double)at[1]) +
-           b * ((1 - a) * (double)below[0] + a * (double)below[1]);
+    x = fmin(fmax(x * OCCLUSION_WIDTH - 0.5, 0), OCCLUSION_WIDTH - 1);
+    y = fmin(fmax(y * OCCLUSION_HEIGHT - 0.5, 0), OCCLUSION_HEIGHT - 1);
+    Bilinear at = fs_bilinear_at(x, y, OCCLUSION_WIDTH, OCCLUSION_HEIGHT);
+    return (double)fs_bilinear_value(&at, q, 1, 0);
 }
 
 // The mean over the photos that look that way, where enough do.
@@ -84,12 +84,6 @@ static float mean(const Portrait *p, const Trainer *trainer, double u, double w)
     return n >= PORTRAIT_PHOTOS && 4 * n >= trainer->n_views ? (float)(sum / n) : 0;
 }
 
-static int compare(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 // The median, where anything was seen.
 static float usual(const float *q)
 {
@@ -97,7 +91,7 @@ static float usual(const float *q)
     int n = 0;
     for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
         if (q[i] > 0) sorted[n++] = q[i];
-    qsort(sorted, (size_t)n, sizeof *sorted, compare);
+    fs_order_floats(sorted, (size_t)n);
     return n ? sorted[n / 2] : 0;
 }
 
