@@ -17,6 +17,7 @@
 #include "ingest/ingest.h"
 #include "initialise/initialise.h"
 #include "model/project.h"
+#include "model/scene_folder.h"
 #include "pair/pair.h"
 #include "poses/poses.h"
 #include "render/render.h"
@@ -139,6 +140,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     FsError why = {0};
     if (!err) err = &why; // the page says it
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
+    TRY(fs_scene_folder_take(&project->set, photos, &project->log, err));
     TRY(fs_report_live_begin(&live, project, err));
     TRY(fs_estimate_run(project, photos, begin, err));
     TRY(fs_ingest(project, photos, err));

@@ -19,13 +19,13 @@ typedef struct Work {
 
 static int look_at(const Photos *photos, PhotoFile *photo, FsError *err)
 {
-    static const double one[3] = {1, 1, 1};
+    SensorLevels levels = photos->npy;
+    for (int c = 0; c < 3; c++) levels.gain[c] = photo->white_balance[1] > 0 ? photo->white_balance[c] : 1;
     PhotoSizes sizes = {.n = 1, .size = {{.long_edge = FS_LOOK_EDGE}}, .enough = FS_LOOK_EDGE};
     Image *rgb = &sizes.size[0].rgb, *clipped = &sizes.size[0].clipped;
     PhotoLight light;
     int rc;
-    TRY(fs_photo_read(fs_photos_path(photos, photo).text, photo->white_balance[1] > 0 ? photo->white_balance : one,
-                      &sizes, &light, err));
+    TRY(fs_photo_read(fs_photos_path(photos, photo).text, &levels, &sizes, &light, err));
     TRY(fs_image_orient(rgb, photo->exif.orientation, err));
     TRY(fs_look_at(&photo->look, rgb, err));
     for (size_t i = 0; i < fs_image_pixels(clipped); i++)
@@ -148,6 +148,7 @@ int fs_check_run(const char *folder, const FsSettings *settings, const Log *log,
     int rc;
     if (*settings->json) MUST(fs_owned_check(settings->json, err));
     TRY(fs_photos_scan(&photos, folder, log, err));
+    TRY(fs_photos_levels(&photos.npy, settings, err));
     TRY(look_at_all(&photos, settings->threads, log, err));
     TRY(fs_photos_mark_flash(&photos, settings, log, err));
     TRY(fs_photos_drop_failed(&photos, log, err));

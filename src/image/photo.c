@@ -1,4 +1,4 @@
-// Photos: RAW as LibRaw and the demosaic give them, the others linearised where they hold display values.
+// Photos: RAW as LibRaw and the demosaic give them, .npy by their levels, the others linearised where they hold display values.
 #include "image/photo.h"
 
 #include <math.h>
@@ -24,6 +24,7 @@ int fs_photo_kind(const char *path)
         const char *extensions;
     } known[] = {{PHOTO_RAW, "dng cr2 cr3 crw nef nrw arw sr2 srf raf orf rw2 pef srw x3f 3fr fff iiq erf mrw kdc dcr "
                              "mef mos rwl gpr"},
+                 {PHOTO_NPY, "npy"},
                  {PHOTO_HEIF, "heic heif hif avif heics avifs"},
                  {PHOTO_JPEG, "jpg jpeg jpe"},
                  {PHOTO_PNG, "png"},
@@ -44,6 +45,7 @@ PhotoKind fs_photo_kind_inside(const char *path)
     if (memcmp(head, "\xff\xd8\xff", 3) == 0) return PHOTO_JPEG;
     if (memcmp(head, "\x89PNG\r\n\x1a\n", 8) == 0) return PHOTO_PNG;
     if (fs_heif_is(head)) return PHOTO_HEIF;
+    if (memcmp(head, "\x93NUMPY", 6) == 0) return PHOTO_NPY;
     bool tiff = memcmp(head, "II*\0", 4) == 0 || memcmp(head, "MM\0*", 4) == 0; // or RAW
     if (tiff && kind > PHOTO_RAW) return PHOTO_TIFF;
     return kind < 0 ? PHOTO_RAW : (PhotoKind)kind;
@@ -54,6 +56,8 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
     RawInfo raw;
     for (int c = 0; c < 3; c++) white_balance[c] = 0;
     MUST(fs_exif_read(path, exif, err));
+    if (fs_photo_kind_inside(path) == PHOTO_NPY)
+        return fs_npy_photo_size(path, &exif->width, &exif->height, memory, err);
     double stored = (double)exif->width * exif->height;
     double bytes = FLOATS_BYTES + (fs_photo_kind_inside(path) == PHOTO_HEIF ? HEIF_BYTES : 0);
     if (memory) *memory = bytes * (stored > 0 ? stored : UNKNOWN_PIXELS);
@@ -134,11 +138,12 @@ static int linearise(const Image *image, const Profile *profile, PhotoSizes *siz
     return rc;
 }
 
-int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, PhotoLight *light, FsError *err)
+int fs_photo_read(const char *path, const SensorLevels *levels, PhotoSizes *sizes, PhotoLight *light, FsError *err)
 {
     *light = PHOTO_LIGHT;
     fs_sizes_clear(sizes);
-    if (fs_photo_kind_inside(path) == PHOTO_RAW) return fs_raw_read(path, white_balance, false, sizes, err);
+    if (fs_photo_kind_inside(path) == PHOTO_RAW) return fs_raw_read(path, levels->gain, false, sizes, err);
+    if (fs_photo_kind_inside(path) == PHOTO_NPY) return fs_npy_read_photo(path, levels, sizes, err);
     Image image = {0};
     Profile profile;
     int rc = read_profile(path, &profile, light, err);

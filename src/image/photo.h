@@ -2,9 +2,10 @@
 #pragma once
 
 #include "image/exif.h"
+#include "image/npy.h"
 #include "image/sizes.h"
 
-typedef enum PhotoKind { PHOTO_RAW, PHOTO_HEIF, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind;
+typedef enum PhotoKind { PHOTO_RAW, PHOTO_NPY, PHOTO_HEIF, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind;
 int fs_photo_kind(const char *path); // by the one table of extensions; -1: none of a photo
 // What readers take it for: the same, but a JPEG, PNG, HEIF or TIFF under another's name is known by its first bytes.
 PhotoKind fs_photo_kind_inside(const char *path);
@@ -19,9 +20,9 @@ typedef enum PhotoLight {
 // memory: bytes that fs_photo_read takes beside what it makes; may be NULL.
 int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], double *memory, FsError *err);
 // The picture in the sizes wanted (the caller frees them), linear, 1.0 = white; clipped where a channel was at its
-// limit or is no number. As stored: orientation not applied. white_balance: of RAW files. What is not RAW comes in the
-// primaries of sRGB, as its colour profile says.
-int fs_photo_read(const char *path, const double white_balance[3], PhotoSizes *sizes, PhotoLight *light, FsError *err);
+// limit or is no number. As stored: orientation not applied. levels: of RAW files the gains, of .npy all. What is
+// neither comes in the primaries of sRGB, as its colour profile says.
+int fs_photo_read(const char *path, const SensorLevels *levels, PhotoSizes *sizes, PhotoLight *light, FsError *err);
 
-// JPEG, PNG, TIFF or HEIF with the values it has.
+// JPEG, PNG, TIFF or HEIF with the values it has; not RAW, not .npy.
 int fs_photo_read_stored(const char *path, Image *image, FsError *err);

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "image/half.h"
 #include "image/image.h"
 #include "image/profile.h"
 #include "image/tiff_file.h"
@@ -43,19 +44,6 @@ static int read_layout(TiffFile *t, Layout *l, FsError *err)
                               t->path, l->photometric, l->samples, l->bits, l->format);
     l->channels = grey ? 1 : 3;
     return 0;
-}
-
-static float half_to_float(uint16_t h)
-{
-    uint32_t sign = (uint32_t)(h & 0x8000) << 16, exponent = (h >> 10) & 31, mantissa = h & 0x3ff, bits;
-    float f;
-    if (exponent == 0) {
-        f = (float)mantissa * 0x1p-24f;
-        return sign ? -f : f;
-    }
-    bits = sign | (exponent == 31 ? 0x7f800000u : (exponent + 112) << 23) | mantissa << 13;
-    memcpy(&f, &bits, sizeof f);
-    return f;
 }
 
 static float sample(const Layout *l, const unsigned char *block, size_t i)

@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "model/colmap_model.h"
+#include "model/scene_folder.h"
 
 static bool holds(const char *dir, const char *name)
 {
@@ -17,9 +18,10 @@ static int describe_folder(const char *dir, const Log *log, FsError *err)
     if (holds(dir, "done") || holds(dir, "ingest.json") || holds(dir, "views.json"))
         return fs_info_project(dir, log, err);
     char *model = fs_colmap_model_find(dir);
+    SceneFolder scene;
     bool cameras = model != NULL || holds(dir, "transforms.json");
     free(model);
-    if (cameras) return fs_info_cameras(dir, log, err);
+    if (cameras && !fs_scene_folder_find(&scene, dir)) return fs_info_cameras(dir, log, err);
     FsError why = {0};
     int rc = fs_info_photos(dir, log, &why);
     if (err && rc < 0 && rc != FS_ERR_INPUT) *err = why;

@@ -20,9 +20,14 @@ static bool tells_nothing(const ExifInfo *exif)
     return exif->flash < 0 && exif->exposure_s <= 0 && exif->focal_mm <= 0 && !*exif->make && !*exif->model;
 }
 
-static const char *flash_text(const ExifInfo *exif)
+static int fired_of(const PhotoFile *photo)
 {
-    int fired = fs_exif_flash_fired(exif);
+    int fired = photo->folder_says >= 0 ? photo->folder_says : fs_exif_flash_fired(&photo->exif);
+    return fired < 0 ? photo->name_says : fired;
+}
+
+static const char *flash_text(int fired)
+{
     return fired < 0 ? "flash unknown" : fired ? "flash" : "no flash";
 }
 
@@ -80,8 +85,8 @@ int fs_info_photos(const char *folder, const Log *log, FsError *err)
             fs_log_warn(log, "%s", photo->failure.message);
         else
             fs_log_info(log, "%s: %dx%d, %s, %s", photo->file, photo->exif.width, photo->exif.height,
-                        flash_text(&photo->exif), text);
-        if (!photo->failure.code) count[1 + fs_exif_flash_fired(&photo->exif)]++;
+                        flash_text(fired_of(photo)), text);
+        if (!photo->failure.code) count[1 + fired_of(photo)]++;
     }
     fs_log_info(log, "%s: %d photos: %d with flash, %d without, %d that do not say", folder, photos.n, count[2],
                 count[1], count[0]);

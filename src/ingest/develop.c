@@ -58,7 +58,8 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     bool masked = fs_photos_mask(photos, photo, &mask_path);
     int rc;
     PhotoLight light;
-    TRY(fs_photo_read(path.text, photos->white_balance, &sizes, &light, err));
+    SensorLevels levels = fs_photos_developed(photos);
+    TRY(fs_photo_read(path.text, &levels, &sizes, &light, err));
     photo->encoded = light == PHOTO_ENCODED;
     photo->untold = light == PHOTO_UNTOLD;
     TRY(level(photo, &sizes, working, mask, err));

@@ -189,6 +189,7 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     if (!threads) TRY(fs_error_memory(err));
     TRY(fs_photos_scan(&photos, folder, log, err));
     photos.masks = project->set.masks;
+    TRY(fs_photos_levels(&photos.npy, &project->set, err));
     fs_photos_read_headers(&photos, threads);
     TRY(fs_photos_find_flash(&photos, project, err));
     TRY(fs_level_photos(&photos, log, err));
@@ -215,6 +216,7 @@ int fs_ingest_estimate(const FsProject *project, const char *folder, RunSize *si
     FilePath dir = fs_file_at("%s/" FS_OWNED_DIR "/estimate", project->out);
     if (!threads) TRY(fs_error_memory(err));
     TRY(fs_photos_scan(&photos, folder, &(Log){0}, err));
+    TRY(fs_photos_levels(&photos.npy, &project->set, err));
     fs_photos_read_headers(&photos, threads);
     PhotoFile *photo = &photos.photo[photos.n / 2];
     if (photo->failure.code) TRY(fs_error_set(err, FS_ERR_INPUT, "%s", photo->failure.message));

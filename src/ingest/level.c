@@ -28,11 +28,11 @@ static void level_white_balance(Photos *photos, double *value, const Log *log)
 {
     const PhotoFile *odd = NULL;
     int raws = 0;
-    for (int i = 0; i < photos->n; i++) raws += photos->photo[i].kind == PHOTO_RAW;
+    for (int i = 0; i < photos->n; i++) raws += photos->photo[i].kind <= PHOTO_NPY;
     if (raws == 0) return;
     if (raws < photos->n)
         fs_log_warn(log,
-                    "%d photos are RAW and %d are not: their colours and brightness cannot be matched well; use one "
+                    "%d photos are RAW (or .npy) and %d are not: their colours and brightness cannot be matched well; use one "
                     "kind only",
                     raws, photos->n - raws);
     for (int c = 0; c < 3; c++) {
@@ -49,7 +49,7 @@ static void level_white_balance(Photos *photos, double *value, const Log *log)
                     "median, %.3f 1 %.3f",
                     odd->file, odd->white_balance[0], odd->white_balance[2], wb[0], wb[2]);
     else
-        fs_log_info(log, "white balance %.3f 1 %.3f", wb[0], wb[2]);
+        fs_log_info(log, "white balance %.3f %.4g %.3f", wb[0], wb[1], wb[2]);
 }
 
 static void level_exposure(Photos *photos, double *value, const Log *log)

@@ -9,6 +9,7 @@
 enum {
     INPUT_LONG_EDGE = 300,        // -          pixels of the photos the stage works on
     INPUT_FEWEST = 20,            // -          sparse points below which nothing can be told
+    GIVEN_CUES = 20000,           // -          points of a dense cloud of the user's that get a cue
     CUE_SIDE = 9,                 // -          samples along a side of the patch, a pixel apart
     CUE_GROUP_MAX = 24,           // -          photos of one lighting looked at
     CUE_VIEWS_MIN = 3,            // -          of each lighting
@@ -33,6 +34,7 @@ enum {
     ADVISE_FEW_PHOTOS = 5,        // captures   of either kind
 };
 
+#define GIVEN_SEEN 0.1f             // -          least share of the points of a given cloud that photos see
 #define CUE_COHERENCE_MIN 0.08f     // -
 #define CUE_SLOPE_MAX 20.0          // -          what is black without flash has no slope; this stands for it
 #define CLASSIFY_DEPTH_SCALE 2.0f   // -          log depth against tangent of angle in distances between points

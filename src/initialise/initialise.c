@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "base/threads.h"
 #include "initialise/constants.h"
+#include "initialise/given_points.h"
 #include "initialise/start.h"
 #include "model/colmap_model.h"
 #include "model/photos.h"
@@ -88,7 +89,8 @@ fail:
     return rc;
 }
 
-static int load(const FsProject *project, SmallViews *views, SparsePoints *points, FsError *err)
+// given: the rest of a cloud of --points.
+static int load(const FsProject *project, SmallViews *views, SparsePoints *points, PointList *given, FsError *err)
 {
     int rc = 0;
     Dataset dataset = {0};
@@ -100,7 +102,10 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
     if (views->n_flash < fewest[1] || views->n - views->n_flash < fewest[0])
         TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed", path.text,
                          views->n_flash, views->n - views->n_flash));
-    TRY(read_points(fs_file_at("%s/sparse", project->out).text, points, err));
+    if (*project->set.points)
+        TRY(fs_given_points_read(project->set.points, views, points, given, err));
+    else
+        TRY(read_points(fs_file_at("%s/sparse", project->out).text, points, err));
 fail:
     fs_dataset_free(&dataset);
     return rc;
@@ -116,7 +121,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
     SparsePoints points = {0};
     Scene scene = {0};
     FlashLight light;
-    PointList dense[2] = {0};
+    PointList dense[2] = {0}, given = {0};
     DepthOdds odds;
     Threads *threads = fs_threads_new(project->set.threads);
     const Start start = {.views = &views,
@@ -129,14 +134,17 @@ int fs_initialise_run(FsProject *project, FsError *err)
                          .log = log};
     if (!threads) return fs_error_memory(err);
     fs_log_progress(log, "initialise", 0, 4, "reading the photos");
-    TRY(load(project, &views, &points, err));
+    TRY(load(project, &views, &points, &given, err));
     fs_log_progress(log, "initialise", 1, 4, "telling the two scenes apart");
     fs_cue_measure(&views, points.xyz, points.n, points.cue, threads);
     TRY(fs_classify_points(&views, &points, &odds, threads, err));
     TRY(fs_light_fit(&views, &points, &light, err));
     fs_advise(&views, &points, &light, log);
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
-    TRY(fs_residual_stereo_find(&start, dense, err));
+    if (given.xyz)
+        TRY(fs_given_points_split(&points, &given, threads, dense, err));
+    else
+        TRY(fs_residual_stereo_find(&start, dense, err));
     fs_log_info(log, "initialise: %d dense points transmitted, %d reflected", dense[0].n, dense[1].n);
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
     TRY(fs_first_scene_make(&start, &project->set, &scene, err));
@@ -145,6 +153,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
     fs_log_progress(log, "initialise", 4, 4, "done");
 fail:
     fs_scene_free(&scene);
+    fs_points_list_free(&given);
     fs_points_list_free(&dense[0]);
     fs_points_list_free(&dense[1]);
     fs_points_free(&points);

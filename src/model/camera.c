@@ -125,6 +125,18 @@ void fs_camera_pose_from_quat(const double quat[4], const double t[3], double w2
     }
 }
 
+void fs_camera_pose_from_axes(const double axes[12], const double centre[3], double w2c[12])
+{
+    double r[9], quat[4];
+    for (int i = 0; i < 3; i++) memcpy(r + 3 * i, axes + 4 * i, 3 * sizeof *r);
+    fs_camera_rotation_to_quat(r, quat); // back and forth: takes out the rounding
+    fs_camera_quat_to_rotation(quat, r);
+    for (int i = 0; i < 3; i++) {
+        memcpy(w2c + 4 * i, r + 3 * i, 3 * sizeof *r);
+        w2c[4 * i + 3] = -v3_dot(r + 3 * i, centre);
+    }
+}
+
 void fs_camera_pose_to_quat(const double w2c[12], double quat[4], double t[3])
 {
     double r[9];

@@ -28,5 +28,8 @@ void fs_camera_rotation_to_quat(const double rotation[9], double quat_wxyz[4]);
 // A world-to-camera transform from and to a quaternion and a translation.
 void fs_camera_pose_from_quat(const double quat_wxyz[4], const double t[3], double w2c[12]);
 void fs_camera_pose_to_quat(const double w2c[12], double quat_wxyz[4], double t[3]);
+// World-to-camera out of the axes (right, down, forward: the rows, three of each four numbers) and the place of a
+// camera, in the world; takes out their rounding.
+void fs_camera_pose_from_axes(const double axes[12], const double centre[3], double w2c[12]);
 // From one camera's coordinates to another's: x_to = rotation x_from + t.
 void fs_camera_relative(const Camera *from, const Camera *to, double rotation[9], double t[3]);

@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "base/order.h"
+#include "model/llff.h"
 
 #define MAX_FRAMES 1000000
 
@@ -19,15 +20,8 @@ void fs_cameras_file_free(CamerasFile *file)
     *file = (CamerasFile){0};
 }
 
-typedef struct Posed { // a view before sorting
-    char *name;        // first, see order.h
-    Lens lens;
-    double w2c[12];
-    int image;
-} Posed;
-
 // Fills views and lens from posed views in any order.
-static int take_posed(CamerasFile *file, const char *path, Posed *posed, int n, FsError *err)
+static int take_posed(CamerasFile *file, const char *path, PosedView *posed, int n, FsError *err)
 {
     fs_order_named(posed, (size_t)n, sizeof *posed);
     file->lens = malloc(((size_t)n + 1) * sizeof *file->lens);
@@ -44,7 +38,7 @@ static int take_posed(CamerasFile *file, const char *path, Posed *posed, int n, 
     return 0;
 }
 
-static void free_posed(Posed *posed, int n)
+static void free_posed(PosedView *posed, int n)
 {
     for (int i = 0; i < n && posed; i++) free(posed[i].name);
     free(posed);
@@ -53,7 +47,7 @@ static void free_posed(Posed *posed, int n)
 static int read_colmap(const char *path, CamerasFile *file, FsError *err)
 {
     int rc = 0;
-    Posed *posed = NULL;
+    PosedView *posed = NULL;
     TRY(fs_colmap_model_read(path, &file->model, err));
     posed = calloc((size_t)file->model.n_images, sizeof *posed);
     if (!posed) return fs_error_memory(err);
@@ -123,18 +117,15 @@ static const char *lens_from_json(const json_t *root, const json_t *frame, Lens 
 // "transform_matrix": camera-to-world, OpenGL axes (x right, y up, z backward) -> world-to-camera, COLMAP axes.
 static const char *pose_from_json(const json_t *frame, double w2c[12])
 {
-    double m[12], r[9], quat[4];
+    double m[12], axes[12] = {0}, centre[3];
     if (!fs_json_file_matrix(json_object_get(frame, "transform_matrix"), m))
         return "\"transform_matrix\" of 4x4 numbers";
     if (!fs_camera_is_rotation(m, 1e-2)) return "a right-handed rotation in \"transform_matrix\"";
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) r[3 * j + i] = j == 0 ? m[4 * i + j] : -m[4 * i + j];
-    fs_camera_rotation_to_quat(r, quat); // back and forth: takes out the rounding
-    fs_camera_quat_to_rotation(quat, r);
     for (int i = 0; i < 3; i++) {
-        memcpy(w2c + 4 * i, r + 3 * i, 3 * sizeof *r);
-        w2c[4 * i + 3] = -(r[3 * i] * m[3] + r[3 * i + 1] * m[7] + r[3 * i + 2] * m[11]);
+        for (int j = 0; j < 3; j++) axes[4 * j + i] = j == 0 ? m[4 * i + j] : -m[4 * i + j];
+        centre[i] = m[4 * i + 3];
     }
+    fs_camera_pose_from_axes(axes, centre, w2c);
     return NULL;
 }
 
@@ -143,7 +134,7 @@ static int read_transforms(const char *path, const json_t *root, CamerasFile *fi
     const json_t *frames = json_object_get(root, "frames");
     size_t n = json_array_size(frames);
     if (n < 1 || n > MAX_FRAMES) return fs_error_input(err, "%s: expected a list \"frames\"", path);
-    Posed *posed = calloc(n, sizeof *posed);
+    PosedView *posed = calloc(n, sizeof *posed);
     if (!posed) return fs_error_memory(err);
     int rc = 0;
     for (size_t i = 0; i < n; i++) {
@@ -158,6 +149,17 @@ static int read_transforms(const char *path, const json_t *root, CamerasFile *fi
     TRY(take_posed(file, path, posed, (int)n, err));
 fail:
     free_posed(posed, (int)n);
+    return rc;
+}
+
+static int read_llff(const char *path, CamerasFile *file, FsError *err)
+{
+    int n, rc;
+    PosedView *posed;
+    TRY(fs_llff_read(path, &posed, &n, err));
+    TRY(take_posed(file, path, posed, n, err));
+fail:
+    free_posed(posed, n);
     return rc;
 }
 
@@ -184,18 +186,21 @@ int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
     *file = (CamerasFile){0};
     int rc = 0;
     char *model = NULL;
-    FilePath transforms = fs_file_at("%s/transforms.json", path);
+    FilePath transforms = fs_file_at("%s/transforms.json", path), bounds = fs_file_at("%s/poses_bounds.npy", path);
     if (!fs_file_exists(path)) {
-        rc = fs_error_input(err, "%s: no such file or folder; expected a COLMAP model or a transforms.json", path);
+        rc = fs_error_input(err, "%s: no such file or folder; expected a COLMAP model, a transforms.json or a poses_bounds.npy", path);
     } else if (!fs_file_is_dir(path)) {
-        rc = read_json(path, file, err);
+        rc = fs_file_has_ext(path, "npy") ? read_llff(path, file, err) : read_json(path, file, err);
     } else if ((model = fs_colmap_model_find(path))) {
         rc = read_colmap(model, file, err);
     } else if (fs_file_exists(transforms.text)) {
         rc = read_json(transforms.text, file, err);
+    } else if (fs_file_exists(bounds.text)) {
+        rc = read_llff(bounds.text, file, err);
     } else {
         rc = fs_error_input(
-            err, "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt) and no transforms.json", path);
+            err, "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt), no transforms.json and no poses_bounds.npy",
+            path);
     }
     free(model);
     if (rc < 0) fs_cameras_file_free(file);

@@ -1,4 +1,5 @@
-// Reads "any camera model": a COLMAP folder, nerfstudio's transforms.json, or our own views.json / cameras.json.
+// Reads "any camera model": a COLMAP folder, nerfstudio's transforms.json, LLFF's poses_bounds.npy, or our own
+// views.json / cameras.json.
 #pragma once
 
 #include "model/colmap_model.h"
@@ -10,6 +11,13 @@ typedef struct CamerasFile {
     ColmapModel model; // of a COLMAP folder: everything in it; else empty
     int *image;        // (views.n) index of each view in model.image; NULL without a model
 } CamerasFile;
+
+typedef struct PosedView { // of a file, in any order
+    char *name;            // first, see order.h
+    Lens lens;
+    double w2c[12];
+    int image;
+} PosedView;
 
 int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err);
 void fs_cameras_file_free(CamerasFile *file);

@@ -48,7 +48,7 @@ static json_t *settings_of(const FsProject *project, unsigned stage)
 
 // ---- inputs ----
 
-#define READ "tif png json ply txt bin" // by the stages: not what a file manager leaves about
+#define READ "tif png json ply txt bin npy" // by the stages: not what a file manager leaves about
 
 // Names and contents, in the order of the names. False where there is nothing.
 static bool hash_path(const char *path, int depth, uint64_t *hash)
@@ -92,6 +92,8 @@ static json_t *inputs_of(const FsProject *project, const ProjectStage *stage)
         put_hash(inputs, "the model of --poses", place ? place : model, 1);
         free(place);
     }
+    if (stage->stage == FS_STAGE_INITIALISE && *project->set.points)
+        put_hash(inputs, "the cloud of --points", project->set.points, 1);
     for (int i = 0; i < PROJECT_INPUTS && stage->input[i]; i++)
         put_hash(inputs, stage->input[i], fs_file_at("%s/%s", project->out, stage->input[i]).text, MAX_DEPTH);
     return inputs;
@@ -122,7 +124,8 @@ static void say_setting(char *text, size_t size, const char *name, const json_t 
 // Where a file lies does not matter, its content is among the inputs; nor what the steps were chosen by.
 static bool is_same_setting(const char *name, const json_t *a, const json_t *b)
 {
-    bool file = strcmp(name, "poses") == 0 || strcmp(name, "flash-list") == 0 || strcmp(name, "masks") == 0;
+    bool file = strcmp(name, "poses") == 0 || strcmp(name, "flash-list") == 0 || strcmp(name, "masks") == 0 ||
+                strcmp(name, "points") == 0;
     return json_equal(a, b) || strcmp(name, "minutes") == 0 || (file && json_string_length(a) && json_string_length(b));
 }
 

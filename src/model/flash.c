@@ -1,4 +1,5 @@
-// Which photos were taken with the flash: bit 0 of the EXIF field, the name of their folder, or the user's word.
+// Which photos were taken with the flash: bit 0 of the EXIF field, the name of their folder, their own name, or the
+// user's word.
 #include <fnmatch.h>
 #include <stdlib.h>
 #include <string.h>
@@ -97,8 +98,16 @@ fail:
     return rc;
 }
 
-// EXIF, but for photos in a folder whose name says it.
-static int mark_by_itself(Photos *photos, const Log *log, FsError *err)
+// A comparison that does without the flash's cues takes photos that say nothing of it.
+static bool needs_none(const Settings *set)
+{
+    int fewest[2];
+    fs_photos_fewest(set, false, fewest);
+    return fewest[0] == 0 && fewest[1] == 0;
+}
+
+// EXIF, but for photos in a folder whose name says it; the photo's own name where EXIF is silent.
+static int mark_by_itself(Photos *photos, bool needed, const Log *log, FsError *err)
 {
     int unknown = 0, differ = 0;
     const PhotoFile *odd = NULL;
@@ -110,8 +119,11 @@ static int mark_by_itself(Photos *photos, const Log *log, FsError *err)
             photo->flash = photo->folder_says;
             if (exif >= 0 && exif != photo->flash) differ++, odd = photo;
         }
+        if (photo->flash < 0) photo->flash = photo->name_says;
         if (photo->flash >= 0) continue;
         unknown++;
+        photo->flash = 0;
+        if (!needed) continue;
         fs_error_input(&photo->failure, "%s: its EXIF does not tell whether the flash fired: %s",
                        fs_photos_path(photos, photo).text, what_to_do);
     }
@@ -120,8 +132,10 @@ static int mark_by_itself(Photos *photos, const Log *log, FsError *err)
                     "the folders of %d photos say the opposite of their EXIF (e.g. %s): the folders are believed; name "
                     "the flash photos with --flash-list where that is wrong",
                     differ, odd->file);
-    if (unknown < photos->n) return 0;
-    return fs_error_input(err, "%s: none of the %d photos tells (EXIF Flash) whether the flash fired: %s",
+    if (unknown && !needed)
+        fs_log_info(log, "%d photos do not tell whether the flash fired: taken for photos without it", unknown);
+    if (unknown < photos->n || !needed) return 0;
+    return fs_error_input(err, "%s: none of the %d photos tells (EXIF Flash, or _flash in its name) whether the flash fired: %s",
                           photos->folder, photos->n, what_to_do);
 }
 
@@ -130,7 +144,8 @@ void fs_photos_fewest(const Settings *set, bool by_colmap, int fewest[2])
     int least = by_colmap ? FS_PHOTOS_FOR_COLMAP : 1;
     for (int flash = 0; flash < 2; flash++) {
         bool only_other = strcmp(set->lighting, flash ? "noflash" : "flash") == 0;
-        fewest[flash] = only_other || strcmp(set->separation, "none") == 0 ? 0 : least;
+        bool no_cue = strcmp(set->separation, "none") == 0 || strcmp(set->separation, "flashless") == 0;
+        fewest[flash] = only_other || no_cue ? 0 : least;
     }
 }
 
@@ -169,7 +184,7 @@ int fs_photos_check_groups(const Photos *photos, const FsProject *project, FsErr
 int fs_photos_mark_flash(Photos *photos, const Settings *set, const Log *log, FsError *err)
 {
     bool by_glob = set->flash_glob && *set->flash_glob, by_list = set->flash_list && *set->flash_list;
-    if (!by_glob && !by_list) return photos->n >= 2 ? mark_by_itself(photos, log, err) : 0;
+    if (!by_glob && !by_list) return photos->n >= 2 ? mark_by_itself(photos, !needs_none(set), log, err) : 0;
     for (int i = 0; i < photos->n; i++) photos->photo[i].flash = 0;
     if (by_glob) MUST(mark_by_glob(photos, set->flash_glob, err));
     if (by_list) MUST(mark_by_list(photos, set->flash_list, err));
@@ -183,15 +198,18 @@ int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err)
     MUST(fs_photos_mark_flash(photos, set, log, err));
     MUST(fs_photos_drop_failed(photos, log, err));
     MUST(fs_photos_check_groups(photos, project, err));
-    int flash = 0, sorted = 0;
+    int flash = 0, sorted = 0, named = 0;
     for (int i = 0; i < photos->n; i++) {
         flash += photos->photo[i].flash;
         sorted += photos->photo[i].folder_says >= 0;
+        named += photos->photo[i].name_says >= 0 && fs_exif_flash_fired(&photos->photo[i].exif) < 0;
     }
     fs_log_info(log, "%d photos: %d with flash, %d without (%s)", photos->n, flash, photos->n - flash,
                 set->flash_glob && *set->flash_glob   ? "--flash-glob"
                 : set->flash_list && *set->flash_list ? "--flash-list"
                 : sorted                              ? "their folders and EXIF"
+                : named == photos->n                  ? "their names"
+                : named                               ? "their names and EXIF"
                                                       : "EXIF");
     return 0;
 }

@@ -1,4 +1,4 @@
-// Which files of a folder are photos, what each is called as a view, and what the folder's name says of the flash.
+// Which files of a folder are photos, what each is called as a view, and what names say of the flash.
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,12 +7,13 @@
 #include "base/memory.h"
 #include "base/owned.h"
 #include "model/photos.h"
+#include "model/scene_folder.h"
 
 #define MAX_DEPTH 3  // of folders: DCIM/100CANON/flash
 #define MAX_NAME 160 // bytes of a view's: files are called so, with something behind it
 #define MAX_PHOTOS 100000
 
-static const char formats[] = "RAW (DNG, CR2, CR3, NEF, ARW, RAF, ORF, RW2...), JPEG, HEIF, PNG or TIFF";
+static const char formats[] = "RAW (DNG, CR2, CR3, NEF, ARW, RAF, ORF, RW2...), JPEG, HEIF, PNG, TIFF or .npy";
 
 typedef struct Search {
     Photos *photos;
@@ -71,19 +72,46 @@ char *fs_photos_view_name(const char *path)
     return name;
 }
 
-// "flash", "No-Flash 2", "without flash": 1, 0, 0; -1: neither.
-static int what_it_says(const char *folder)
+// Of letters only, in lower case: 1, 0; -1: neither.
+static int what_letters_say(const char *letters)
 {
     static const char *const words[2][4] = {{"noflash", "withoutflash", "flashoff", "ambient"},
                                             {"flash", "withflash", "flashon", "flashphotos"}};
-    char letters[32] = "";
-    size_t n = 0;
-    for (const char *p = folder; *p && n + 1 < sizeof letters; p++)
-        if (isalpha((unsigned char)*p)) letters[n++] = (char)tolower((unsigned char)*p);
     for (int flash = 0; flash < 2; flash++)
         for (int i = 0; i < 4; i++)
             if (strcmp(letters, words[flash][i]) == 0) return flash;
     return -1;
+}
+
+// "flash", "No-Flash 2", "without flash": 1, 0, 0; -1: neither.
+static int what_folder_says(const char *folder)
+{
+    char letters[32] = "";
+    size_t n = 0;
+    for (const char *p = folder; *p && n + 1 < sizeof letters; p++)
+        if (isalpha((unsigned char)*p)) letters[n++] = (char)tolower((unsigned char)*p);
+    return what_letters_say(letters);
+}
+
+// By a word of it: "IMG_0001_flash", "noflash-3", "7 no flash": 1, 0, 0; -1: none.
+static int what_name_says(const char *name)
+{
+    char before[32] = "", word[32] = "", both[64];
+    int says = -1;
+    for (const char *p = name;; p++) {
+        size_t n = strlen(word);
+        if (*p && !strchr("_-. ()", *p)) {
+            if (n + 1 < sizeof word) word[n] = (char)tolower((unsigned char)*p), word[n + 1] = 0;
+            continue;
+        }
+        snprintf(both, sizeof both, "%s%s", before, word);
+        int one = what_letters_say(word), two = what_letters_say(both);
+        if (one == 0 || two == 0) return 0;
+        if (one == 1) says = 1;
+        if (!*p) return says;
+        memcpy(before, word, sizeof word);
+        word[0] = 0;
+    }
 }
 
 // ---- files ----
@@ -99,6 +127,7 @@ static int add_photo(Photos *photos, const char *path, int kind, int says, FsErr
     *photo =
         (PhotoFile){.path = strdup(path), .file = as_utf8(path), .kind = (PhotoKind)kind, .gain = 1, .flash_gain = 1};
     photo->folder_says = says;
+    photo->name_says = stem ? what_name_says(stem) : -1;
     photo->name = stem ? fs_photos_view_name(stem) : NULL;
     free(stem);
     return photo->path && photo->file && photo->name ? 0 : fs_error_memory(err);
@@ -112,7 +141,8 @@ static int search(Search *s, const char *below, int says, FsError *err)
     FilePath folder = fs_file_at("%s/%s", s->photos->folder, below);
     TRY(fs_file_list(*below ? folder.text : s->photos->folder, &list, err));
     for (int i = 0; i < list.n; i++) {
-        int kind = fs_photo_kind(list.name[i]);
+        bool poses = strcmp(list.name[i], FS_SCENE_FOLDER_BOUNDS) == 0;
+        int kind = poses ? -1 : fs_photo_kind(list.name[i]);
         FilePath path = fs_file_at("%s%s", below, list.name[i]),
                  whole = fs_file_at("%s/%s", s->photos->folder, path.text);
         if (kind < 0 || fs_owned_is_result(whole.text)) { // photos and results in one folder
@@ -142,7 +172,7 @@ static int search_below(Search *s, const char *below, int says, int depth, FsErr
     for (int i = 0; i < list.n; i++) {
         FilePath inner = fs_file_at("%s%s/", below, list.name[i]);
         FilePath whole = fs_file_at("%s/%s", s->photos->folder, inner.text);
-        int inner_says = what_it_says(list.name[i]);
+        int inner_says = what_folder_says(list.name[i]);
         if (!fs_file_is_dir(whole.text) || is_ours(whole.text)) continue;
         if (inner_says < 0) inner_says = says;
         TRY(search(s, inner.text, inner_says, err));
@@ -157,7 +187,10 @@ int fs_photos_list(Photos *photos, const Log *log, FsError *err)
 {
     Search s = {.photos = photos};
     MUST(search(&s, "", -1, err));
-    if (photos->n == 0) {
+    SceneFolder scene;
+    if (photos->n == 0 && fs_scene_folder_find(&scene, photos->folder)) {
+        MUST(search(&s, fs_file_at("%s/", scene.photos).text, -1, err));
+    } else if (photos->n == 0) {
         MUST(search_below(&s, "", -1, MAX_DEPTH, err));
         if (photos->n) fs_log_info(log, "%s: no photos; %d in its subfolders are taken", photos->folder, photos->n);
     }

@@ -3,6 +3,7 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -267,6 +268,27 @@ void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char te
     snprintf(text, 17, "%016llx", (unsigned long long)hash);
 }
 
+int fs_photos_levels(SensorLevels *npy, const Settings *set, FsError *err)
+{
+    double *g = npy->gain;
+    int end = 0;
+    npy->black = set->npy_black;
+    npy->white = set->npy_white;
+    if (sscanf(set->npy_gains, "%lf,%lf,%lf%n", &g[0], &g[1], &g[2], &end) != 3 || set->npy_gains[end] ||
+        !(fmin(g[0], fmin(g[1], g[2])) > 1e-3 && fmax(g[0], fmax(g[1], g[2])) < 1e3))
+        return fs_error_set(err, FS_ERR_USAGE, "--npy-gains: '%s' is not three numbers above 0: R,G,B", set->npy_gains);
+    if (!(npy->white > npy->black))
+        return fs_error_set(err, FS_ERR_USAGE, "--npy-white %g is not above --npy-black %g", npy->white, npy->black);
+    return 0;
+}
+
+SensorLevels fs_photos_developed(const Photos *photos)
+{
+    SensorLevels levels = photos->npy;
+    memcpy(levels.gain, photos->white_balance, sizeof levels.gain);
+    return levels;
+}
+
 static void read_header(void *context, int i, int worker)
 {
     (void)worker;
@@ -274,6 +296,7 @@ static void read_header(void *context, int i, int worker)
     PhotoFile *photo = &photos->photo[i];
     fs_photo_read_info(fs_photos_path(photos, photo).text, &photo->exif, photo->white_balance, &photo->memory,
                        &photo->failure);
+    if (photo->kind == PHOTO_NPY) memcpy(photo->white_balance, photos->npy.gain, sizeof photo->white_balance);
 }
 
 void fs_photos_read_headers(Photos *photos, Threads *threads)

@@ -14,8 +14,9 @@ typedef struct PhotoFile {
     PhotoKind kind;
     ExifInfo exif;
     int folder_says;         // flash, by the name of its folder: 1 with, 0 without, -1 nothing
+    int name_says;           // the same by its own name
     int flash;               // 1 fired, 0 not, -1 unknown
-    double white_balance[3]; // as shot, green 1; 0 unknown (RAW only)
+    double white_balance[3]; // as shot; 0 unknown (RAW and .npy only)
     double memory;           // bytes that reading it takes
     double gain;             // brings the photo to the capture's exposure
     double flash_gain;       // then its flash is so many times the other flash photos'
@@ -41,6 +42,7 @@ typedef struct Photos {
     PhotoFile *photo; // sorted by name
     int n;
     double white_balance[3]; // of the whole capture
+    SensorLevels npy;        // of the .npy files
     const char *masks;       // folder of masks, the settings'; NULL or "": none
     int left_out;            // photos that were dropped as failed
     char left_out_names[200];
@@ -62,15 +64,18 @@ void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char te
 // The mask of a photo in photos->masks, as COLMAP names it: PHOTO.png, of the photo's whole name or of the one without
 // extension. False where there is none.
 bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path);
+// What the settings say of .npy files.
+int fs_photos_levels(SensorLevels *npy, const Settings *set, FsError *err);
+SensorLevels fs_photos_developed(const Photos *photos); // what all photos are read with
 // Headers of all photos; those that cannot be read get a failure.
 void fs_photos_read_headers(Photos *photos, Threads *threads);
 // Drops the photos that failed, each with a warning; an error when that leaves fewer than two thirds.
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err);
 
-// By EXIF, the name of the folder, or the settings flash-glob and flash-list; photos that do not tell get a failure.
+// By EXIF, the name of the folder, the photo's own name where EXIF is silent, or the settings flash-glob and flash-list;
+// photos that do not tell get a failure, but where none needs to.
 int fs_photos_mark_flash(Photos *photos, const Settings *set, const Log *log, FsError *err);
-// Flash or not: by EXIF, the name of the folder, or the settings flash-glob and flash-list; then drops the photos that
-// failed. An error unless both kinds are there.
+// Flash or not, as fs_photos_mark_flash; then drops the photos that failed. An error unless both kinds are there.
 int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err);
 int fs_photos_check_groups(const Photos *photos, const FsProject *project, FsError *err);
 // How many photos without and with flash the settings ask for at least.

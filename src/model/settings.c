@@ -61,11 +61,18 @@ static const FsOption table[] = {
     STRING("masks", masks, INGEST, "", "DIR",
            "masks as COLMAP has them, PHOTO.png, black where the photo is not to be used (people, the photographer)"),
 
-    STRING("poses", poses, POSES, "", "MODEL", "known poses: COLMAP model folder or nerfstudio transforms.json"),
+    FLOAT("npy-black", npy_black, INGEST | PAIR | CHECK, "2045", -1e12, 1e12, "X", "black level of .npy photos"),
+    FLOAT("npy-white", npy_white, INGEST | PAIR | CHECK, "15092", -1e12, 1e12, "X", "white level of .npy photos"),
+    STRING("npy-gains", npy_gains, INGEST | PAIR | CHECK, "2.156868,0.940327,1.286982", "R,G,B",
+           "white balance of .npy photos, which do not tell it"),
+
+    STRING("poses", poses, POSES, "", "MODEL", "known poses: COLMAP model folder, nerfstudio's transforms.json or LLFF's poses_bounds.npy"),
     STRING("colmap", colmap, POSES, "colmap", "PROGRAM", "the COLMAP program"),
     ENUM("align", align, POSES, "joint", "joint|separate",
          "pose all photos in one model, or flash and no-flash apart and align them (the paper's way)"),
 
+    STRING("points", points, INITIALISE, "", "PLY",
+           "start from this dense cloud, in the frame of the poses (COLMAP's fused.ply, say), instead of stereo"),
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
     INT("steps", steps, TRAIN, "3400", 1, 1000000, "N", "training steps"),

@@ -10,10 +10,12 @@ typedef struct FsSettings {
     bool force;
     char *device, *cpu; // what computes; highest instruction set level to use
     // ingest
-    char *flash_glob, *flash_list, *masks;
+    char *flash_glob, *flash_list, *masks, *npy_gains;
+    double npy_black, npy_white;
     // poses
     char *poses, *colmap, *align;
     // initialise
+    char *points;
     int init_count;
     // train
     int steps, levels, test_every, checkpoint_every, progress_every, max_splats;

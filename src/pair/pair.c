@@ -6,8 +6,8 @@
 
 #include "base/file.h"
 #include "base/owned.h"
-#include "image/photo.h"
 #include "image/tone.h"
+#include "model/photos.h"
 
 typedef struct PairPhoto {
     const char *path;
@@ -18,10 +18,10 @@ typedef struct PairPhoto {
     Image rgb, clipped; // upright, at the working size
 } PairPhoto;
 
-static int read_photo(PairPhoto *photo, const double white_balance[3], int long_edge, FsError *err)
+static int read_photo(PairPhoto *photo, const SensorLevels *levels, int long_edge, FsError *err)
 {
     PhotoSizes sizes = {.n = 1, .size = {{.long_edge = long_edge}}};
-    MUST(fs_photo_read(photo->path, white_balance, &sizes, &photo->light, err));
+    MUST(fs_photo_read(photo->path, levels, &sizes, &photo->light, err));
     bool turned = photo->exif.orientation > 4;
     photo->rgb = sizes.size[0].rgb;
     photo->clipped = sizes.size[0].clipped;
@@ -116,7 +116,7 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
                 const Log *log, FsError *err)
 {
     PairPhoto flash = {.path = flash_path}, noflash = {.path = noflash_path};
-    double white_balance[3];
+    SensorLevels levels;
     int rc;
     if (!fs_file_has_ext(out, "png"))
         return fs_error_set(err, FS_ERR_USAGE, "%s: the difference is written as PNG: give a name that ends in .png",
@@ -124,11 +124,14 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
     FilePath tiff = fs_file_at("%.*s.tif", (int)(strlen(out) - 4), out);
     TRY(fs_owned_check(out, err));
     if (settings->linear) TRY(fs_owned_check(tiff.text, err));
+    TRY(fs_photos_levels(&levels, settings, err));
     TRY(fs_photo_read_info(flash.path, &flash.exif, flash.white_balance, NULL, err));
     TRY(fs_photo_read_info(noflash.path, &noflash.exif, noflash.white_balance, NULL, err));
-    common_white_balance(&flash, &noflash, white_balance, log);
-    TRY(read_photo(&flash, white_balance, settings->long_edge, err));
-    TRY(read_photo(&noflash, white_balance, settings->long_edge, err));
+    if (fs_photo_kind_inside(flash.path) == PHOTO_NPY) memcpy(flash.white_balance, levels.gain, sizeof levels.gain);
+    if (fs_photo_kind_inside(noflash.path) == PHOTO_NPY) memcpy(noflash.white_balance, levels.gain, sizeof levels.gain);
+    common_white_balance(&flash, &noflash, levels.gain, log);
+    TRY(read_photo(&flash, &levels, settings->long_edge, err));
+    TRY(read_photo(&noflash, &levels, settings->long_edge, err));
     warn_flash(&flash, &noflash, log);
     if (flash.width != noflash.width || flash.height != noflash.height)
         TRY(fs_error_input(err,

@@ -24,6 +24,7 @@
 #include "info/info.h"
 #include "model/photos.h"
 #include "model/cameras_file.h"
+#include "model/points_ply.h"
 #include "model/project.h"
 #include "model/scene.h"
 #include "poses/capture.h"
@@ -115,6 +116,23 @@ static int read_raw(const char *dir, FsError *err)
     return rc;
 }
 
+static int read_npy(const char *dir, FsError *err)
+{
+    const SensorLevels levels = {{2, 1, 1.5}, -100, 10000};
+    PhotoSizes sizes = {.n = 1, .size = {{.long_edge = 100}}};
+    ExifInfo exif;
+    double white_balance[3], memory;
+    char *path = in(dir, "a.npy");
+    int rc = fs_photo_read_info(path, &exif, white_balance, &memory, err);
+    if (rc == 0) check(exif.width > 0 && exif.height > 0 && memory > 0, "a size", path);
+    if (rc == 0) rc = fs_npy_read_photo(path, &levels, &sizes, err);
+    for (size_t i = 0; rc == 0 && i < fs_image_values(&sizes.size[0].rgb); i++)
+        check(isfinite(sizes.size[0].rgb.px[i]), "finite light", path);
+    fs_sizes_free(&sizes);
+    free(path);
+    return rc;
+}
+
 static int read_exif(const char *dir, FsError *err)
 {
     ExifInfo exif;
@@ -169,6 +187,18 @@ static int read_ply(const char *dir, FsError *err)
     return rc;
 }
 
+static int read_points(const char *dir, FsError *err)
+{
+    float *xyz;
+    int n;
+    char *path = in(dir, "a.ply");
+    int rc = fs_points_ply_read(path, &xyz, &n, err);
+    for (int i = 0; i < 3 * n; i++) check(isfinite(xyz[i]), "a finite point", path);
+    free(xyz);
+    free(path);
+    return rc;
+}
+
 static int read_scene(const char *dir, FsError *err)
 {
     Scene scene = {0};
@@ -196,6 +226,14 @@ static int read_cameras(const char *path, FsError *err)
 static int read_cameras_json(const char *dir, FsError *err)
 {
     char *path = in(dir, "cameras.json");
+    int rc = read_cameras(path, err);
+    free(path);
+    return rc;
+}
+
+static int read_bounds(const char *dir, FsError *err)
+{
+    char *path = in(dir, "poses_bounds.npy");
     int rc = read_cameras(path, err);
     free(path);
     return rc;
@@ -445,9 +483,11 @@ const FuzzKind fuzz_kinds[] = {
     {"exif", {"a.jpg"}, read_exif, true},
     {"icc", {"a.icc"}, read_icc, true},
     {"ply", {"a.ply"}, read_ply},
+    {"points", {"a.ply"}, read_points},
     {"scene", {"model.json", "T_N.ply", "R.ply"}, read_scene},
     {"views", {"views.json"}, read_dataset},
     {"cameras", {"cameras.json"}, read_cameras_json},
+    {"poses_bounds", {"poses_bounds.npy", "images/a.png", "images/b.png"}, read_bounds},
     {"colmap_text", {"cameras.txt", "images.txt", "points3D.txt"}, read_cameras},
     {"colmap_binary", {"cameras.bin", "images.bin", "points3D.bin"}, read_cameras},
     {"database", {"database.db"}, read_database},
@@ -468,6 +508,7 @@ const FuzzKind fuzz_kinds[] = {
     {"png", {"a.png"}, read_png},
     {"jpeg", {"a.jpg"}, read_jpeg},
     {"tiff", {"a.tif"}, read_tiff},
+    {"npy", {"a.npy"}, read_npy},
     {"heif", {"a.heic"}, read_heif},
     {"raw", {"a.dng"}, read_raw},
 };

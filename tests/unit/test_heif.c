@@ -130,7 +130,7 @@ static void test_values(void **state)
 static void test_colors(void **state)
 {
     (void)state;
-    const double wb[3] = {1, 1, 1};
+    const SensorLevels wb = {.gain = {1, 1, 1}};
     static const struct {
         Made made;
         PhotoLight light;
@@ -148,7 +148,7 @@ static void test_colors(void **state)
         PhotoLight light;
         FsError err = {0};
         make_heif("a.heif", &cases[i].made);
-        int rc = fs_photo_read(temp("a.heif"), wb, &sizes, &light, &err);
+        int rc = fs_photo_read(temp("a.heif"), &wb, &sizes, &light, &err);
         assert_int_equal(rc, cases[i].words ? FS_ERR_INPUT : 0);
         if (cases[i].words) {
             if (!strstr(err.message, cases[i].words)) fail_msg("%s", err.message);

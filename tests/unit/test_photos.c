@@ -53,11 +53,11 @@ static void test_written_by_opencv(void **state)
 
 static PhotoLight light_of(const char *path)
 {
-    const double wb[3] = {1, 1, 1};
+    const SensorLevels wb = {.gain = {1, 1, 1}};
     PhotoSizes sizes = {.n = 1};
     PhotoLight light = PHOTO_LIGHT;
     FsError err = {0};
-    if (fs_photo_read(path, wb, &sizes, &light, &err) != 0) fail_msg("%s", err.message);
+    if (fs_photo_read(path, &wb, &sizes, &light, &err) != 0) fail_msg("%s", err.message);
     fs_sizes_free(&sizes);
     return light;
 }
@@ -210,24 +210,24 @@ static void test_kind_inside(void **state)
                                            {"rgb8.tif", "a.png"},
                                            {"rgb.jpg", "a.dng"},
                                            {"ambient.dng", "a.NEF"}};
-    const double wb[3] = {1, 1, 1};
+    const SensorLevels wb = {.gain = {1, 1, 1}};
     PhotoLight light;
     for (int i = 0; i < 5; i++) {
         PhotoSizes sizes = {.n = 1};
         FsError err = {0};
         copy_photo(pairs[i][0], pairs[i][1]);
         memset(&sizes.size[0].rgb, 0xff, sizeof(Image));
-        if (fs_photo_read(temp(pairs[i][1]), wb, &sizes, &light, &err) != 0) fail_msg("%s", err.message);
+        if (fs_photo_read(temp(pairs[i][1]), &wb, &sizes, &light, &err) != 0) fail_msg("%s", err.message);
         assert_int_equal(sizes.size[0].rgb.width, i == 4 ? 64 : 24);
         assert_int_equal(light, i < 4 ? PHOTO_ENCODED : PHOTO_LIGHT);
         fs_sizes_free(&sizes);
     }
     PhotoSizes sizes = {.n = 1};
     memset(&sizes.size[0].rgb, 0xff, sizeof(Image));
-    assert_int_equal(fs_photo_read(temp("missing.jpg"), wb, &sizes, &light, NULL), FS_ERR_INPUT);
+    assert_int_equal(fs_photo_read(temp("missing.jpg"), &wb, &sizes, &light, NULL), FS_ERR_INPUT);
     fs_sizes_free(&sizes);
     memset(&sizes.size[0].rgb, 0xff, sizeof(Image));
-    assert_int_equal(fs_photo_read(temp("missing.dng"), wb, &sizes, &light, NULL), FS_ERR_INPUT);
+    assert_int_equal(fs_photo_read(temp("missing.dng"), &wb, &sizes, &light, NULL), FS_ERR_INPUT);
     fs_sizes_free(&sizes);
 }
 

@@ -139,11 +139,12 @@ static void write_png(const char *path, const void *icc, unsigned size, double g
 
 static void expect_photo(const char *name, PhotoLight light, double r, double g, double b)
 {
-    const double wb[3] = {1, 1, 1}, want[3] = {r, g, b};
+    const SensorLevels wb = {.gain = {1, 1, 1}};
+    const double want[3] = {r, g, b};
     PhotoSizes sizes = {.n = 1};
     PhotoLight got;
     FsError err = {0};
-    if (fs_photo_read(temp(name), wb, &sizes, &got, &err) != 0) fail_msg("%s", err.message);
+    if (fs_photo_read(temp(name), &wb, &sizes, &got, &err) != 0) fail_msg("%s", err.message);
     assert_int_equal(got, light);
     for (int c = 0; c < 3; c++)
         if (fabs(sizes.size[0].rgb.px[c] - want[c]) > 0.006)
