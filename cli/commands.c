@@ -82,8 +82,9 @@ static int call_bench(const Invocation *in, const FsCallbacks *callbacks, FsErro
 // clang-format off
 static const Command commands[] = {
     {.name = "run", .usage = "PHOTOS -o OUT", .help = "photos in, separated scene out: all stages in order",
-     .detail = "PHOTOS is a folder of RAW, JPEG, HEIF, PNG or TIFF photos taken through glass, some with the flash and some "
-               "without. OUT is a folder; stages that are done in it already are skipped.",
+     .detail = "PHOTOS is a folder of RAW, JPEG, HEIF, PNG, TIFF or .npy photos taken through glass, some with the flash and "
+               "some without, or a scene as it was published: such photos in images_npy or images, with poses beside them. OUT "
+               "is a folder; stages that are done in it already are skipped.",
      .stages = RUN_STAGES, .n_args = 1, .out = OUT_NEW, .call = call_run},
     {.name = "ingest", .usage = "PHOTOS -o OUT", .help = "read the photos into linear working images",
      .stages = FS_STAGE_INGEST, .n_args = 1, .out = OUT_NEW, .call = call_ingest},

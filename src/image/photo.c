@@ -1,4 +1,5 @@
-// Photos: RAW as LibRaw and the demosaic give them, .npy by their levels, the others linearised where they hold display values.
+// Photos: RAW as LibRaw and the demosaic give them, .npy by their levels, the others linearised where they hold display
+// values.
 #include "image/photo.h"
 
 #include <math.h>

@@ -31,10 +31,11 @@ static void level_white_balance(Photos *photos, double *value, const Log *log)
     for (int i = 0; i < photos->n; i++) raws += photos->photo[i].kind <= PHOTO_NPY;
     if (raws == 0) return;
     if (raws < photos->n)
-        fs_log_warn(log,
-                    "%d photos are RAW (or .npy) and %d are not: their colours and brightness cannot be matched well; use one "
-                    "kind only",
-                    raws, photos->n - raws);
+        fs_log_warn(
+            log,
+            "%d photos are RAW (or .npy) and %d are not: their colours and brightness cannot be matched well; use one "
+            "kind only",
+            raws, photos->n - raws);
     for (int c = 0; c < 3; c++) {
         for (int i = 0; i < photos->n; i++) value[i] = photos->photo[i].white_balance[c];
         double m = median(value, photos->n);

@@ -188,7 +188,8 @@ int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
     char *model = NULL;
     FilePath transforms = fs_file_at("%s/transforms.json", path), bounds = fs_file_at("%s/poses_bounds.npy", path);
     if (!fs_file_exists(path)) {
-        rc = fs_error_input(err, "%s: no such file or folder; expected a COLMAP model, a transforms.json or a poses_bounds.npy", path);
+        rc = fs_error_input(
+            err, "%s: no such file or folder; expected a COLMAP model, a transforms.json or a poses_bounds.npy", path);
     } else if (!fs_file_is_dir(path)) {
         rc = fs_file_has_ext(path, "npy") ? read_llff(path, file, err) : read_json(path, file, err);
     } else if ((model = fs_colmap_model_find(path))) {
@@ -198,9 +199,10 @@ int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err)
     } else if (fs_file_exists(bounds.text)) {
         rc = read_llff(bounds.text, file, err);
     } else {
-        rc = fs_error_input(
-            err, "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt), no transforms.json and no poses_bounds.npy",
-            path);
+        rc = fs_error_input(err,
+                            "%s: holds no COLMAP model (cameras.bin or .txt, images.bin or .txt), no transforms.json "
+                            "and no poses_bounds.npy",
+                            path);
     }
     free(model);
     if (rc < 0) fs_cameras_file_free(file);

@@ -135,8 +135,9 @@ static int mark_by_itself(Photos *photos, bool needed, const Log *log, FsError *
     if (unknown && !needed)
         fs_log_info(log, "%d photos do not tell whether the flash fired: taken for photos without it", unknown);
     if (unknown < photos->n || !needed) return 0;
-    return fs_error_input(err, "%s: none of the %d photos tells (EXIF Flash, or _flash in its name) whether the flash fired: %s",
-                          photos->folder, photos->n, what_to_do);
+    return fs_error_input(
+        err, "%s: none of the %d photos tells (EXIF Flash, or _flash in its name) whether the flash fired: %s",
+        photos->folder, photos->n, what_to_do);
 }
 
 void fs_photos_fewest(const Settings *set, bool by_colmap, int fewest[2])

@@ -72,8 +72,8 @@ void fs_photos_read_headers(Photos *photos, Threads *threads);
 // Drops the photos that failed, each with a warning; an error when that leaves fewer than two thirds.
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err);
 
-// By EXIF, the name of the folder, the photo's own name where EXIF is silent, or the settings flash-glob and flash-list;
-// photos that do not tell get a failure, but where none needs to.
+// By EXIF, the name of the folder, the photo's own name where EXIF is silent, or the settings flash-glob and
+// flash-list; photos that do not tell get a failure, but where none needs to.
 int fs_photos_mark_flash(Photos *photos, const Settings *set, const Log *log, FsError *err);
 // Flash or not, as fs_photos_mark_flash; then drops the photos that failed. An error unless both kinds are there.
 int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err);

@@ -10,8 +10,8 @@
 static PlyType type_of(const char *name)
 {
     static const char *const names[][2] = {
-        [PLY_I8] = {"char", "int8"},   [PLY_U8] = {"uchar", "uint8"},  [PLY_I16] = {"short", "int16"},
-        [PLY_U16] = {"ushort", "uint16"}, [PLY_I32] = {"int", "int32"}, [PLY_U32] = {"uint", "uint32"},
+        [PLY_I8] = {"char", "int8"},      [PLY_U8] = {"uchar", "uint8"},    [PLY_I16] = {"short", "int16"},
+        [PLY_U16] = {"ushort", "uint16"}, [PLY_I32] = {"int", "int32"},     [PLY_U32] = {"uint", "uint32"},
         [PLY_F32] = {"float", "float32"}, [PLY_F64] = {"double", "float64"}};
     for (int t = PLY_I8; t <= PLY_F64; t++)
         if (strcmp(names[t][0], name) == 0 || strcmp(names[t][1], name) == 0) return (PlyType)t;

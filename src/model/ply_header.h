@@ -16,10 +16,10 @@ typedef struct PlyProperty {
 typedef struct PlyElement {
     char name[64];
     long long count;
-    int n_properties;                    // the first of them are in property
+    int n_properties; // the first of them are in property
     PlyProperty property[PLY_PROPERTIES];
-    size_t bytes;                        // of one, in a binary file; 0 when a list makes it vary
-    char properties[PLY_NAMES];          // their names, for people
+    size_t bytes;               // of one, in a binary file; 0 when a list makes it vary
+    char properties[PLY_NAMES]; // their names, for people
 } PlyElement;
 
 typedef struct PlyHeader {

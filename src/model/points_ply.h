@@ -1,5 +1,5 @@
-// Points out of a PLY of any maker, a dense cloud of COLMAP's (fused.ply) say: text or binary of either byte order, x, y
-// and z of any type of number among whatever other properties; what follows the vertices is not read.
+// Points out of a PLY of any maker, a dense cloud of COLMAP's (fused.ply) say: text or binary of either byte order, x,
+// y and z of any type of number among whatever other properties; what follows the vertices is not read.
 #pragma once
 
 #include "base/error.h"

@@ -78,9 +78,9 @@ int fs_scene_folder_take(Settings *set, const char *folder, const Log *log, FsEr
     bool given = *set->poses;
     if (!given && *scene.poses.text) MUST(fs_settings_set(set, "poses", scene.poses.text, err));
     fs_log_info(log, "%s: a scene folder: photos from %s, poses %s%s", folder, scene.photos,
-                given                ? "as --poses says"
-                : *scene.poses.text  ? "from "
-                                     : "by COLMAP",
+                given               ? "as --poses says"
+                : *scene.poses.text ? "from "
+                                    : "by COLMAP",
                 given ? "" : scene.poses.text);
     if (*scene.points.text && !*set->points)
         fs_log_info(log, "%s: a dense cloud is there too; --points %s starts from it", folder, scene.points.text);

@@ -66,7 +66,8 @@ static const FsOption table[] = {
     STRING("npy-gains", npy_gains, INGEST | PAIR | CHECK, "2.156868,0.940327,1.286982", "R,G,B",
            "white balance of .npy photos, which do not tell it"),
 
-    STRING("poses", poses, POSES, "", "MODEL", "known poses: COLMAP model folder, nerfstudio's transforms.json or LLFF's poses_bounds.npy"),
+    STRING("poses", poses, POSES, "", "MODEL",
+           "known poses: COLMAP model folder, nerfstudio's transforms.json or LLFF's poses_bounds.npy"),
     STRING("colmap", colmap, POSES, "colmap", "PROGRAM", "the COLMAP program"),
     ENUM("align", align, POSES, "joint", "joint|separate",
          "pose all photos in one model, or flash and no-flash apart and align them (the paper's way)"),

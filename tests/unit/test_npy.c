@@ -80,8 +80,7 @@ static void test_types(void **state)
                 for (size_t c = 0; c < 3; c++) {
                     const char *at = a.data + y * a.stride[0] + x * a.stride[1] + c * a.stride[2];
                     double want = value_at((int)y, (int)x, (int)c) + (type[1] == 'u' ? 3 : 0);
-                    if (fs_npy_value(&a, at) != want)
-                        fail_msg("%s: %g, expected %g", type, fs_npy_value(&a, at), want);
+                    if (fs_npy_value(&a, at) != want) fail_msg("%s: %g, expected %g", type, fs_npy_value(&a, at), want);
                 }
         fs_npy_free(&a);
     }
@@ -225,7 +224,7 @@ static void test_bounds(void **state)
         int rows, columns, at;
         double value;
         const char *words;
-    } bad[] = {{2, 17, 0, NAN, "finite"}, {2, 17, 4, 0, "pixels"},   {2, 17, 9, 1e6, "pixels"},
+    } bad[] = {{2, 17, 0, NAN, "finite"}, {2, 17, 4, 0, "pixels"},     {2, 17, 9, 1e6, "pixels"},
                {2, 17, 14, -1, "focal"},  {2, 17, 1, 0.5, "rotation"}, {2, 16, 0, 0, "rotation"},
                {1, 17, 0, 0, "2"},        {2, 12, 0, 0, "a row of 17"}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
