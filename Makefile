@@ -75,10 +75,14 @@ bench: all
 quality: packages-build-run-test all
 	/usr/bin/python3 bench/quality.py --flashsplat $(BUILD)/flashsplat $(QUALITY)
 
+# Methods over scenes, one report with pictures; e.g. COMPARE="--only poster --methods full,paper".
+compare: packages-build-run-test all
+	/usr/bin/python3 bench/compare.py --flashsplat $(BUILD)/flashsplat $(COMPARE)
+
 install: all
 	meson install -C $(BUILD) --no-rebuild
 
 clean:
 	rm -rf build build-asan build-clang build-coverage build-fuzz build-tsan demo
 
-.PHONY: all npm-packages test test-sanitizers test-threads test-clang coverage fuzz demo bench quality install clean
+.PHONY: all npm-packages test test-sanitizers test-threads test-clang coverage fuzz demo bench quality compare install clean

@@ -27,6 +27,12 @@ VARIANTS = {  # name: (options of `run`, layers it has)
     "none": (["--separation", "none"], "T_N T_F I_N I_F".split()),
     "paper": (PAPER, LAYERS),
     "no-linearity": ([*PAPER, "--linearity", "0"], LAYERS),
+    "no-smoothness": ([*PAPER, "--depth-smooth", "0", "--beta-smooth", "0"], LAYERS),
+    "no-cue": ([*PAPER, "--no-flash-cue"], LAYERS),  # all points start both scenes
+    "separate-poses": ([*PAPER, "--align", "separate"], LAYERS),  # of flash and no-flash photos, where COLMAP finds them
+    "nerf": (["--model", "field", "--separation", "none"], "T_N T_F I_N I_F".split()),
+    "nerfren": (["--model", "field", "--separation", "flashless"], LAYERS),
+    "flash-nerf": (["--model", "field"], LAYERS),
     "pseudo-pair": (None, ["T_N"]),  # gamma(F - N) of two scenes, one trained on flash photos only, one on the others
     "true-pair": (None, ["T_N"]),  # gamma(I_F - I_N) of the true composites: no training
 }
@@ -70,32 +76,53 @@ SYNTH.update({name: (FIELD_SEED, "", photos, FIELD_SIZE + (f" --field {faults}" 
 ONLY_NAMED = ("full-*", "field-*")
 
 
-def arguments():
-    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def common_arguments(description, out):
+    p = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--flashsplat", default=str(ROOT / "build" / "flashsplat"), help="the program")
     p.add_argument("--scenes", default=str(ROOT.parent / "shared" / "scenes"), help="folder of captures with truth")
     p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-* and field-*)")
-    p.add_argument("--variants", default="full", help="of " + ", ".join(VARIANTS))
-    p.add_argument("--colmap", action="store_true", help="with COLMAP's poses too, measured at the capture views")
     p.add_argument("--jpeg", action="store_true", help="every scene from its JPEG files instead of RAW")
-    p.add_argument("--out", default=str(ROOT / "demo" / "quality"), help="folder for everything this makes")
+    p.add_argument("--out", default=str(ROOT / "demo" / out), help="folder for everything this makes")
     p.add_argument("--options", default="--preset preview --long-edge 300", help="options of every run")
     p.add_argument("--synth-options", default="", help="options of every made capture, e.g. '--width 300 --height 200'")
     p.add_argument("--jobs", type=int, default=1, help="scenes at once, the cores shared out among them (default: 1)")
-    p.add_argument("--curve", action="store_true", help="measure after an eighth, a quarter, half and all of the steps")
     p.add_argument("--force", action="store_true", help="measure again what was measured before")
+    return p
+
+
+def arguments():
+    p = common_arguments(__doc__, "quality")
+    p.add_argument("--variants", default="full", help="of " + ", ".join(VARIANTS))
+    p.add_argument("--colmap", action="store_true", help="with COLMAP's poses too, measured at the capture views")
+    p.add_argument("--curve", action="store_true", help="measure after an eighth, a quarter, half and all of the steps")
     return p.parse_args()
+
+
+def prepare(args):
+    """The program and the commit that figures are of, and what of the machine each scene gets."""
+    if not pathlib.Path(args.flashsplat).is_file():
+        sys.exit(f"{args.flashsplat}: no program there; run `make` first or give --flashsplat")
+    args.flashsplat = str(pathlib.Path(args.flashsplat).resolve())
+    args.program = digest(pathlib.Path(args.flashsplat).read_bytes())
+    git = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True)
+    args.commit = git.stdout.strip() or "unknown"
+    args.share = ["--threads", max(1, len(os.sched_getaffinity(0)) // args.jobs)] if args.jobs > 1 else []
+    pathlib.Path(args.out).mkdir(parents=True, exist_ok=True)
 
 
 class Failed(Exception):
     pass
 
 
-def call(args, log):
-    """Runs the program, all it says into a file; its warnings are returned."""
+def call(args, log, most=None):
+    """Runs the program, all it says into a file; its warnings are returned. most["bytes"]: the most memory it had."""
     with open(log, "ab") as f:
         begin = f.seek(0, os.SEEK_END)
-        rc = subprocess.run([str(a) for a in args], stdout=f, stderr=f).returncode
+        process = subprocess.Popen([str(a) for a in args], stdout=f, stderr=f)
+        _, status, usage = os.wait4(process.pid, 0)
+        rc = process.returncode = os.waitstatus_to_exitcode(status)
+    if most is not None:
+        most["bytes"] = max(most.get("bytes", 0), 1024 * usage.ru_maxrss)
     text = pathlib.Path(log).read_bytes()[begin:].decode(errors="replace")
     if rc:
         raise Failed(f"{' '.join(str(a) for a in args[:3])}: {text.strip().splitlines()[-1] if text.strip() else rc}")
@@ -119,6 +146,11 @@ class Case:
         self.base = pathlib.Path(args.out)
         self.out = self.base / f"{name}-{self.poses}"
         self.log = self.base / f"{name}-{self.poses}.log"
+        self.most = {}  # of memory, in the last run
+
+    def views(self, variant):
+        """Where it is measured."""
+        return (["held_out"] if self.true_poses else []) + (["capture"] if variant != "true-pair" else [])
 
     def lens_model(self):
         """The true poses with the lens that the photos were taken with."""
@@ -170,11 +202,11 @@ def splats(out):
 
 def train(args, case, options, renders):
     """One whole run and its renders; (seconds, splat counts, warnings)."""
-    begin = time.monotonic()
+    begin, case.most = time.monotonic(), {}
     # --poses may be off by a capture's pose noise; the views to render are exact.
     poses = ["--poses", case.lens_model()] if case.true_poses else []
     warnings = call([args.flashsplat, "run", case.photos, "-o", case.out, *poses, *args.options.split(), *options,
-                     *args.share], case.log)
+                     *args.share], case.log, case.most)
     seconds = time.monotonic() - begin
     cameras = ["--cameras", case.scene / "truth" / "cameras.json", "--metres-per-unit", "1"] if case.true_poses else []
     shutil.rmtree(renders, ignore_errors=True)
@@ -219,16 +251,18 @@ def run_variant(args, case, variant):
     return seconds, "+".join(counts), warnings
 
 
-def evaluate(args, case, variant, views):
+def evaluate(args, case, variant, views, more=()):
+    """Figures of the variant's renders; of the last method where `more` names others."""
     report = case.out / f"{variant}-{views}.json"
-    call([args.flashsplat, "evaluate", case.out, case.scene / "truth", "--output", case.out / "renders" / variant,
-          "--views", views, "--json", report], case.log)
-    return next(iter(json.loads(report.read_text())["methods"].values()))
+    weights = getattr(args, "lpips_weights", "")
+    call([args.flashsplat, "evaluate", case.out, case.scene / "truth", "--output", case.out / "renders" / variant, "--views",
+          views, "--json", report, *(["--lpips-weights", weights] if weights else []), *more], case.log)
+    return list(json.loads(report.read_text())["methods"].values())[-1]
 
 
 def measure(args, case, variant):
     """The figures of one variant: kept ones where there are any of the same program, capture and options."""
-    key = digest(args.program, case.ready(args), args.options, VARIANTS[variant], variant)
+    key = digest(args.program, case.ready(args), args.options, VARIANTS[variant], variant, getattr(args, "lpips_weights", ""))
     kept = case.base / f"{case.name}-{case.poses}-{variant}.json"
     if kept.is_file() and not args.force:
         result = json.loads(kept.read_text())
@@ -240,9 +274,9 @@ def measure(args, case, variant):
     case.out.mkdir(parents=True, exist_ok=True)
     mark.write_text(args.program)
     seconds, count, warnings = run_variant(args, case, variant)
-    views = [v for v in (["held_out"] if case.true_poses else []) + (["capture"] if variant != "true-pair" else [])]
-    result = {"key": key, "commit": args.commit, "seconds": seconds, "splats": count, "warnings": warnings,
-              "views": {v: evaluate(args, case, variant, v) for v in views}}
+    views = case.views(variant)
+    result = {"key": key, "commit": args.commit, "seconds": seconds, "bytes": case.most.get("bytes", 0), "splats": count,
+              "warnings": warnings, "views": {v: evaluate(args, case, variant, v) for v in views}}
     kept.write_text(json.dumps(result, indent=1))
     if cv2 is not None and views:
         sheet(case, variant, case.base / f"{case.name}-{case.poses}-{variant}.png")
@@ -440,15 +474,8 @@ def main():
         args.variants = [v for v in args.variants if VARIANTS[v][0] is not None]
     if args.curve and args.jobs > 1:
         sys.exit("--curve: measures seconds, so one scene at a time (--jobs 1)")
-    if not pathlib.Path(args.flashsplat).is_file():
-        sys.exit(f"{args.flashsplat}: no program there; run `make` first or give --flashsplat")
-    args.flashsplat = str(pathlib.Path(args.flashsplat).resolve())
-    args.program = digest(pathlib.Path(args.flashsplat).read_bytes())
-    git = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True)
-    args.commit = git.stdout.strip() or "unknown"
-    args.share = ["--threads", max(1, len(os.sched_getaffinity(0)) // args.jobs)] if args.jobs > 1 else []
+    prepare(args)
     base = pathlib.Path(args.out)
-    base.mkdir(parents=True, exist_ok=True)
     cases, results, failures, lock = cases_of(args), {}, [], threading.Lock()
     with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
         for done in [pool.submit(run_case, args, c, results, failures, lock, cases) for c in cases]:

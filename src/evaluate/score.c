@@ -15,6 +15,7 @@ typedef struct Task {
     const char *truth_dir;
     FilePath estimate;
     bool paired;
+    Encoding encoding;
     const double *gain; // NULL in the first pass
     const MetricContext *context;
     bool threaded;              // the last pass: the metrics that are threaded in themselves
@@ -57,7 +58,7 @@ static int paired_difference(const Task *task, Image *difference, bool *there, F
     *there = fs_truth_find(task->truth_dir, "I_F", task->truth->name, PICTURES, &path_f) &&
              fs_truth_find(task->truth_dir, "I_N", task->truth->name, PICTURES, &path_n);
     if (!*there) return 0;
-    MUST(fs_truth_read_pair(path_f.text, path_n.text, &flash, &ambient, err));
+    MUST(fs_truth_read_pair(path_f.text, path_n.text, ENCODING_GAMMA, &flash, &ambient, err));
     for (size_t i = 0; i < fs_image_values(&flash); i++) // negative differences become 0
         flash.px[i] = fs_tone_encode(fs_tone_decode(flash.px[i]) - fs_tone_decode(ambient.px[i]));
     *difference = flash;
@@ -88,7 +89,7 @@ static void score_view(void *context, int job, int worker)
     Image a = {0}, b = {0}, fitted = {0};
     int rc = 0;
     if (task->score->missing) return;
-    TRY(fs_truth_read_pair(task->truth->path.text, task->estimate.text, &a, &b, &task->err));
+    TRY(fs_truth_read_pair(task->truth->path.text, task->estimate.text, task->encoding, &a, &b, &task->err));
     if (!task->gain) {
         fit_one(task, &a, &b);
         goto fail;
@@ -150,8 +151,11 @@ static void make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks)
         for (int k = 0; k < SCORE_KINDS; k++)
             for (int m = 0; m < METRICS; m++) view->figures[k].value[m] = NAN;
         memcpy(view->name, views->view[i].name, sizeof view->name);
-        tasks[i] = (Task){.truth = &views->view[i], .truth_dir = layer->truth, .paired = layer->paired, .score = view};
-        view->missing = !fs_truth_find(layer->dir, layer->layer, view->name, PICTURES, &tasks[i].estimate);
+        tasks[i] = (Task){.truth = &views->view[i], .truth_dir = layer->truth,
+                          .paired = layer->paired,
+                          .encoding = layer->encoding,
+                          .score = view};
+        view->missing = !fs_truth_find_estimate(layer->dir, layer->layer, view->name, &tasks[i].estimate);
         score->missing += view->missing;
     }
     score->n = views->n - score->missing;

@@ -1,11 +1,14 @@
 // Truth folders: which views a layer has, and reading pictures as pairs of one size.
 #include "evaluate/truth.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "image/photo.h"
 #include "image/tone.h"
+
+#define SAME_SHAPE 0.04 // proportions may differ by so much
 
 static bool wanted(const Dataset *cameras, const char *name, const char *which)
 {
@@ -58,6 +61,31 @@ bool fs_truth_find(const char *dir, const char *layer, const char *view, const c
     return false;
 }
 
+Encoding fs_truth_encoding(const char *name)
+{
+    return strcmp(name, "srgb") == 0 ? ENCODING_SRGB : strcmp(name, "linear") == 0 ? ENCODING_LINEAR : ENCODING_GAMMA;
+}
+
+bool fs_truth_find_estimate(const char *dir, const char *layer, const char *view, FilePath *path)
+{
+    if (fs_truth_find(dir, layer, view, "png|jpg|jpeg|tif|tiff", path)) return true;
+    FilePath folder = fs_file_at("%s/%s", dir, layer);
+    FileList list = {0};
+    int found = 0, exact = 0;
+    size_t n = strlen(view);
+    if (fs_file_list(folder.text, &list, NULL) < 0) return false;
+    for (int i = 0; i < list.n && !exact; i++) {
+        char *stem = fs_photo_kind(list.name[i]) > PHOTO_NPY ? fs_file_stem(list.name[i]) : NULL;
+        bool begins = stem && strncmp(stem, view, n) == 0 && (!stem[n] || strchr("_-. ", stem[n]));
+        exact = begins && !stem[n];
+        if (begins) *path = fs_file_at("%s/%s", folder.text, list.name[i]);
+        found += begins;
+        free(stem);
+    }
+    fs_file_list_free(&list);
+    return exact || found == 1;
+}
+
 static int read_rgb(const char *path, Image *image, FsError *err)
 {
     int rc = fs_photo_read_stored(path, image, err);
@@ -72,11 +100,12 @@ static int read_rgb(const char *path, Image *image, FsError *err)
     return rc;
 }
 
-static int shrink(Image *image, const Image *to, FsError *err)
+static int shrink(Image *image, int width, int height, FsError *err)
 {
     Image small;
+    if (image->width == width && image->height == height) return 0;
     fs_tone_decode_image(image);
-    MUST(fs_image_resize_area(image, to->width, to->height, &small, err));
+    MUST(fs_image_resize_area(image, width, height, &small, err));
     fs_image_free(image);
     *image = small;
     fs_tone_encode_image(image);
@@ -86,21 +115,30 @@ static int shrink(Image *image, const Image *to, FsError *err)
 int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err)
 {
     long long aw = a->width, ah = a->height, bw = b->width, bh = b->height;
-    if (llabs(aw * bh - bw * ah) > (aw > ah ? aw : ah))
+    if ((double)llabs(aw * bh - bw * ah) > fmax(SAME_SHAPE * (double)aw * (double)bh, (double)(aw > ah ? aw : ah)))
         return fs_error_input(err, "%s: %lld x %lld pixels, other proportions than the truth's %lld x %lld", name, bw,
                               bh, aw, ah);
-    if (aw > bw) return shrink(a, b, err);
-    if (bw > aw) return shrink(b, a, err);
-    if (ah != bh) return ah > bh ? shrink(a, b, err) : shrink(b, a, err);
-    return 0;
+    int width = (int)(aw < bw ? aw : bw), height = (int)(ah < bh ? ah : bh);
+    MUST(shrink(a, width, height, err));
+    return shrink(b, width, height, err);
 }
 
-int fs_truth_read_pair(const char *truth, const char *estimate, Image *a, Image *b, FsError *err)
+// To ours; more than white becomes white.
+static void recode(Image *image, Encoding from)
+{
+    for (size_t i = 0; i < fs_image_values(image) && from != ENCODING_GAMMA; i++) {
+        float v = image->px[i] < 1 ? image->px[i] : 1;
+        image->px[i] = fs_tone_encode(from == ENCODING_SRGB ? fs_tone_srgb_decode(v) : v);
+    }
+}
+
+int fs_truth_read_pair(const char *truth, const char *estimate, Encoding encoding, Image *a, Image *b, FsError *err)
 {
     *a = *b = (Image){0};
     int rc;
     TRY(read_rgb(truth, a, err));
     TRY(read_rgb(estimate, b, err));
+    recode(b, encoding);
     TRY(fs_truth_same_size(a, b, estimate, err));
 fail:
     if (rc < 0) {

@@ -21,9 +21,17 @@ int fs_truth_list(const char *truth, const char *layer, const Dataset *cameras, 
                   FsError *err);
 void fs_truth_free(TruthViews *views);
 
+// What the values of an estimate's pictures are: ours (linear^0.22), sRGB's, or linear light.
+typedef enum Encoding { ENCODING_GAMMA, ENCODING_SRGB, ENCODING_LINEAR } Encoding;
+Encoding fs_truth_encoding(const char *name); // as the setting method-encoding names them
+
 // Path of <dir>/<layer>/<view>.<ext> for the first extension of "png|jpg|..." that exists; false when none does.
 bool fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions, FilePath *path);
-// The wider of the two is averaged down in linear light to the other's size. name: of b, for the error.
+// The same, and where it is not there a file of other programs: of any picture's extension, named as the view or
+// <view>_ and more. False where there is none, or where two may be meant.
+bool fs_truth_find_estimate(const char *dir, const char *layer, const char *view, FilePath *path);
+// Both are averaged down in linear light to the smaller width and height of the two; of nearly the same proportions
+// (programs round sides to multiples of 16 and more). name: of b, for the error.
 int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err);
-// PNG or JPEG, both as tone-mapped RGB of one size.
-int fs_truth_read_pair(const char *truth, const char *estimate, Image *a, Image *b, FsError *err);
+// Pictures, both as tone-mapped RGB of one size; what the estimate's values are, `encoding` says.
+int fs_truth_read_pair(const char *truth, const char *estimate, Encoding encoding, Image *a, Image *b, FsError *err);

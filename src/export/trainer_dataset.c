@@ -1,17 +1,22 @@
 #include "export/trainer_dataset.h"
 
+#include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/file.h"
+#include "base/linalg.h"
 #include "engine/engine.h"
 #include "export/splats.h"
+#include "image/tone.h"
 #include "model/colmap_model.h"
 
 #define MOST_POINTS 100000
 
 typedef struct Trainer {
     const TrainerArgs *args;
-    Engine *engine;
+    bool photos;    // as they are
+    Engine *engine; // of T
     Renders renders;
     ColmapModel model;
 } Trainer;
@@ -31,6 +36,24 @@ static int add_camera(ColmapModel *model, const Camera *camera, uint32_t *id, Fs
     return 0;
 }
 
+static int render_transmitted(Trainer *t, const View *view, const char *path, FsError *err)
+{
+    MUST(fs_engine_render(t->engine, &view->camera, &t->renders, err));
+    Image *picture = &t->renders.layer[RENDER_T_N];
+    for (size_t i = 0; i < fs_image_pixels(picture); i++) fs_colors_develop(t->args->development, picture->px + 3 * i);
+    return fs_png_write(path, picture, 8, err);
+}
+
+static int encode_photo(const Trainer *t, const View *view, const char *path, FsError *err)
+{
+    Image photo;
+    MUST(fs_tiff_read(fs_file_at("%s/images/%s.tif", t->args->project->out, view->name).text, &photo, err));
+    for (size_t i = 0; i < fs_image_values(&photo); i++) photo.px[i] = fs_tone_srgb_encode(photo.px[i]);
+    int rc = fs_png_write(path, &photo, 8, err);
+    fs_image_free(&photo);
+    return rc;
+}
+
 static int add_photo(Trainer *t, const View *view, FsError *err)
 {
     FilePath name = fs_file_at("%s.png", view->name);
@@ -42,10 +65,48 @@ static int add_photo(Trainer *t, const View *view, FsError *err)
     image->id = (uint32_t)t->model.n_images;
     image->camera_id = camera_id;
     fs_camera_pose_to_quat(view->camera.w2c, image->quat, image->t);
-    MUST(fs_engine_render(t->engine, &view->camera, &t->renders, err));
-    Image *picture = &t->renders.layer[RENDER_T_N];
-    for (size_t i = 0; i < fs_image_pixels(picture); i++) fs_colors_develop(t->args->development, picture->px + 3 * i);
-    return fs_png_write(path.text, picture, 8, err);
+    return t->photos ? encode_photo(t, view, path.text, err) : render_transmitted(t, view, path.text, err);
+}
+
+// Of each flash photo the nearest without.
+static int write_pairs(const Trainer *t, FsError *err)
+{
+    const Dataset *photos = t->args->photos;
+    AtomicFile file;
+    MUST(fs_file_begin(&file, fs_file_at("%s/export/dataset/pairs.txt", t->args->project->out).text, err));
+    for (int i = 0; i < photos->n; i++) {
+        const View *flash = &photos->view[i], *nearest = NULL;
+        double least = INFINITY, a[3], b[3];
+        fs_camera_centre(&flash->camera, a);
+        for (int j = 0; j < photos->n && flash->flash; j++) {
+            fs_camera_centre(&photos->view[j].camera, b);
+            if (photos->view[j].flash || v3_distance2(a, b) >= least) continue;
+            least = v3_distance2(a, b);
+            nearest = &photos->view[j];
+        }
+        if (nearest) fprintf(file.f, "%s.png %s.png %.6g\n", flash->name, nearest->name, sqrt(least));
+    }
+    return fs_file_commit(&file, err);
+}
+
+static int add_point(Trainer *t, const double xyz[3], const unsigned char rgb[3], FsError *err)
+{
+    ColmapPoint *point = fs_colmap_model_add_point(&t->model, err);
+    if (!point) return FS_ERR_MEMORY;
+    point->id = t->model.n_points;
+    memcpy(point->xyz, xyz, sizeof point->xyz);
+    memcpy(point->rgb, rgb, sizeof point->rgb);
+    return 0;
+}
+
+static int add_points_of_poses(Trainer *t, FsError *err)
+{
+    ColmapModel model;
+    int rc = fs_colmap_model_read(fs_file_at("%s/sparse", t->args->project->out).text, &model, err);
+    for (int i = 0; i < model.n_points && rc == 0; i++)
+        rc = add_point(t, model.point[i].xyz, model.point[i].rgb, err);
+    fs_colmap_model_free(&model);
+    return rc;
 }
 
 // The middles of Gaussians that are at least half opaque, evenly chosen, for trainers to start from.
@@ -61,13 +122,13 @@ static int add_points(Trainer *t, const Cloud *cloud, FsError *err)
     int each = (opaque + MOST_POINTS - 1) / MOST_POINTS;
     for (size_t i = 0; i < (size_t)splats.n; i++) {
         if (splats.opacity[i] < 0 || seen++ % each) continue;
-        ColmapPoint *point = fs_colmap_model_add_point(&t->model, err);
-        if (!point) TRY(FS_ERR_MEMORY);
-        point->id = t->model.n_points;
+        double xyz[3];
+        unsigned char rgb[3];
         for (size_t a = 0; a < 3; a++) {
-            point->xyz[a] = (double)splats.mean[3 * i + a];
-            point->rgb[a] = (unsigned char)fs_splats_level(255 * (double)splats.srgb[3 * i + a], 255);
+            xyz[a] = (double)splats.mean[3 * i + a];
+            rgb[a] = (unsigned char)fs_splats_level(255 * (double)splats.srgb[3 * i + a], 255);
         }
+        TRY(add_point(t, xyz, rgb, err));
     }
 fail:
     fs_splats_free(&splats);
@@ -92,19 +153,20 @@ int fs_trainer_dataset_run(const TrainerArgs *args, FsError *err)
 {
     const Settings *set = &args->project->set;
     const Cloud *cloud = fs_colors_cloud(args->scene, LAYER_T_N);
-    Trainer t = {.args = args};
-    int rc;
+    Trainer t = {.args = args, .photos = strcmp(set->dataset_of, "photos") == 0};
+    int rc = 0;
     FilePath dir = fs_file_at("%s/export/dataset", args->project->out);
-    if (!args->photos->n || !cloud)
+    if (!args->photos->n || (!cloud && !t.photos))
         return fs_error_input(err, "%s/views.json: missing or without photos, or there is no T_N: no dataset without",
                               args->project->out);
-    TRY(fs_engine_new(&t.engine, set->device, set->cpu, set->threads, err));
-    TRY(fs_engine_scene_up(t.engine, args->scene, err));
+    if (!t.photos) TRY(fs_engine_new(&t.engine, set->device, set->cpu, set->threads, err));
+    if (!t.photos) TRY(fs_engine_scene_up(t.engine, args->scene, err));
     TRY(write_photos(&t, err));
-    TRY(add_points(&t, cloud, err));
+    TRY(t.photos ? add_points_of_poses(&t, err) : add_points(&t, cloud, err));
+    if (t.photos) TRY(write_pairs(&t, err));
     TRY(fs_colmap_model_write(fs_file_at("%s/sparse/0", dir.text).text, &t.model, true, err));
-    fs_log_info(&args->project->log, "export: %d photos without the reflection and %d points, for other trainers: %s",
-                t.model.n_images, t.model.n_points, dir.text);
+    fs_log_info(&args->project->log, "export: %d photos%s and %d points, for other programs: %s", t.model.n_images,
+                t.photos ? "" : " without the reflection", t.model.n_points, dir.text);
 fail:
     fs_colmap_model_free(&t.model);
     fs_engine_renders_free(&t.renders);

@@ -1,4 +1,5 @@
-// The capture without the reflection, for programs that train on posed photos.
+// The capture for other programs: without the reflection, for those that train on posed photos; or the photos as they
+// are, for those that separate.
 #pragma once
 
 #include "export/colors.h"
@@ -12,6 +13,8 @@ typedef struct TrainerArgs {
     const Development *development;
 } TrainerArgs;
 
-// export/dataset/: images/<photo>.png, T without flash at each photo's pose, undistorted, at working size, in the
-// colours of the clouds; sparse/0/, a COLMAP model (binary) of them, with points of T.
+// export/dataset/: images/<photo>.png, undistorted, at working size; sparse/0/, a COLMAP model (binary) of them.
+// By the setting dataset-of: "transmitted", T without flash at each photo's pose, in the colours of the clouds, and
+// points of T; "photos", the photos in camera RGB by sRGB's curve, the points of the poses, and pairs.txt, a line for each
+// flash photo: its file, that of the nearest photo without flash, and the distance of the two.
 int fs_trainer_dataset_run(const TrainerArgs *args, FsError *err);

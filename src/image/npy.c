@@ -13,6 +13,7 @@
 #define MAX_FILE ((size_t)8 << 30)
 #define MAX_HEADER 65536
 #define CLIP_LEVEL 0.98 // of full, as of RAW files
+#define REACH 2         // pixels over which demosaicing mixes
 #define FLOATS 4        // a pixel, of a row as it is handed on
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "values are taken as they lie in memory");
@@ -183,51 +184,72 @@ int fs_npy_photo_size(const char *path, int *width, int *height, double *memory,
     MUST(check_photo(path, &a, err));
     *height = (int)a.dim[0];
     *width = (int)a.dim[1];
-    if (memory) *memory = 3.0 * a.size * *width * *height;
+    if (memory) *memory = (3.0 * a.size + 1) * *width * *height;
     return 0;
 }
 
-// One row as light, and where a channel is full or no number; returns how many values lie above black.
-static size_t convert_row(const NpyArray *a, size_t y, const SensorLevels *levels, float *rgb)
+static double share_at(const NpyArray *a, const SensorLevels *levels, size_t y, size_t x, size_t c)
 {
-    size_t width = a->dim[1], above = 0;
-    float *clipped = rgb + 3 * width;
-    for (size_t x = 0; x < width; x++) {
-        clipped[x] = 0;
+    const char *at = a->data + y * a->stride[0] + x * a->stride[1] + c * a->stride[2];
+    return (fs_npy_value(a, at) - levels->black) / (levels->white - levels->black);
+}
+
+// Where a channel is full or no number; returns how many values lie above black.
+static size_t find_full(const NpyArray *a, const SensorLevels *levels, unsigned char *full)
+{
+    size_t above = 0, width = a->dim[1];
+    for (size_t i = 0; i < a->dim[0] * width; i++) {
+        full[i] = 0;
         for (size_t c = 0; c < 3; c++) {
-            const char *at = a->data + y * a->stride[0] + x * a->stride[1] + c * a->stride[2];
-            double v = (fs_npy_value(a, at) - levels->black) / (levels->white - levels->black);
+            double v = share_at(a, levels, i / width, i % width, c);
             above += v > 0;
-            if (!(v < CLIP_LEVEL)) clipped[x] = 1; // so is NaN
-            rgb[3 * x + c] = (float)(fabs(v) < 1e6 ? v * levels->gain[c] : levels->gain[c]);
+            if (!(v < CLIP_LEVEL)) full[i] = 1; // so is NaN
         }
     }
     return above;
+}
+
+// A row as light, and the pixels whose colour was made with the help of full ones, as raw.c has them.
+static void convert_row(const NpyArray *a, int y, const SensorLevels *levels, const unsigned char *full, float *rgb)
+{
+    int width = (int)a->dim[1], height = (int)a->dim[0];
+    float *clipped = rgb + 3 * (size_t)width;
+    memset(clipped, 0, (size_t)width * sizeof *clipped);
+    for (int j = -REACH; j <= REACH; j++)
+        for (int x = 0; x < width && y + j >= 0 && y + j < height; x++)
+            for (int i = abs(j) - REACH; full[(size_t)(y + j) * (size_t)width + (size_t)x] && i <= REACH - abs(j); i++)
+                if (x + i >= 0 && x + i < width) clipped[x + i] = 1;
+    for (size_t i = 0; i < 3 * (size_t)width; i++) {
+        double v = share_at(a, levels, (size_t)y, i / 3, i % 3), gain = levels->gain[i % 3];
+        rgb[i] = (float)(fabs(v) < 1e6 ? v * gain : gain);
+    }
 }
 
 int fs_npy_read_photo(const char *path, const SensorLevels *levels, PhotoSizes *sizes, FsError *err)
 {
     NpyArray a;
     float *row = NULL;
-    size_t above = 0;
+    unsigned char *full = NULL;
     fs_sizes_clear(sizes);
     int rc = fs_npy_read(path, &a, err);
     if (rc < 0) return rc;
     TRY(check_photo(path, &a, err));
     row = malloc(a.dim[1] * FLOATS * sizeof *row);
-    if (!row) TRY(fs_error_memory(err));
-    TRY(fs_sizes_begin(sizes, (int)a.dim[1], (int)a.dim[0], err));
-    for (size_t y = 0; y < a.dim[0]; y++) {
-        above += convert_row(&a, y, levels, row);
-        fs_sizes_row(sizes, row, row + 3 * a.dim[1]);
-    }
-    if (above == 0)
+    full = malloc(a.dim[0] * a.dim[1]);
+    if (!row || !full) TRY(fs_error_memory(err));
+    if (find_full(&a, levels, full) == 0)
         TRY(fs_error_input(err,
                            "%s: no value is above the black level %g: give the camera's own with --npy-black and "
                            "--npy-white",
                            path, levels->black));
+    TRY(fs_sizes_begin(sizes, (int)a.dim[1], (int)a.dim[0], err));
+    for (int y = 0; y < (int)a.dim[0]; y++) {
+        convert_row(&a, y, levels, full, row);
+        fs_sizes_row(sizes, row, row + 3 * a.dim[1]);
+    }
 fail:
     free(row);
+    free(full);
     fs_npy_free(&a);
     fs_sizes_end(sizes);
     if (rc < 0) fs_sizes_free(sizes);

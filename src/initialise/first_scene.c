@@ -105,7 +105,7 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
     if (scene->separation != SEPARATION_FULL && !(scene->shared_geometry && scene->pane_beta))
         TRY(fs_error_set(err, FS_ERR_USAGE, "--separation %s goes with --geometry shared and --beta pane",
                          set->separation));
-    if (scene->separation == SEPARATION_FLASHLESS || scene->separation == SEPARATION_NONE) {
+    if (!set->flash_cue || scene->separation == SEPARATION_FLASHLESS || scene->separation == SEPARATION_NONE) {
         TRY(deal_points(start->points, &dealt, err)); // no cue: both scenes begin at all places
         dealt_points.kind = dealt;
         dealt_start.points = &dealt_points;

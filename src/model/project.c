@@ -38,7 +38,7 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
     {"evaluate", FS_STAGE_EVALUATE, TRAIN | FS_STAGE_RENDER, {NULL}, {"=evaluate.json"}}, // always measures anew
     {"export", FS_STAGE_EXPORT, TRAIN, {"views.json", "images", "clouds", "ingest.json"},
      {"export/&.ply", "export/&.splat", "export/&.spz", "export/&.v2.spz", "export/&.sog",
-      "export/&.compressed.ply", "export/&.points.ply", "export/&.glb", "export/&.mesh.ply", "export/room.*", "export/dataset/images/%.png",
+      "export/&.compressed.ply", "export/&.points.ply", "export/&.glb", "export/&.mesh.ply", "export/room.*", "export/dataset/images/%.png", "export/dataset/pairs.txt",
       "export/dataset/sparse/0/*.bin"}},
 };
 // clang-format on

@@ -16,6 +16,7 @@ typedef struct FsSettings {
     char *poses, *colmap, *align;
     // initialise
     char *points;
+    bool flash_cue;
     int init_count;
     // train
     int steps, levels, test_every, checkpoint_every, progress_every, max_splats;
@@ -34,9 +35,10 @@ typedef struct FsSettings {
     // export
     char *formats;
     bool unmirror, dataset;
+    char *dataset_of;
     double pane_distance;
     // evaluate
-    char *methods, *json, *views, *lpips_weights;
+    char *methods, *method_encoding, *json, *views, *lpips_weights;
     // view
     bool serve;
     int port;

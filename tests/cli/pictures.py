@@ -20,6 +20,18 @@ def png(width, height, pixel):
     return png_of_rows(width, height, [bytes(c for x in range(width) for c in pixel(x, y)) for y in range(height)])
 
 
+def write_tiff(path, width, height, values):
+    """Float RGB TIFF, one strip, not compressed."""
+    data = struct.pack(f"<{3 * width * height}f", *values)
+    tags = [(256, 4, 1, width), (257, 4, 1, height), (258, 3, 3, None), (259, 3, 1, 1), (262, 3, 1, 2), (273, 4, 1, None),
+            (277, 3, 1, 3), (278, 4, 1, height), (279, 4, 1, len(data)), (284, 3, 1, 1), (339, 3, 3, None)]
+    end = 8 + 2 + 12 * len(tags) + 4
+    at = {258: end, 339: end + 6, 273: end + 12}
+    head = struct.pack("<2sHIH", b"II", 42, 8, len(tags))
+    head += b"".join(struct.pack("<HHII", t, kind, n, at.get(t, v)) for t, kind, n, v in tags) + b"\0" * 4
+    path.write_bytes(head + struct.pack("<6H", 32, 32, 32, 3, 3, 3) + data)
+
+
 def read_png(path):
     """Rows of the bytes of an 8-bit RGB PNG."""
     data, at, packed = path.read_bytes(), 8, b""

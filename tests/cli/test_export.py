@@ -237,6 +237,29 @@ class Export(common.FolderTest):
             for got, v in zip(rows[40][3 * x:3 * x + 3], want):
                 self.assertAlmostEqual(got, v, delta=3)
 
+    def test_dataset_of_photos(self):
+        """The photos by sRGB's curve and nothing else, the poses' points, and the nearest photo of the other lighting."""
+        out = self.dir / "wall"
+        make_wall(out)
+        eye = json.loads((out / "views.json").read_text())["views"][0]
+        views = [dict(eye, name=n, flash=f, width=4, height=3, w2c=[r[:3] + [r[3] - x * (k == 0)] for k, r in enumerate(eye["w2c"])])
+                 for n, f, x in (("a", True, 0.0), ("b", False, 0.3), ("c", False, 0.1))]
+        (out / "views.json").write_text(json.dumps({"views": views}))
+        (out / "images").mkdir()
+        for i, v in enumerate(views):
+            pictures.write_tiff(out / f"images/{v['name']}.tif", 4, 3, [(i + 1) / 8, 0.5, -0.1] * 12)
+        pictures.model(out / "sparse", ["a", "b", "c"], 4, 3)
+        (out / "sparse/points3D.txt").write_text("1 1 2 3 9 8 7 0.5\n")
+        process = common.run("export", out, "--formats", "ply", "--dataset", "--dataset-of", "photos")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        data = out / "export/dataset"
+        lines = [line.split() for line in (data / "pairs.txt").read_text().splitlines()]
+        self.assertEqual(lines, [["a.png", "c.png", "0.1"]])
+        srgb = lambda v: round(255 * (1.055 * v ** (1 / 2.4) - 0.055))
+        for i, v in enumerate(views):
+            self.assertEqual(pictures.read_png(data / f"images/{v['name']}.png"), [bytes([srgb((i + 1) / 8), srgb(0.5), 0] * 4)] * 3)
+        self.assertEqual(struct.unpack_from("<QQ3d3B", (data / "sparse/0/points3D.bin").read_bytes()), (1, 1, 1, 2, 3, 9, 8, 7))
+
     def test_points(self):
         self.export("ply,points")
         cloud = [row for row in read_ply(self.out / "export/T_N.ply") if row["opacity"] >= 0]

@@ -12,6 +12,8 @@
 #include "base/rng.h"
 #include "evaluate/evaluate.h"
 #include "evaluate/metrics.h"
+#include "evaluate/truth.h"
+#include "image/tone.h"
 #include "temp_dir.h"
 
 #ifndef FIXTURE
@@ -135,6 +137,69 @@ static void test_more_metrics(void **state)
     assert_non_null(strstr(said.text, "layer | flashsplat     | same"));
     json_decref(root);
     json_decref(expected);
+}
+
+// The truth's T_N as another program would write it, under <dir>/T_N.
+static void write_as_others(const char *dir, Encoding encoding, const char *ending, int narrower)
+{
+    Image image, small;
+    FilePath from = fs_file_at("%s", FIXTURE "/truth/T_N"), to = fs_file_at("%s/T_N", dir);
+    FileList list;
+    assert_int_equal(fs_file_list(from.text, &list, NULL) | fs_file_mkdirs(to.text, NULL), 0);
+    for (int i = 0; i < list.n; i++) {
+        char *stem = fs_file_stem(list.name[i]);
+        FilePath path = fs_file_at("%s/%s%s", to.text, stem, ending);
+        assert_int_equal(fs_png_read(fs_file_at("%s/%s", from.text, list.name[i]).text, &image, NULL), 0);
+        fs_tone_decode_image(&image);
+        assert_int_equal(fs_image_resize_area(&image, image.width - narrower, image.height, &small, NULL), 0);
+        for (size_t k = 0; k < fs_image_values(&small); k++)
+            if (encoding == ENCODING_SRGB) small.px[k] = fs_tone_srgb_encode(small.px[k]);
+        bool tiff = strstr(ending, ".tif") != NULL;
+        FsError err;
+        int rc = tiff ? fs_tiff_write_float(path.text, &small, &err) : fs_png_write(path.text, &small, 16, &err);
+        if (rc < 0) fail_msg("%s", err.message);
+        fs_image_free(&image);
+        fs_image_free(&small);
+        free(stem);
+    }
+    fs_file_list_free(&list);
+}
+
+static double others_psnr(const char *dir, const char *folder, const char *encoding, double *n)
+{
+    Said said;
+    FsError err;
+    FilePath method = fs_file_at("x=%s", folder);
+    json_t *root = evaluate(
+        dir, FIXTURE "/truth",
+        (const char *[]){"output", FIXTURE "/renders", "method", method.text, "method-encoding", encoding, NULL}, &said,
+        &err);
+    if (!root) fail_msg("%s", err.message);
+    json_t *layer = json_object_get(layers_of(root, "x"), "T_N");
+    double psnr = *n > 0 ? number(layer, "psnr") : 0;
+    *n = number(layer, "n");
+    json_decref(root);
+    return psnr;
+}
+
+static void test_other_programs(void **state)
+{
+    double n = 1;
+    FilePath srgb = fs_file_at("%s/srgb", (char *)*state), linear = fs_file_at("%s/linear", (char *)*state);
+    FilePath rounded = fs_file_at("%s/rounded", (char *)*state), two = fs_file_at("%s/two", (char *)*state);
+    write_as_others(srgb.text, ENCODING_SRGB, "_DSRNet_l.PNG", 0);
+    assert_true(others_psnr(*state, srgb.text, "srgb", &n) > 60);
+    assert_true(n >= 1);
+    assert_true(others_psnr(*state, srgb.text, "gamma", &n) < 40);
+    write_as_others(linear.text, ENCODING_LINEAR, ".tif", 0);
+    assert_true(others_psnr(*state, linear.text, "linear", &n) > 100);
+    write_as_others(rounded.text, ENCODING_LINEAR, "-t.tif", 1); // sides that are multiples of something
+    assert_true(others_psnr(*state, rounded.text, "linear", &n) > 30);
+    write_as_others(two.text, ENCODING_LINEAR, "_a.tif", 0);
+    write_as_others(two.text, ENCODING_LINEAR, "_b.tif", 0);
+    n = 0;
+    others_psnr(*state, two.text, "linear", &n);
+    assert_true(n == 0); // which one is meant?
 }
 
 static void copy_file(const char *from, const char *to)
@@ -270,7 +335,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_agrees),  cmocka_unit_test(test_more_metrics), cmocka_unit_test(test_depth_tiff),
         cmocka_unit_test(test_threads), cmocka_unit_test(test_errors),       cmocka_unit_test(test_truncated),
-        cmocka_unit_test(test_scales),
+        cmocka_unit_test(test_scales),  cmocka_unit_test(test_other_programs),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }

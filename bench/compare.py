@@ -1,0 +1,332 @@
+#!/usr/bin/env python3
+"""Methods over scenes, in one report: compare.html (figures, and pictures side by side under a magnifier), compare.csv and
+compare.tex. Runs them as bench/quality.py does and keeps what it measured: with the same program, captures and options
+nothing runs twice. Held-out views are from places where no photo was taken.
+"""
+import argparse, concurrent.futures, csv, json, os, pathlib, re, shutil, subprocess, sys, threading
+
+import quality
+
+METHODS = {  # name: (title, variant of quality.py, poses by COLMAP)
+    "full": ("full", "full", False),
+    "paper": ("the paper's", "paper", False),
+    "flashless": ("flashless", "flashless", False),
+    "linear": ("T_F = c T_N", "linear", False),
+    "no-linearity": ("the paper's, no linearity", "no-linearity", False),
+    "no-smoothness": ("the paper's, no smoothness", "no-smoothness", False),
+    "no-cue": ("the paper's, no 3D cue", "no-cue", False),
+    "joint-poses": ("the paper's, COLMAP's poses, joint", "paper", True),
+    "separate-poses": ("the paper's, COLMAP's poses, separate", "separate-poses", True),
+    "plain": ("plain splats", "none", False),
+    "nerf": ("NeRF", "nerf", False),
+    "nerfren": ("NeRFReN", "nerfren", False),
+    "flash-nerf": ("Flash-NeRF", "flash-nerf", False),
+}
+KINDS = {"gain": "gain-fitted", "": "as it is", "paper": "paper's convention"}
+METRICS = ("psnr", "ssim", "ms_ssim", "lpips_alex", "lpips_vgg")
+# The paper's table: transmission against the normalised paired difference, mean over its own scenes.
+PUBLISHED = {"Flash-Splat": (20.42, 0.2868), "DSRNet": (13.02, 0.5754), "Liu et al.": (11.16, 0.6765), "NSF": (9.40, 0.7452),
+             "NeRFReN": (10.09, 0.7153)}
+VIEWS = {"held_out": "held-out views", "capture": "the photos' views"}
+
+
+def arguments():
+    p = quality.common_arguments(__doc__, "compare")
+    p.add_argument("--methods", default="all", help="of " + ", ".join(METHODS))
+    p.add_argument("--folders", default="", help="published scene folders (docs/scene-folders.md), comma-separated: no truth, so "
+                   "time, size and pictures only")
+    p.add_argument("--method", default="", help="NAME=DIR,...: other programs' pictures, DIR/<scene>/<layer>/<photo>.png; docs/compare.md")
+    p.add_argument("--method-encoding", default="srgb", help="what these hold: gamma, srgb (default) or linear")
+    p.add_argument("--lpips-weights", default="", help="weights that add LPIPS; docs/lpips.md")
+    p.add_argument("--pictures", type=int, default=2, help="views shown of each scene (default: 2)")
+    args = p.parse_args()
+    args.methods = list(METHODS) if args.methods == "all" else args.methods.split(",")
+    for m in args.methods:
+        if m not in METHODS:
+            p.error(f"--methods: no method '{m}'; known are {', '.join(METHODS)}")
+    args.others = [pair.split("=", 1) for pair in args.method.split(",") if pair]
+    if any(len(pair) != 2 for pair in args.others):
+        p.error(f"--method: '{args.method}' is not NAME=DIR,...")
+    args.colmap = any(METHODS[m][2] for m in args.methods)
+    return args
+
+
+class FolderCase(quality.Case):
+    """A scene as others published it: photos and poses, no truth."""
+
+    def __init__(self, args, folder):
+        super().__init__(args, folder.name, folder, "", False)
+        self.photos, self.poses = folder, "own"
+        self.out, self.log = self.base / f"{self.name}-own", self.base / f"{self.name}-own.log"
+
+    def views(self, variant):
+        return []
+
+    def ready(self, args):
+        return quality.digest([(str(f), f.stat().st_size) for f in sorted(self.photos.rglob("*")) if f.is_file()])
+
+
+def cases_of(args):
+    cases = [] if args.folders and not args.only else quality.cases_of(args)
+    return cases + [FolderCase(args, pathlib.Path(f).resolve()) for f in args.folders.split(",") if f]
+
+
+def methods_of(args, case):
+    by_colmap = not case.true_poses and not isinstance(case, FolderCase)
+    return [m for m in args.methods if METHODS[m][2] == by_colmap]
+
+
+def drop_unknown(args):
+    """Methods whose options this program does not have."""
+    known = subprocess.run([args.flashsplat, "run", "--help"], capture_output=True, text=True, check=True).stdout
+    for m in list(args.methods):
+        lacks = [o for o in quality.VARIANTS[METHODS[m][1]][0] if o.startswith("--") and o.replace("--no-", "--") not in known]
+        if lacks:
+            print(f"{m}: left out, this program has no {lacks[0]}", file=sys.stderr)
+            args.methods.remove(m)
+
+
+# ---- what there is to show ----
+
+def find_picture(folder, view):
+    return quality.picture(folder, view) if folder.is_dir() else None
+
+
+def shown_views(args, case):
+    if isinstance(case, FolderCase):
+        names = sorted(p.stem for p in (case.out / "renders").glob("*/T_N/*.png"))
+    else:
+        names = sorted(p.stem for p in (case.scene / "truth" / "T_N").glob("*.*"))
+        names = [n for n in names if n.startswith("TEST") == case.true_poses] or names
+    names = list(dict.fromkeys(names))
+    step = max(1, len(names) // max(1, args.pictures))
+    return names[::step][:args.pictures]
+
+
+def keep_pictures(args, case, who, folder):
+    """Copies of the pictures that are shown; layer -> view -> path from the report."""
+    kept = {}
+    for layer in quality.LAYERS:
+        for view in shown_views(args, case):
+            source = find_picture(folder / layer, view)
+            if source is None:
+                continue
+            name = f"pictures/{case.name}-{case.poses}/{who}/{layer}/{view}{source.suffix}"
+            to = case.base / name
+            if not to.is_file() or to.stat().st_mtime < source.stat().st_mtime:
+                to.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(source, to)
+            kept.setdefault(layer, {})[view] = name
+    return kept
+
+
+def figures(result, layers):
+    """views -> layer -> kind -> metric -> number, of what evaluate said."""
+    found = {}
+    for views, method in result["views"].items():
+        for layer, m in method["layers"].items():
+            if not m.get("n") or layer not in layers:
+                continue
+            for kind in KINDS:
+                of_kind = {k: m[name] for k in METRICS if (name := k + (f"_{kind}" if kind else "")) in m}
+                if of_kind:
+                    found.setdefault(views, {}).setdefault(layer, {})[kind] = of_kind
+    return found
+
+
+def published(args):
+    """scene -> rows (title, views -> layer -> kind -> metric): the table that the folder of scenes comes with."""
+    path, rows = pathlib.Path(args.scenes) / "README.md", {}
+    lines = path.read_text().splitlines() if path.is_file() else []
+    titles = None
+    for line in lines:
+        cells = [c.strip() for c in line.strip().strip("|").split("|")]
+        if line.startswith("| scene |"):
+            titles = cells
+        elif titles and line.startswith("|") and not line.startswith("|-") and len(cells) == len(titles):
+            layers = {}
+            for layer, cell in zip(titles[2:], cells[2:]):
+                numbers = re.findall(r"\d+\.\d+", cell)
+                if numbers and layer in quality.LAYERS:
+                    layers[layer] = {"gain": dict(zip(("psnr", "ssim"), map(float, numbers)))}
+            rows.setdefault(cells[0], []).append((f"published: {cells[1]}", {"held_out": layers}))
+        elif not line.startswith("|"):
+            titles = None
+    return rows
+
+
+def row_of(name, title, result, found, pictures):
+    return {"method": name, "title": title, "figures": found, "pictures": pictures, "seconds": result.get("seconds"),
+            "bytes": result.get("bytes"), "splats": result.get("splats", ""), "warnings": result.get("warnings", [])}
+
+
+def run_method(args, case, name):
+    variant = METHODS[name][1]
+    result = quality.measure(args, case, variant)
+    pictures = keep_pictures(args, case, name, case.out / "renders" / variant)
+    return row_of(name, METHODS[name][0], result, figures(result, quality.VARIANTS[variant][1]), pictures)
+
+
+def run_other(args, case, name, folder):
+    """Pictures of another program, measured at the photos' views beside those of the case's last method."""
+    where = pathlib.Path(folder).resolve() / case.name
+    renders = sorted(p.parent for p in (case.out / "renders").glob("*/T_N"))
+    if not where.is_dir() or isinstance(case, FolderCase) or not renders:
+        return None
+    more = ["--method", f"{name}={where}", "--method-encoding", args.method_encoding]
+    method = quality.evaluate(args, case, renders[0].name, "capture", more)
+    found = figures({"views": {"capture": method}}, quality.LAYERS)
+    return row_of(name, name, {}, found, keep_pictures(args, case, f"other-{name}", where)) if found else None
+
+
+def truth_row(args, case):
+    return row_of("truth", "truth", {}, {}, keep_pictures(args, case, "truth", case.scene / "truth"))
+
+
+def run_case(args, case, report, failures, lock, references):
+    rows = [] if isinstance(case, FolderCase) else [truth_row(args, case)]
+
+    def add(row):
+        if row is None:
+            return
+        with lock:
+            rows.append(row)
+            report[case.name, case.poses] = rows[:]
+            write(args, report, failures)
+        best = row["figures"].get("held_out") or row["figures"].get("capture") or {}
+        told = "  ".join(f"{layer} {kinds['gain']['psnr']:.2f}" for layer, kinds in best.items() if "gain" in kinds)
+        print(f"{case.name}, {case.poses} poses: {row['title']}: {told} {row['seconds'] or 0:.0f} s", flush=True)
+
+    def attempt(what, work):
+        try:
+            add(work())
+        except (quality.Failed, OSError, ValueError, KeyError) as e:  # the others go on
+            with lock:
+                failures.append(f"{case.name}, {case.poses} poses, {what}: {e} (all of it: {case.log})")
+                print(failures[-1], file=sys.stderr, flush=True)
+
+    for name in methods_of(args, case):
+        attempt(name, lambda: run_method(args, case, name))
+    for name, folder in args.others if case.true_poses else []:
+        attempt(name, lambda: run_other(args, case, name, folder))
+    for title, found in references.get(case.name, []) if case.true_poses else []:
+        add(row_of("published", title, {}, found, {}))
+
+
+# ---- the three files ----
+
+def scenes_of(report):
+    """scene -> its rows, those of COLMAP's poses among them."""
+    scenes = {}
+    for (name, _), rows in sorted(report.items(), key=lambda item: (item[0][0], item[0][1] == "COLMAP")):
+        scenes.setdefault(name, []).extend(r for r in rows if r["method"] != "truth" or not scenes.get(name))
+    return scenes
+
+
+def means(scenes):
+    """Rows of the mean over the scenes that all methods with figures at these views have."""
+    rows = {}
+    for views in VIEWS:
+        have = {}
+        for scene, of in scenes.items():
+            for r in of:
+                if views in r["figures"] and r["method"] != "published":
+                    have.setdefault(r["method"], {})[scene] = r
+        common = set.intersection(*(set(h) for h in have.values())) if have else set()
+        for method, of in have.items() if common else []:
+            chosen = [of[s] for s in sorted(common)]
+            row = rows.setdefault(method, row_of(method, chosen[0]["title"], {}, {}, {}))
+            times = [r["seconds"] for r in chosen if r["seconds"] is not None]
+            row["seconds"] = sum(times) / len(times) if times else None
+            row["bytes"] = max((r["bytes"] or 0 for r in chosen), default=0)
+            row["scenes"] = sorted(common)
+            for layer in quality.LAYERS:
+                for kind in KINDS:
+                    values = [r["figures"][views].get(layer, {}).get(kind) for r in chosen]
+                    if all(values):
+                        row["figures"].setdefault(views, {}).setdefault(layer, {})[kind] = {
+                            k: sum(v[k] for v in values) / len(values) for k in METRICS if all(k in v for v in values)}
+    return list(rows.values())
+
+
+def write_csv(path, args, scenes):
+    with open(path, "w", newline="") as f:
+        w = csv.writer(f)
+        w.writerow(["scene", "method", "title", "views", "layer", "kind", *METRICS, "seconds", "megabytes", "splats", "commit"])
+        for scene, rows in scenes.items():
+            for r in rows:
+                end = [f"{r['seconds']:.1f}" if r["seconds"] is not None else "", f"{r['bytes'] / 1e6:.0f}" if r["bytes"] else "",
+                       r["splats"], args.commit]
+                for views, layers in r["figures"].items():
+                    for layer, kinds in layers.items():
+                        for kind, m in kinds.items():
+                            w.writerow([scene, r["method"], r["title"], views, layer, KINDS[kind],
+                                        *(f"{m[k]:.5g}" if k in m else "" for k in METRICS), *end])
+                if not r["figures"] and r["method"] != "truth":
+                    w.writerow([scene, r["method"], r["title"], "", "", "", *[""] * len(METRICS), *end])
+
+
+def tex(text):
+    text = re.sub(r"([&%#_])", r"\\\1", text)
+    return re.sub(r"([TRI])\\_([NF])", r"$\1_\2$", text)
+
+
+def tex_rows(rows, views):
+    rows = [r for r in rows if views in r["figures"]]
+    best = {l: max((r["figures"][views][l]["gain"]["psnr"] for r in rows if "gain" in r["figures"][views].get(l, {})), default=0)
+            for l in quality.LAYERS}
+    for r in rows:
+        cells = []
+        for layer in quality.LAYERS:
+            m = r["figures"][views].get(layer, {}).get("gain")
+            lpips = next((f" / {m[k]:.3f}" for k in ("lpips_vgg", "lpips_alex") if m and k in m), "")
+            psnr = m and (f"\\textbf{{{m['psnr']:.2f}}}" if m["psnr"] == best[layer] else f"{m['psnr']:.2f}")
+            cells.append(f"{psnr} / {m['ssim']:.3f}{lpips}" if m and "ssim" in m else psnr or "--")
+        yield " & ".join([tex(r["title"]), *cells, f"{r['seconds']:.0f}" if r["seconds"] is not None else "--"]) + r" \\"
+
+
+def write_tex(path, args, scenes, mean_rows):
+    lines = ["% PSNR in dB / SSIM (/ LPIPS), gain-fitted; s: seconds of the whole run. Needs \\usepackage{booktabs}.",
+             f"% Commit {args.commit}, options: {args.options}"]
+    for title, rows in [("Mean", mean_rows), *scenes.items()]:
+        for views in VIEWS:
+            body = list(tex_rows(rows, views))
+            if not body:
+                continue
+            named = f"{title} of {len(rows[0]['scenes'])} scenes" if title == "Mean" else title
+            lines += [r"\begin{table}\centering", rf"\caption{{{tex(named)}, {VIEWS[views]}}}",
+                      r"\begin{tabular}{l" + "c" * len(quality.LAYERS) + "r}", r"\toprule",
+                      " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s"]) + r" \\", r"\midrule",
+                      *body, r"\bottomrule", r"\end{tabular}", r"\end{table}", ""]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write(args, report, failures):
+    base, scenes = pathlib.Path(args.out), scenes_of(report)
+    mean_rows = means(scenes)
+    write_csv(base / "compare.csv", args, scenes)
+    write_tex(base / "compare.tex", args, scenes, mean_rows)
+    data = {"commit": args.commit, "options": args.options, "layers": quality.LAYERS, "kinds": KINDS, "views": VIEWS,
+            "metrics": METRICS, "scenes": scenes, "means": mean_rows, "failures": failures,
+            "paper": [[name, *numbers] for name, numbers in PUBLISHED.items()]}
+    page = (pathlib.Path(__file__).parent / "compare_page.html").read_text()
+    text = json.dumps(data).replace("</", "<\\/")
+    (base / "compare.html").write_text(page.replace("/*DATA*/null", text))
+
+
+def main():
+    args = arguments()
+    quality.prepare(args)
+    drop_unknown(args)
+    cases = [c for c in cases_of(args) if methods_of(args, c)]
+    report, failures, lock, references = {}, [], threading.Lock(), published(args)
+    with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
+        for done in [pool.submit(run_case, args, c, report, failures, lock, references) for c in cases]:
+            done.result()
+    write(args, report, failures)
+    print(f"report: {pathlib.Path(args.out) / 'compare.html'}; compare.csv and compare.tex beside it", file=sys.stderr)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
