@@ -224,7 +224,8 @@ def scenes_of(report):
 
 
 def means(scenes):
-    """Rows of the mean over the scenes that all methods with figures at these views have."""
+    """Rows of the mean over the scenes that all methods with figures at these views have; of other programs that have
+    these scenes too."""
     rows = {}
     for views in VIEWS:
         have = {}
@@ -232,8 +233,11 @@ def means(scenes):
             for r in of:
                 if views in r["figures"] and r["method"] != "published":
                     have.setdefault(r["method"], {})[scene] = r
-        common = set.intersection(*(set(h) for h in have.values())) if have else set()
+        ours = [set(of) for method, of in have.items() if method in METHODS]
+        common = set.intersection(*ours) if ours else set()
         for method, of in have.items() if common else []:
+            if not common <= set(of):
+                continue
             chosen = [of[s] for s in sorted(common)]
             row = rows.setdefault(method, row_of(method, chosen[0]["title"], {}, {}, {}))
             times = [r["seconds"] for r in chosen if r["seconds"] is not None]
@@ -293,7 +297,7 @@ def write_tex(path, args, scenes, mean_rows):
             body = list(tex_rows(rows, views))
             if not body:
                 continue
-            named = f"{title} of {len(rows[0]['scenes'])} scenes" if title == "Mean" else title
+            named = f"{title} over scenes: {', '.join(rows[0]['scenes'])}" if title == "Mean" else title
             lines += [r"\begin{table}\centering", rf"\caption{{{tex(named)}, {VIEWS[views]}}}",
                       r"\begin{tabular}{l" + "c" * len(quality.LAYERS) + "r}", r"\toprule",
                       " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s"]) + r" \\", r"\midrule",

@@ -151,7 +151,8 @@ static void make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks)
         for (int k = 0; k < SCORE_KINDS; k++)
             for (int m = 0; m < METRICS; m++) view->figures[k].value[m] = NAN;
         memcpy(view->name, views->view[i].name, sizeof view->name);
-        tasks[i] = (Task){.truth = &views->view[i], .truth_dir = layer->truth,
+        tasks[i] = (Task){.truth = &views->view[i],
+                          .truth_dir = layer->truth,
                           .paired = layer->paired,
                           .encoding = layer->encoding,
                           .score = view};

@@ -103,8 +103,7 @@ static int add_points_of_poses(Trainer *t, FsError *err)
 {
     ColmapModel model;
     int rc = fs_colmap_model_read(fs_file_at("%s/sparse", t->args->project->out).text, &model, err);
-    for (int i = 0; i < model.n_points && rc == 0; i++)
-        rc = add_point(t, model.point[i].xyz, model.point[i].rgb, err);
+    for (int i = 0; i < model.n_points && rc == 0; i++) rc = add_point(t, model.point[i].xyz, model.point[i].rgb, err);
     fs_colmap_model_free(&model);
     return rc;
 }

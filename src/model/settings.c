@@ -75,7 +75,8 @@ static const FsOption table[] = {
     STRING("points", points, INITIALISE, "", "PLY",
            "start from this dense cloud, in the frame of the poses (COLMAP's fused.ply, say), instead of stereo"),
     ON("flash-cue", flash_cue, INITIALISE,
-       "begin with the points of the two scenes told apart by the flash; else both begin at all points, for comparisons"),
+       "begin with the points of the two scenes told apart by the flash; else both begin at all points, for "
+       "comparisons"),
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
     INT("steps", steps, TRAIN, "3400", 1, 1000000, "N", "training steps"),
@@ -165,7 +166,8 @@ static const FsOption table[] = {
           "from the middle of the photos' places to the pane, in units of the poses, for --unmirror; 0: to what is "
           "nearest behind it"),
 
-    STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]", "other programs' output folders to compare; see docs/compare.md"),
+    STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]",
+           "other programs' output folders to compare; see docs/compare.md"),
     ENUM("method-encoding", method_encoding, EVALUATE, "gamma", "gamma|srgb|linear",
          "what the values of --method's pictures are: linear^0.22 as ours, sRGB, or linear light"),
     STRING("json", json, EVALUATE | BENCH | CHECK, "", "FILE", "write the figures as JSON too"),

@@ -333,8 +333,8 @@ static void test_scales(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_agrees),  cmocka_unit_test(test_more_metrics), cmocka_unit_test(test_depth_tiff),
-        cmocka_unit_test(test_threads), cmocka_unit_test(test_errors),       cmocka_unit_test(test_truncated),
+        cmocka_unit_test(test_agrees),  cmocka_unit_test(test_more_metrics),   cmocka_unit_test(test_depth_tiff),
+        cmocka_unit_test(test_threads), cmocka_unit_test(test_errors),         cmocka_unit_test(test_truncated),
         cmocka_unit_test(test_scales),  cmocka_unit_test(test_other_programs),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);

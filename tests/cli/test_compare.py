@@ -1,0 +1,86 @@
+"""bench/compare.py: methods over a small made capture and a published folder of it, in one page, CSV and LaTeX table; what
+was measured is not measured again."""
+import csv
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+import common
+from common import FolderTest, run
+from pictures import give_points
+
+COMPARE = pathlib.Path(__file__).resolve().parents[2] / "bench" / "compare.py"
+OPTIONS = "--long-edge 96 --steps 6 --init-count 300 --max-splats 400"
+
+
+class Compare(FolderTest):
+    def compare(self, *more):
+        environment = dict(os.environ, PYTHONDONTWRITEBYTECODE="1")
+        return subprocess.run([sys.executable, COMPARE, "--flashsplat", common.PROGRAM, "--scenes", self.dir / "scenes", "--only",
+                               "small", "--options", OPTIONS, "--out", self.dir / "out", *map(str, more)], text=True,
+                              capture_output=True, timeout=300, check=False, env=environment)
+
+    def data(self):
+        page = (self.dir / "out/compare.html").read_text()
+        return json.loads(re.search(r"^const data = (.*);$", page, re.M)[1].replace("<\\/", "</"))
+
+    def test_compare(self):
+        scene, others = self.dir / "scenes/small", self.dir / "others/small"
+        process = run("synth", "-o", scene, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 2, "--seed", 5)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        give_points(scene / "truth")
+        (self.dir / "scenes/README.md").write_text(
+            "| scene | variant, steps | T_N | R |\n|---|---|---|---|\n| small | full, 5000 | 31.25 / 0.950 | - |\n")
+        shutil.copytree(scene / "truth/T_N", others / "T_N")
+        published = self.dir / "published"
+        shutil.copytree(scene / "capture/jpeg", published / "images")
+        shutil.copytree(scene / "truth/sparse", published / "sparse/0")
+        wanted = ["--methods", "full,plain,no-such-option", "--method", f"copy={others.parent}", "--method-encoding", "gamma",
+                  "--folders", published]
+        process = self.compare(*wanted)
+        self.assertEqual(process.returncode, 2)  # no such method
+        wanted[1] = "full,plain"
+        process = self.compare(*wanted)
+        self.assertEqual(process.returncode, 0, process.stdout + process.stderr)
+
+        with open(self.dir / "out/compare.csv", newline="") as f:
+            rows = list(csv.DictReader(f))
+        psnr = {(r["method"], r["views"], r["layer"], r["kind"]): float(r["psnr"]) for r in rows if r["scene"] == "small"}
+        self.assertEqual({r["method"] for r in rows if r["scene"] == "published"}, {"full", "plain"})
+        self.assertEqual(psnr["copy", "capture", "T_N", "as it is"], 120)
+        self.assertEqual(psnr["published", "held_out", "T_N", "gain-fitted"], 31.25)
+        told = json.loads((self.dir / "out/small-true/full-held_out.json").read_text())["methods"]["flashsplat"]["layers"]
+        for layer in ("T_N", "T_F", "R", "I_N", "I_F"):
+            self.assertAlmostEqual(psnr["full", "held_out", layer, "gain-fitted"], told[layer]["psnr_gain"], delta=1e-2)
+        self.assertAlmostEqual(psnr["full", "held_out", "T_N", "paper's convention"], told["T_N"]["psnr_paper"], delta=1e-2)
+        self.assertNotIn(("plain", "held_out", "R", "gain-fitted"), psnr)
+        for r in rows:
+            if r["method"] in ("full", "plain"):
+                self.assertTrue(float(r["seconds"]) > 0 and 10 < float(r["megabytes"]) < 4000 and r["splats"], r)
+
+        data = self.data()
+        self.assertEqual([r["method"] for r in data["scenes"]["small"]], ["truth", "full", "plain", "copy", "published"])
+        self.assertEqual([r["method"] for r in data["means"]], ["full", "plain", "copy"])
+        shown = [p for rows in data["scenes"].values() for r in rows for views in r["pictures"].values() for p in views.values()]
+        self.assertGreater(len(shown), 20)
+        for path in shown:
+            self.assertTrue((self.dir / "out" / path).is_file(), path)
+        tex = (self.dir / "out/compare.tex").read_text()
+        self.assertIn("\\textbf{", tex)
+        self.assertEqual(tex.count("\\begin{tabular}"), tex.count("\\end{tabular}"))
+        self.assertRegex(tex, r"full & [\\{}a-z]*\d+\.\d\d\}? / 0\.\d{3} & ")
+
+        logs = {p: p.stat().st_size for p in (self.dir / "out").glob("*.json")}
+        before = (self.dir / "out/small-true/clouds/T_N.ply").stat().st_mtime_ns
+        self.assertEqual(self.compare(*wanted).returncode, 0)
+        self.assertEqual((self.dir / "out/small-true/clouds/T_N.ply").stat().st_mtime_ns, before)  # kept, not trained
+        self.assertEqual({p: p.stat().st_size for p in (self.dir / "out").glob("*.json")}, logs)
+        self.assertEqual(self.data()["scenes"], data["scenes"])
+
+
+if __name__ == "__main__":
+    common.main()
