@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Methods over scenes, in one report: compare.html (figures, and pictures side by side under a magnifier), compare.csv and
-compare.tex. Runs them as bench/quality.py does and keeps what it measured: with the same program, captures and options
-nothing runs twice. Held-out views are from places where no photo was taken.
+"""Methods over scenes, in one report: compare.html (figures, and pictures side by side under a magnifier), compare.csv
+and compare.tex. Runs them as bench/quality.py does and keeps what it measured: with the same program, captures and
+options nothing runs twice. Held-out views are from places where no photo was taken.
 """
 import argparse, concurrent.futures, csv, json, os, pathlib, re, shutil, subprocess, sys, threading
 
@@ -25,17 +25,18 @@ METHODS = {  # name: (title, variant of quality.py, poses by COLMAP)
 KINDS = {"gain": "gain-fitted", "": "as it is", "paper": "paper's convention"}
 METRICS = ("psnr", "ssim", "ms_ssim", "lpips_alex", "lpips_vgg")
 # The paper's table: transmission against the normalised paired difference, mean over its own scenes.
-PUBLISHED = {"Flash-Splat": (20.42, 0.2868), "DSRNet": (13.02, 0.5754), "Liu et al.": (11.16, 0.6765), "NSF": (9.40, 0.7452),
-             "NeRFReN": (10.09, 0.7153)}
+PUBLISHED = {"Flash-Splat": (20.42, 0.2868), "DSRNet": (13.02, 0.5754), "Liu et al.": (11.16, 0.6765),
+             "NSF": (9.40, 0.7452), "NeRFReN": (10.09, 0.7153)}
 VIEWS = {"held_out": "held-out views", "capture": "the photos' views"}
 
 
 def arguments():
     p = quality.common_arguments(__doc__, "compare")
     p.add_argument("--methods", default="all", help="of " + ", ".join(METHODS))
-    p.add_argument("--folders", default="", help="published scene folders (docs/scene-folders.md), comma-separated: no truth, so "
-                   "time, size and pictures only")
-    p.add_argument("--method", default="", help="NAME=DIR,...: other programs' pictures, DIR/<scene>/<layer>/<photo>.png; docs/compare.md")
+    p.add_argument("--folders", default="", help="published scene folders (docs/scene-folders.md), comma-separated: no "
+                   "truth, so time, size and pictures only")
+    p.add_argument("--method", default="", help="NAME=DIR,...: other programs' pictures, "
+                   "DIR/<scene>/<layer>/<photo>.png; docs/compare.md")
     p.add_argument("--method-encoding", default="srgb", help="what these hold: gamma, srgb (default) or linear")
     p.add_argument("--lpips-weights", default="", help="weights that add LPIPS; docs/lpips.md")
     p.add_argument("--pictures", type=int, default=2, help="views shown of each scene (default: 2)")
@@ -80,7 +81,8 @@ def drop_unknown(args):
     """Methods whose options this program does not have."""
     known = subprocess.run([args.flashsplat, "run", "--help"], capture_output=True, text=True, check=True).stdout
     for m in list(args.methods):
-        lacks = [o for o in quality.VARIANTS[METHODS[m][1]][0] if o.startswith("--") and o.replace("--no-", "--") not in known]
+        options = [o for o in quality.VARIANTS[METHODS[m][1]][0] if o.startswith("--")]
+        lacks = [o for o in options if o.replace("--no-", "--") not in known]
         if lacks:
             print(f"{m}: left out, this program has no {lacks[0]}", file=sys.stderr)
             args.methods.remove(m)
@@ -256,11 +258,12 @@ def means(scenes):
 def write_csv(path, args, scenes):
     with open(path, "w", newline="") as f:
         w = csv.writer(f)
-        w.writerow(["scene", "method", "title", "views", "layer", "kind", *METRICS, "seconds", "megabytes", "splats", "commit"])
+        w.writerow(["scene", "method", "title", "views", "layer", "kind", *METRICS, "seconds", "megabytes", "splats",
+                    "commit"])
         for scene, rows in scenes.items():
             for r in rows:
-                end = [f"{r['seconds']:.1f}" if r["seconds"] is not None else "", f"{r['bytes'] / 1e6:.0f}" if r["bytes"] else "",
-                       r["splats"], args.commit]
+                end = [f"{r['seconds']:.1f}" if r["seconds"] is not None else "",
+                       f"{r['bytes'] / 1e6:.0f}" if r["bytes"] else "", r["splats"], args.commit]
                 for views, layers in r["figures"].items():
                     for layer, kinds in layers.items():
                         for kind, m in kinds.items():
@@ -277,7 +280,8 @@ def tex(text):
 
 def tex_rows(rows, views):
     rows = [r for r in rows if views in r["figures"]]
-    best = {l: max((r["figures"][views][l]["gain"]["psnr"] for r in rows if "gain" in r["figures"][views].get(l, {})), default=0)
+    gained = [r["figures"][views] for r in rows]
+    best = {l: max((of[l]["gain"]["psnr"] for of in gained if "gain" in of.get(l, {})), default=0)
             for l in quality.LAYERS}
     for r in rows:
         cells = []
@@ -286,7 +290,8 @@ def tex_rows(rows, views):
             lpips = next((f" / {m[k]:.3f}" for k in ("lpips_vgg", "lpips_alex") if m and k in m), "")
             psnr = m and (f"\\textbf{{{m['psnr']:.2f}}}" if m["psnr"] == best[layer] else f"{m['psnr']:.2f}")
             cells.append(f"{psnr} / {m['ssim']:.3f}{lpips}" if m and "ssim" in m else psnr or "--")
-        yield " & ".join([tex(r["title"]), *cells, f"{r['seconds']:.0f}" if r["seconds"] is not None else "--"]) + r" \\"
+        seconds = f"{r['seconds']:.0f}" if r["seconds"] is not None else "--"
+        yield " & ".join([tex(r["title"]), *cells, seconds]) + r" \\"
 
 
 def write_tex(path, args, scenes, mean_rows):
@@ -300,8 +305,8 @@ def write_tex(path, args, scenes, mean_rows):
             named = f"{title} over scenes: {', '.join(rows[0]['scenes'])}" if title == "Mean" else title
             lines += [r"\begin{table}\centering", rf"\caption{{{tex(named)}, {VIEWS[views]}}}",
                       r"\begin{tabular}{l" + "c" * len(quality.LAYERS) + "r}", r"\toprule",
-                      " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s"]) + r" \\", r"\midrule",
-                      *body, r"\bottomrule", r"\end{tabular}", r"\end{table}", ""]
+                      " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s"]) + r" \\",
+                      r"\midrule", *body, r"\bottomrule", r"\end{tabular}", r"\end{table}", ""]
     path.write_text("\n".join(lines) + "\n")
 
 

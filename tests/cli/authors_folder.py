@@ -1,4 +1,4 @@
-"""Folders of photos as Flash-Splat's authors and NeRFReN's published theirs, made of a capture of `flashsplat synth`."""
+"""Folders of photos as Flash-Splat's authors and NeRFReN's published theirs, made of a capture of `synth`."""
 import json
 import pathlib
 import struct

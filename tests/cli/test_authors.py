@@ -43,7 +43,8 @@ class Authors(FolderTest):
         cls.addClassCleanup(holder.cleanup)
         cls.made = pathlib.Path(holder.name)
         cls.capture, cls.raw, cls.scene = cls.made / "capture", cls.made / "raw", cls.made / "scene"
-        cls.good("synth", "-o", cls.capture, "--width", 192, "--height", 128, "--photos", 12, "--held-out", 2, "--seed", 31)
+        cls.good("synth", "-o", cls.capture, "--width", 192, "--height", 128, "--photos", 12, "--held-out", 2, "--seed",
+                 31)
         cls.gains = authors_folder.make_authors(common.PROGRAM, cls.capture, cls.scene)
         cls.balance = ["--npy-gains", ",".join(map(str, cls.gains))]
         cls.good("run", cls.capture / "capture/raw", "-o", cls.raw, "--poses", cls.capture / "truth/sparse", *QUICK)
@@ -115,10 +116,10 @@ class Authors(FolderTest):
     def test_other_cameras(self):
         defaults = run("ingest", self.scene, "-o", self.dir / "a", "--long-edge", 96)
         self.assertIn("white balance 2.157 0.9403 1.287", defaults.stderr + defaults.stdout)
-        self.assert_fails(run("ingest", self.scene, "-o", self.dir / "a", "--npy-gains", "1,2"), 2, "--npy-gains", "R,G,B")
-        self.assert_fails(run("ingest", self.scene, "-o", self.dir / "a", "--npy-white", "5"), 2, "--npy-white 5")
-        self.assert_fails(run("ingest", self.scene, "-o", self.dir / "a", "--npy-black", "60000", "--npy-white", "65535"),
-                          1, "black level", "--npy-black")
+        ingest = ["ingest", self.scene, "-o", self.dir / "a"]
+        self.assert_fails(run(*ingest, "--npy-gains", "1,2"), 2, "--npy-gains", "R,G,B")
+        self.assert_fails(run(*ingest, "--npy-white", "5"), 2, "--npy-white 5")
+        self.assert_fails(run(*ingest, "--npy-black", "60000", "--npy-white", "65535"), 1, "black level", "--npy-black")
 
     def test_no_flash(self):
         scene = self.dir / "rffr"
@@ -134,7 +135,8 @@ class Authors(FolderTest):
             self.assertEqual((out / "clouds/R.ply").exists(), separation == "flashless")
 
     def test_dense_cloud(self):
-        points = numpy.concatenate([read_points(self.raw / f"start/{k}_surface.ply") for k in ("transmitted", "reflected")])
+        kinds = ("transmitted", "reflected")
+        points = numpy.concatenate([read_points(self.raw / f"start/{k}_surface.ply") for k in kinds])
         out, dense = self.dir / "out", self.dir / "30_views/dense/fused.ply"
         shutil.copytree(self.raw, out, ignore=shutil.ignore_patterns("*.html"))
         authors_folder.write_dense(dense, points)
@@ -154,7 +156,8 @@ class Authors(FolderTest):
         self.assertIn("the cloud of --points changed", process.stdout + process.stderr)
         self.assertNotEqual((out / "start/T_N.ply").read_bytes(), first)
         authors_folder.write_dense(text, points + 100)
-        self.assert_fails(run("initialise", out, "--points", text, *QUICK[:2], *QUICK[6:8]), 1, text, "frame of the poses")
+        process = run("initialise", out, "--points", text, *QUICK[:2], *QUICK[6:8])
+        self.assert_fails(process, 1, text, "frame of the poses")
 
 
 if __name__ == "__main__":

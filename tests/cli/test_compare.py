@@ -1,5 +1,5 @@
-"""bench/compare.py: methods over a small made capture and a published folder of it, in one page, CSV and LaTeX table; what
-was measured is not measured again."""
+"""bench/compare.py: methods over a small made capture and a published folder of it, in one page, CSV and LaTeX table;
+what was measured is not measured again."""
 import csv
 import json
 import os
@@ -20,9 +20,9 @@ OPTIONS = "--long-edge 96 --steps 6 --init-count 300 --max-splats 400"
 class Compare(FolderTest):
     def compare(self, *more):
         environment = dict(os.environ, PYTHONDONTWRITEBYTECODE="1")
-        return subprocess.run([sys.executable, COMPARE, "--flashsplat", common.PROGRAM, "--scenes", self.dir / "scenes", "--only",
-                               "small", "--options", OPTIONS, "--out", self.dir / "out", *map(str, more)], text=True,
-                              capture_output=True, timeout=300, check=False, env=environment)
+        return subprocess.run([sys.executable, COMPARE, "--flashsplat", common.PROGRAM, "--scenes", self.dir / "scenes",
+                               "--only", "small", "--options", OPTIONS, "--out", self.dir / "out", *map(str, more)],
+                              text=True, capture_output=True, timeout=300, check=False, env=environment)
 
     def data(self):
         page = (self.dir / "out/compare.html").read_text()
@@ -39,8 +39,8 @@ class Compare(FolderTest):
         published = self.dir / "published"
         shutil.copytree(scene / "capture/jpeg", published / "images")
         shutil.copytree(scene / "truth/sparse", published / "sparse/0")
-        wanted = ["--methods", "full,plain,no-such-option", "--method", f"copy={others.parent}", "--method-encoding", "gamma",
-                  "--folders", published]
+        wanted = ["--methods", "full,plain,no-such-option", "--method", f"copy={others.parent}", "--method-encoding",
+                  "gamma", "--folders", published]
         process = self.compare(*wanted)
         self.assertEqual(process.returncode, 2)  # no such method
         wanted[1] = "full,plain"
@@ -49,23 +49,28 @@ class Compare(FolderTest):
 
         with open(self.dir / "out/compare.csv", newline="") as f:
             rows = list(csv.DictReader(f))
-        psnr = {(r["method"], r["views"], r["layer"], r["kind"]): float(r["psnr"]) for r in rows if r["scene"] == "small"}
+        small = [r for r in rows if r["scene"] == "small"]
+        psnr = {(r["method"], r["views"], r["layer"], r["kind"]): float(r["psnr"]) for r in small}
         self.assertEqual({r["method"] for r in rows if r["scene"] == "published"}, {"full", "plain"})
         self.assertEqual(psnr["copy", "capture", "T_N", "as it is"], 120)
         self.assertEqual(psnr["published", "held_out", "T_N", "gain-fitted"], 31.25)
-        told = json.loads((self.dir / "out/small-true/full-held_out.json").read_text())["methods"]["flashsplat"]["layers"]
+        told = json.loads((self.dir / "out/small-true/full-held_out.json").read_text())
+        told = told["methods"]["flashsplat"]["layers"]
         for layer in ("T_N", "T_F", "R", "I_N", "I_F"):
             self.assertAlmostEqual(psnr["full", "held_out", layer, "gain-fitted"], told[layer]["psnr_gain"], delta=1e-2)
-        self.assertAlmostEqual(psnr["full", "held_out", "T_N", "paper's convention"], told["T_N"]["psnr_paper"], delta=1e-2)
+        paper = psnr["full", "held_out", "T_N", "paper's convention"]
+        self.assertAlmostEqual(paper, told["T_N"]["psnr_paper"], delta=1e-2)
         self.assertNotIn(("plain", "held_out", "R", "gain-fitted"), psnr)
         for r in rows:
             if r["method"] in ("full", "plain"):
                 self.assertTrue(float(r["seconds"]) > 0 and 10 < float(r["megabytes"]) < 4000 and r["splats"], r)
 
         data = self.data()
-        self.assertEqual([r["method"] for r in data["scenes"]["small"]], ["truth", "full", "plain", "copy", "published"])
+        found = [r["method"] for r in data["scenes"]["small"]]
+        self.assertEqual(found, ["truth", "full", "plain", "copy", "published"])
         self.assertEqual([r["method"] for r in data["means"]], ["full", "plain", "copy"])
-        shown = [p for rows in data["scenes"].values() for r in rows for views in r["pictures"].values() for p in views.values()]
+        shown = [path for of in data["scenes"].values() for r in of for views in r["pictures"].values()
+                 for path in views.values()]
         self.assertGreater(len(shown), 20)
         for path in shown:
             self.assertTrue((self.dir / "out" / path).is_file(), path)

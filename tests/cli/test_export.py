@@ -238,12 +238,14 @@ class Export(common.FolderTest):
                 self.assertAlmostEqual(got, v, delta=3)
 
     def test_dataset_of_photos(self):
-        """The photos by sRGB's curve and nothing else, the poses' points, and the nearest photo of the other lighting."""
+        """The photos by sRGB's curve and nothing else, the poses' points, the nearest photo of the other lighting."""
         out = self.dir / "wall"
         make_wall(out)
         eye = json.loads((out / "views.json").read_text())["views"][0]
-        views = [dict(eye, name=n, flash=f, width=4, height=3, w2c=[r[:3] + [r[3] - x * (k == 0)] for k, r in enumerate(eye["w2c"])])
-                 for n, f, x in (("a", True, 0.0), ("b", False, 0.3), ("c", False, 0.1))]
+        views = []
+        for name, flash, x in (("a", True, 0.0), ("b", False, 0.3), ("c", False, 0.1)):
+            w2c = [r[:3] + [r[3] - x * (k == 0)] for k, r in enumerate(eye["w2c"])]
+            views.append(dict(eye, name=name, flash=flash, width=4, height=3, w2c=w2c))
         (out / "views.json").write_text(json.dumps({"views": views}))
         (out / "images").mkdir()
         for i, v in enumerate(views):
@@ -257,8 +259,10 @@ class Export(common.FolderTest):
         self.assertEqual(lines, [["a.png", "c.png", "0.1"]])
         srgb = lambda v: round(255 * (1.055 * v ** (1 / 2.4) - 0.055))
         for i, v in enumerate(views):
-            self.assertEqual(pictures.read_png(data / f"images/{v['name']}.png"), [bytes([srgb((i + 1) / 8), srgb(0.5), 0] * 4)] * 3)
-        self.assertEqual(struct.unpack_from("<QQ3d3B", (data / "sparse/0/points3D.bin").read_bytes()), (1, 1, 1, 2, 3, 9, 8, 7))
+            row = bytes([srgb((i + 1) / 8), srgb(0.5), 0] * 4)
+            self.assertEqual(pictures.read_png(data / f"images/{v['name']}.png"), [row] * 3)
+        points = struct.unpack_from("<QQ3d3B", (data / "sparse/0/points3D.bin").read_bytes())
+        self.assertEqual(points, (1, 1, 1, 2, 3, 9, 8, 7))
 
     def test_points(self):
         self.export("ply,points")
