@@ -151,7 +151,7 @@ static void backward_job(void *context, int strip, int worker)
     for (int k = 0; k < LOSS_TERMS; k++) {
         // What d_P says goes back through the image equation as soon as the photo's terms are done.
         if (k == LOSS_DSSIM + 1) fs_view_images_backward(&s->images, y0, y1, &sums->calibration);
-        bool wanted = s->args->weight[k] > 0 || k == LOSS_L1; // l1's row is dssim's too
+        bool wanted = s->args->weight[k] > 0 || k == LOSS_L1; // l1's row is dssim's and contrast's too
         if (wanted && fs_loss_terms[k].rows) fs_loss_terms[k].rows(&loss, y0, y1, sums->loss);
     }
     sums->pane = fs_view_images_backward_beta(&s->images, y0, y1, sums->d_q);

@@ -9,19 +9,21 @@
 
 static void photo_rows(const ViewLoss *v, int y0, int y1, double *sum)
 {
-    double weight = v->weight[LOSS_L1] + v->weight[LOSS_DSSIM];
+    double weight = v->weight[LOSS_L1] + v->weight[LOSS_DSSIM] + v->weight[LOSS_CONTRAST], whole = fmax(weight, 1e-30);
     PhotometricArgs args = {.I = &v->images->P,
                             .Y = v->photo,
                             .mu_Y = v->mu,
                             .var_Y = v->var,
                             .mask = v->mask,
-                            .lambda = (float)(weight > 0 ? v->weight[LOSS_DSSIM] / weight : 0),
+                            .lambda = (float)(v->weight[LOSS_DSSIM] / whole),
+                            .kappa = (float)(v->weight[LOSS_CONTRAST] / whole),
                             .weight = (float)weight,
                             .d_I = &v->images->d_P,
                             .scratch = v->scratch};
     PhotometricSums s = v->kernels->photometric->loss(&args, y0, y1);
     sum[LOSS_L1] += s.l1;
     sum[LOSS_DSSIM] += s.dssim;
+    sum[LOSS_CONTRAST] += s.contrast;
 }
 
 // Minus Pearson's correlation of T_N and T_F; its value is known from the whole image alone (kernels/pearson.h).
@@ -151,6 +153,7 @@ static double response_smooth(const double response[], double weight, double gra
 const LossInfo fs_loss_terms[LOSS_TERMS] = {
     [LOSS_L1] = {.name = "l1", .setting = "rgb-weight", .layers = T | R | BETA, .rows = photo_rows},
     [LOSS_DSSIM] = {.name = "dssim", .setting = "dssim", .layers = T | R | BETA},
+    [LOSS_CONTRAST] = {.name = "contrast", .setting = "contrast", .layers = T | R | BETA},
     [LOSS_LINEARITY] =
         {.name = "linearity", .setting = "linearity", .needs = LOSS_NEEDS_TWO_T, .layers = T, .rows = linearity_rows},
     [LOSS_DEPTH_SMOOTH] =
@@ -211,6 +214,7 @@ void fs_loss_weights(const Settings *set, const Scene *scene, double progress, d
         double ramp = term->full > 0 ? (progress - term->begin) / (term->full - term->begin) : 1;
         weight[k] = has_needs(scene, term->needs) ? fs_settings_number(set, term->setting) * fmin(fmax(ramp, 0), 1) : 0;
     }
-    weight[LOSS_L1] = set->rgb_weight * (1 - set->dssim); // dssim is a share of the photo term
+    weight[LOSS_L1] = set->rgb_weight * fmax(1 - set->dssim - set->contrast, 0); // both are shares of the photo term
     weight[LOSS_DSSIM] = set->rgb_weight * set->dssim;
+    weight[LOSS_CONTRAST] = set->rgb_weight * set->contrast;
 }

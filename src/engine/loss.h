@@ -8,7 +8,8 @@
 
 typedef enum LossTerm {
     LOSS_L1,    // of the photo against the composite, tone-mapped (Flash-Splat, section 4)
-    LOSS_DSSIM, // both are found in one pass over the image
+    LOSS_DSSIM,
+    LOSS_CONTRAST, // these three are found in one pass over the image (kernels/photometric.h)
     LOSS_LINEARITY,
     LOSS_DEPTH_SMOOTH,
     LOSS_BETA_SMOOTH,

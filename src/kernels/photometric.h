@@ -1,8 +1,12 @@
 // The photo term of the loss, value and gradient in one pass over the image:
 //
-//   L = (1 - lambda) * mean(m |I - Y|) + lambda * mean(m (1 - SSIM(I, Y)))        means over all pixels and channels
+//   L = (1 - lambda - kappa) mean(m |I - Y|) + lambda mean(m (1 - SSIM(I, Y))) + kappa mean(m V(I, Y))
 //
+// with means over all pixels and channels.
 // SSIM: 11 x 11 Gaussian window, sigma 1.5, zeros beyond the border, C1 = 0.01^2, C2 = 0.03^2, per channel.
+// V = var(I - Y) / (2 var(Y) + C3), C3 = 1e-4, in the same windows: what SSIM's contrast and structure come to where
+// the two have the same variance. SSIM of a noisy photo is best where I has more contrast than the light had; V is best
+// where I is the light.
 // m is a weight 0..1 per pixel (0: clipped, unknown). Where m < 1 the window sees m I + (1 - m) Y, so that a masked
 // pixel of I neither costs anything nor disturbs its neighbours.
 //
@@ -17,13 +21,13 @@ typedef struct PhotometricArgs {
     const Planes *I, *Y;        // (3, h, w) rendered, photo; tone-mapped
     const Planes *mu_Y, *var_Y; // (3, h, w) of the photo's windows, made by target_stats
     const Planes *mask;         // (1, h, w) 0..1; NULL: 1
-    float lambda, weight;
+    float lambda, kappa, weight;
     const Planes *d_I; // (3, h, w) set to weight * dL/dI; NULL: value only
     void *scratch;     // fs_photometric_scratch(width) bytes, 64-byte aligned, one per thread
 } PhotometricArgs;
 
 typedef struct PhotometricSums {
-    double l1, dssim; // this strip's part of the two means (not weighted)
+    double l1, dssim, contrast; // this strip's part of the three means (not weighted); 0 of what has no share
 } PhotometricSums;
 
 typedef struct PhotometricKernels {

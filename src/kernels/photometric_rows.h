@@ -2,6 +2,7 @@
 #ifndef FS_KERNELS_PHOTOMETRIC_ROWS_H
 #define FS_KERNELS_PHOTOMETRIC_ROWS_H
 
+#include <stdbool.h>
 #include <string.h>
 
 #include "kernels/photometric.h"
@@ -14,6 +15,7 @@ static const float window[RADIUS + 1] = {0.266011725f,  0.21300554f,    0.109360
 
 #define SSIM_C1 1e-4f
 #define SSIM_C2 9e-4f
+#define CONTRAST_C 1e-4f
 
 // Rings of rows, row y in slot y mod RING; every row has PAD zeros to its left and right.
 enum { RING_X, RING_D_MU, RING_D_XX, RING_D_XY, RINGS };
@@ -60,35 +62,44 @@ static inline void plane_window(const Rows *r, const Planes *p, int c, int y, co
 
 // Gradients of the strip's rows, in the order that keeps the rings small. The twins supply the row functions:
 //   fill_row     RING_X row y = m I + (1 - m) Y                              (only with a mask)
-//   derive_row   row y of SSIM's derivatives into RING_D_*; returns the row's sum of m (1 - SSIM)
+//   derive_row   row y of the derivatives by the windows' moments into RING_D_*; returns the row's sums of m (1 - SSIM)
+//                and m V
 //   gradient_row row y of d_I from the rings; returns the row's sum of m |I - Y|
 typedef struct RowFunctions {
     void (*fill_row)(const PhotometricArgs *args, const Rows *rows, int c, int y);
-    double (*derive_row)(const PhotometricArgs *args, const Rows *rows, int c, int y);
+    PhotometricSums (*derive_row)(const PhotometricArgs *args, const Rows *rows, int c, int y);
     double (*gradient_row)(const PhotometricArgs *args, const Rows *rows, int c, int y);
 } RowFunctions;
+
+static inline bool has_windows(const PhotometricArgs *args)
+{
+    return args->lambda > 0 || args->kappa > 0;
+}
 
 static inline PhotometricSums loss_of_rows(const PhotometricArgs *args, const RowFunctions *f, int y0, int y1)
 {
     Rows rows = rows_of(args);
     int height = rows.height, reach = args->d_I ? RADIUS : 0;
     double n = (double)args->Y->channels * height * args->Y->width;
-    PhotometricSums sums = {0, 0};
+    PhotometricSums sums = {0, 0, 0};
     for (int c = 0; c < args->Y->channels; c++) {
         int derived = y0 - reach < 0 ? 0 : y0 - reach;
         int filled = derived - RADIUS < 0 ? 0 : derived - RADIUS;
         for (int y = y0; y < y1; y++) {
-            for (; derived <= y + reach && derived < height; derived++) {
+            for (; has_windows(args) && derived <= y + reach && derived < height; derived++) {
                 if (args->mask)
                     for (; filled <= derived + RADIUS && filled < height; filled++) f->fill_row(args, &rows, c, filled);
-                double row = f->derive_row(args, &rows, c, derived);
-                if (derived >= y0 && derived < y1) sums.dssim += row;
+                PhotometricSums row = f->derive_row(args, &rows, c, derived);
+                if (derived < y0 || derived >= y1) continue;
+                sums.dssim += row.dssim;
+                sums.contrast += row.contrast;
             }
             sums.l1 += f->gradient_row(args, &rows, c, y);
         }
     }
     sums.l1 /= n;
     sums.dssim /= n;
+    sums.contrast /= n;
     return sums;
 }
 

@@ -70,7 +70,33 @@ static void fill_row(const PhotometricArgs *args, const Rows *rows, int c, int y
     }
 }
 
-static double derive_row(const PhotometricArgs *args, const Rows *rows, int c, int y)
+typedef struct Window {
+    vf mx, my, var_x, var_y, cov;
+} Window;
+typedef struct Derivatives { // by the window's E[x], E[xx], E[xy]
+    vf mu, xx, xy;
+} Derivatives;
+
+INLINE vf add_dssim(const Window *w, vf k, Derivatives *d)
+{
+    vf one = v_set(1), two = v_set(2), c1 = v_set(SSIM_C1), c2 = v_set(SSIM_C2), mx = w->mx, my = w->my;
+    vf a1 = v_fma(two * mx, my, c1), a2 = v_fma(two, w->cov, c2);
+    vf b1 = v_fma(mx, mx, v_fma(my, my, c1)), b2 = w->var_x + w->var_y + c2;
+    vf inverse = one / (b1 * b2), ssim = a1 * a2 * inverse;
+    vf half_xx = ssim * b1 * inverse, half_xy = a1 * inverse; // -dSSIM / dE[xx], half of dSSIM / dE[xy]
+    // half of dSSIM / dmu
+    vf half_mu = (my * a2 - ssim * mx * b2) * inverse + mx * half_xx - my * half_xy;
+    *d = (Derivatives){d->mu - two * k * half_mu, v_fma(k, half_xx, d->xx), d->xy - two * k * half_xy};
+    return one - ssim;
+}
+INLINE vf add_contrast(const Window *w, vf k, Derivatives *d)
+{
+    vf two = v_set(2), q = v_set(1) / v_fma(two, w->var_y, v_set(CONTRAST_C)), by = two * k * q;
+    *d = (Derivatives){d->mu - by * (w->mx - w->my), v_fma(k, q, d->xx), d->xy - by};
+    return q * (w->var_x + w->var_y - two * w->cov);
+}
+
+static PhotometricSums derive_row(const PhotometricArgs *args, const Rows *rows, int c, int y)
 {
     const float *X[TAPS], *Y[TAPS];
     int width = args->Y->width;
@@ -85,24 +111,22 @@ static double derive_row(const PhotometricArgs *args, const Rows *rows, int c, i
     const float *mask = args->mask ? fs_planes_row(args->mask, 0, y) : NULL;
     float *d_mu = ring_row(rows, RING_D_MU, y), *d_xx = ring_row(rows, RING_D_XX, y);
     float *d_xy = ring_row(rows, RING_D_XY, y);
-    vf k = v_set(-value_weight(args, args->lambda)), sum = v_set(0), one = v_set(1), two = v_set(2);
-    vf c1 = v_set(SSIM_C1), c2 = v_set(SSIM_C2);
+    vf k = v_set(value_weight(args, args->lambda)), kv = v_set(value_weight(args, args->kappa));
+    vf dssim = v_set(0), contrast = dssim;
     for (int x = 0; x < width; x += VW) {
-        vf mx = blur_columns(rows->temp[0], x), my = v_load(mu_Y + x);
-        vf var_x = blur_columns(rows->temp[1], x) - mx * mx, cov = blur_columns(rows->temp[2], x) - mx * my;
-        vf a1 = v_fma(two * mx, my, c1), a2 = v_fma(two, cov, c2);
-        vf b1 = v_fma(mx, mx, v_fma(my, my, c1)), b2 = var_x + v_load(var_Y + x) + c2;
-        vf inverse = one / (b1 * b2), ssim = a1 * a2 * inverse;
-        vf half_xx = ssim * b1 * inverse, half_xy = a1 * inverse; // -dSSIM / dE[xx], half of dSSIM / dE[xy]
-        // half of dSSIM / dmu
-        vf half_mu = (my * a2 - ssim * mx * b2) * inverse + mx * half_xx - my * half_xy;
-        vf m = mask ? v_load(mask + x) : one, km = k * m;
-        v_store(d_mu + x, two * km * half_mu);
-        v_store(d_xx + x, -km * half_xx);
-        v_store(d_xy + x, two * km * half_xy);
-        sum += v_where(vm_first(width - x), m * (one - ssim));
+        Window w = {.mx = blur_columns(rows->temp[0], x), .my = v_load(mu_Y + x), .var_y = v_load(var_Y + x)};
+        w.var_x = blur_columns(rows->temp[1], x) - w.mx * w.mx;
+        w.cov = blur_columns(rows->temp[2], x) - w.mx * w.my;
+        vf m = mask ? v_load(mask + x) : v_set(1);
+        vm lanes = vm_first(width - x);
+        Derivatives d = {v_set(0), v_set(0), v_set(0)};
+        if (args->lambda > 0) dssim += v_where(lanes, m * add_dssim(&w, k * m, &d));
+        if (args->kappa > 0) contrast += v_where(lanes, m * add_contrast(&w, kv * m, &d));
+        v_store(d_mu + x, d.mu);
+        v_store(d_xx + x, d.xx);
+        v_store(d_xy + x, d.xy);
     }
-    return v_sum(sum);
+    return (PhotometricSums){0, v_sum(dssim), v_sum(contrast)};
 }
 
 static double gradient_row(const PhotometricArgs *args, const Rows *rows, int c, int y)
@@ -111,9 +135,9 @@ static double gradient_row(const PhotometricArgs *args, const Rows *rows, int c,
     int width = args->Y->width;
     const float *I = fs_planes_row(args->I, c, y), *Y = fs_planes_row(args->Y, c, y);
     const float *mask = args->mask ? fs_planes_row(args->mask, 0, y) : NULL;
-    const float *X = mask ? ring_row(rows, RING_X, y) : I;
+    const float *X = mask && has_windows(args) ? ring_row(rows, RING_X, y) : I;
     float *d_I = args->d_I ? fs_planes_row(args->d_I, c, y) : NULL;
-    if (d_I) {
+    if (d_I && has_windows(args)) {
         ring_window(rows, RING_D_MU, y, d_mu);
         ring_window(rows, RING_D_XX, y, d_xx);
         ring_window(rows, RING_D_XY, y, d_xy);
@@ -124,16 +148,16 @@ static double gradient_row(const PhotometricArgs *args, const Rows *rows, int c,
         }
         clear_ends(rows, width);
     }
-    vf k = v_set(value_weight(args, 1 - args->lambda)), sum = v_set(0), zero = v_set(0), one = v_set(1);
+    vf k = v_set(value_weight(args, 1 - args->lambda - args->kappa)), sum = v_set(0), zero = v_set(0), one = v_set(1);
     for (int x = 0; x < width; x += VW) {
         vm lanes = vm_first(width - x);
         vf target = v_load(Y + x), d = v_load(I + x) - target, m = mask ? v_load(mask + x) : one;
         sum += v_where(lanes, m * v_abs(d));
         if (!d_I) continue;
-        vf ssim = v_fma(target, blur_columns(rows->temp[2], x), blur_columns(rows->temp[0], x));
-        ssim = v_fma(v_load(X + x) + v_load(X + x), blur_columns(rows->temp[1], x), ssim);
+        vf windows = v_fma(target, blur_columns(rows->temp[2], x), blur_columns(rows->temp[0], x));
+        windows = v_fma(v_load(X + x) + v_load(X + x), blur_columns(rows->temp[1], x), windows);
         vf l1 = v_where(v_lt(zero, v_abs(d)), v_copysign(k, d));
-        v_store(d_I + x, v_where(lanes, m * (ssim + l1)));
+        v_store(d_I + x, v_where(lanes, m * (windows + l1)));
     }
     return v_sum(sum);
 }

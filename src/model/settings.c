@@ -104,7 +104,9 @@ static const FsOption table[] = {
     ENUM("densify", densify, TRAIN, "relocate", "relocate|fsgs|none",
          "keep an exact budget by relocation, or clone, split and prune by thresholds (the paper's way)"),
     FLOAT("rgb-weight", rgb_weight, TRAIN, "1", 0, 1000, "X", "weight of the photo term"),
-    FLOAT("dssim", dssim, TRAIN, "0.25", 0, 1, "X", "share of DSSIM in the photo term, the rest is L1"),
+    FLOAT("dssim", dssim, TRAIN, "0", 0, 1, "X", "share of DSSIM in the photo term"),
+    FLOAT("contrast", contrast, TRAIN, "0.05", 0, 1, "X",
+          "share of the errors' local variance, as part of the photo's, in the photo term; the rest is L1"),
     FLOAT("linearity", linearity, TRAIN, "0", 0, 1000, "X",
           "weight of Pearson's correlation of T_N and T_F (separate geometry)"),
     FLOAT("beta-smooth", beta_smooth, TRAIN, "0", 0, 1000, "X", "weight of the smoothness of a beta cloud"),
@@ -218,7 +220,7 @@ static const struct {
     {"paper", "slope-floor", "0"},   {"paper", "darkest", "0"},          {"paper", "scale-reg", "0"},
     {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},        {"paper", "opaque", "0"},
     {"paper", "settle", "0"},        {"paper", "photo-light", "false"},  {"paper", "vignetting", "false"},
-    {"paper", "response", "as-is"},  {"paper", "photographer", "false"},
+    {"paper", "response", "as-is"},  {"paper", "photographer", "false"}, {"paper", "contrast", "0"},
 };
 
 const FsOption *fs_settings_options(size_t *n)

@@ -23,7 +23,7 @@ typedef struct FsSettings {
     double minutes;
     bool resume;
     char *separation, *lighting, *geometry, *beta, *densify;
-    double rgb_weight, dssim, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg, means_rate,
+    double rgb_weight, dssim, contrast, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg, means_rate,
         slope_floor, darkest, rate_scale, gain_push, opaque, photo_reg, response_smooth, settle;
     bool photo_light, vignetting, photographer; // learned
     char *response;

@@ -124,13 +124,13 @@ static void the_page_shows_what_is_there(void **state)
     dir = fs_file_path("%s/done", out);
     assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
     free(dir);
-    put_text(out, "done/train.json", "{\"settings\": {\"steps\": 777, \"geometry\": \"separate\", \"dssim\": 0.25}}");
+    put_text(out, "done/train.json", "{\"settings\": {\"steps\": 777, \"geometry\": \"separate\", \"dssim\": 0}}");
     put_text(out, "done/render.json", "[rubbish");
     assert_int_equal(report(out, NULL), 0);
     char *text = page(out);
     assert_non_null(strstr(text, "<tr class=\"set\"><td><code>--steps</code></td><td>777</td>"));
     assert_non_null(strstr(text, "<tr class=\"set\"><td><code>--geometry</code></td><td>separate</td>"));
-    assert_non_null(strstr(text, "<tr><td><code>--dssim</code></td><td>0.25</td>"));
+    assert_non_null(strstr(text, "<tr><td><code>--dssim</code></td><td>0</td>"));
     assert_non_null(strstr(text, "&lt;script&gt;*")); // of --flash-glob, which no stage ran with
     assert_non_null(strstr(text, "a&lt;b&gt;&amp;&quot;c"));
     assert_non_null(strstr(text, "&lt;b&gt;IMG&lt;/b&gt; &amp; co"));

@@ -75,7 +75,7 @@ static World *make_world(bool with_mask, bool with_beta, double darkest)
                                &w->grad[R],
                                with_beta ? &w->grad[BETA] : NULL};
     w->photo =
-        (PhotometricArgs){&w->I, &w->Y, &w->mu_Y, &w->var_Y, with_mask ? &w->mask : NULL, 0.2, 0.7, &w->d_I, NULL};
+        (PhotometricArgs){&w->I, &w->Y, &w->mu_Y, &w->var_Y, with_mask ? &w->mask : NULL, 0.2, 0.3, 0.7, &w->d_I, NULL};
     w->photo.scratch = malloc(2 * fs_photometric_scratch(WIDTH));
     assert_non_null(w->photo.scratch);
     w->pearson =
@@ -107,7 +107,8 @@ static double photo_term(World *w, bool gradient)
     FOR_STRIPS(w, a, b)
     {
         PhotometricSums s = fs_photometric_scalar.loss(&w->photo, a, b);
-        value += w->photo.weight * ((1 - w->photo.lambda) * s.l1 + w->photo.lambda * s.dssim);
+        double lambda = w->photo.lambda, kappa = w->photo.kappa;
+        value += w->photo.weight * ((1 - lambda - kappa) * s.l1 + lambda * s.dssim + kappa * s.contrast);
     }
     if (gradient) FOR_STRIPS(w, a, b) fs_compose_scalar.backward(&w->compose, a, b);
     return value;
@@ -218,6 +219,7 @@ static void test_black(void **state)
 {
     (void)state;
     World *w = make_world(false, true, 0.1);
+    w->photo.lambda = 0, w->photo.kappa = 0.05; // as trained
     for (int i = 0; i < 3 * HEIGHT * w->Y.stride; i++) w->value[T_N].px[i] = 0;
     photo_term(w, true);
     for (int x = 0; x < WIDTH; x++) {

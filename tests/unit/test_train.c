@@ -366,7 +366,10 @@ static void test_loss_table(void **state)
     }
     Scene scene = {.shared_geometry = true, .pane_beta = true, .extent = 1};
     fs_loss_weights(set, &scene, 0, weight);
-    assert_true(weight[LOSS_L1] == 0.25 && weight[LOSS_DSSIM] == 0.25 && weight[LOSS_SCALE_REG] == 0.5);
+    assert_true(weight[LOSS_L1] == 0 && weight[LOSS_DSSIM] == 0.25 && weight[LOSS_CONTRAST] == 0.25);
+    assert_int_equal(fs_settings_set(set, "dssim", "0.2", NULL), 0);
+    fs_loss_weights(set, &scene, 0, weight);
+    assert_true(fabs(weight[LOSS_L1] - 0.15) < 1e-12 && weight[LOSS_SCALE_REG] == 0.5);
     assert_true(weight[LOSS_LINEARITY] == 0 && weight[LOSS_BETA_SMOOTH] == 0 && weight[LOSS_GAIN_SMOOTH] == 0.5);
     assert_true(weight[LOSS_OPAQUE] == 0 && !fs_loss_looks(weight, LAYER_R).transmittance);
     assert_true(fs_loss_looks(weight, LAYER_R).depth && !fs_loss_looks(weight, LAYER_BETA).depth);
