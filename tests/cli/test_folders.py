@@ -319,7 +319,7 @@ class Layouts(FolderTest):
         self.copy()
         more = ["train", self.out, *TRAIN, "--dssim", 0.5]
         process = run(*more, "--resume")
-        self.assert_fails(process, 1, self.out / "checkpoint", "--dssim was 0 and is 0.5 now")
+        self.assert_fails(process, 1, self.out / "checkpoint", "--dssim was 0.0 and is 0.5 now")
         self.assertEqual(clouds(self.out), clouds(self.done))
         self.assertNotIn("0.5", (self.out / "done/train.json").read_text())
         self.assertEqual(run(*more).returncode, 0)
