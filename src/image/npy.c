@@ -41,7 +41,7 @@ static const char *find_key(const char *header, const char *key)
 static int parse_type(const char *path, const char *header, NpyArray *a, FsError *err)
 {
     const char *p = find_key(header, "descr");
-    if (!p || (*p != '\'' && *p != '"')) return bad(path, "its type is none of numbers", err);
+    if (!p || (*p != '\'' && *p != '"') || strlen(p) < 5) return bad(path, "its type is none of numbers", err);
     char order = p[1], quote = *p;
     a->kind = p[2];
     a->size = isdigit((unsigned char)p[2] ? p[3] : 0) ? p[3] - '0' : 0;
