@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "base/json_file.h"
+#include "export/clean.h"
 #include "export/colors.h"
 #include "export/formats.h"
 #include "export/pane_place.h"
@@ -22,7 +23,8 @@ typedef struct Export {
     Dataset photos; // as posed; none where they are not known
     Development development;
     PanePlace pane;
-    bool has_pane, wanted[FORMATS];
+    bool has_pane, wanted[FORMATS], clean[CLEAN_FORMATS];
+    Originals originals; // where photos are to be cleaned
 } Export;
 
 // What the capture's colours mean, where ingest knew it from the RAW files.
@@ -171,14 +173,34 @@ static int export_room(const Export *x, FsError *err)
     return export_piece(x, &room, err);
 }
 
+static bool is_cleaned(const Export *x)
+{
+    return x->clean[CLEAN_JPEG] || x->clean[CLEAN_TIFF] || x->clean[CLEAN_DNG];
+}
+
+// Before anything of an earlier export goes.
+static int find_originals(Export *x, FsError *err)
+{
+    Dataset views = {0};
+    int rc;
+    if (!is_cleaned(x)) return 0;
+    TRY(fs_dataset_read(&views, fs_file_at("%s/views.json", x->project->out).text, err));
+    TRY(fs_originals_open(&x->originals, x->project, &views, err));
+fail:
+    fs_dataset_free(&views);
+    return rc;
+}
+
 int fs_export_run(FsProject *project, FsError *err)
 {
     Export x = {.project = project};
     int rc;
     MUST(fs_formats_parse(project->set.formats, x.wanted, err));
+    MUST(fs_clean_parse(project->set.clean, x.clean, err));
     if (fs_project_done(project, FS_STAGE_EXPORT)) return 0;
     FilePath model = fs_file_at("%s/clouds/model.json", project->out);
     if (!fs_file_exists(model.text)) return fs_error_input(err, "%s: missing: train the scene first", model.text);
+    TRY(find_originals(&x, err));
     TRY(fs_project_begin(project, FS_STAGE_EXPORT, NULL, 0, err));
     TRY(open_export(&x, err));
     for (int l = 0; l < LAYERS; l++) {
@@ -193,10 +215,13 @@ int fs_export_run(FsProject *project, FsError *err)
         if (x.wanted[f] && !fs_formats[f].write) TRY(fs_surface_run(&surface, fs_formats[f].ending, err));
     const TrainerArgs trainer = {project, &x.scene, &x.photos, &x.development};
     if (project->set.dataset) TRY(fs_trainer_dataset_run(&trainer, err));
+    const CleanArgs clean = {project, &x.scene, &x.photos, &x.originals, &x.development, x.clean};
+    if (is_cleaned(&x)) TRY(fs_clean_run(&clean, err));
     fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");
     TRY(fs_project_mark_done(project, FS_STAGE_EXPORT, err));
 fail:
     fs_scene_free(&x.scene);
     fs_dataset_free(&x.photos);
+    fs_originals_free(&x.originals);
     return rc;
 }

@@ -219,9 +219,8 @@ static void read_boxes(const Block *block, int depth, ExifInfo *info)
     }
 }
 
-int fs_exif_read(const char *path, ExifInfo *info, FsError *err)
+static int read_file(const char *path, ExifInfo *info, FsError *err)
 {
-    *info = (ExifInfo){.flash = -1, .orientation = 1};
     struct stat st;
     int fd = open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
@@ -249,6 +248,19 @@ int fs_exif_read(const char *path, ExifInfo *info, FsError *err)
     }
     close(fd);
     return 0;
+}
+
+int fs_exif_read(const char *path, ExifInfo *info, FsError *err)
+{
+    *info = (ExifInfo){.flash = -1, .orientation = 1};
+    return read_file(path, info, err);
+}
+
+int fs_exif_read_tags(const char *path, Tags *tags, FsError *err)
+{
+    *tags = (Tags){0};
+    ExifInfo info = {.tags = tags};
+    return read_file(path, &info, err);
 }
 
 int fs_exif_flash_fired(const ExifInfo *info)

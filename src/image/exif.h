@@ -1,7 +1,7 @@
 // What a photo says about how it was taken.
 #pragma once
 
-#include "base/error.h"
+#include "image/tags.h"
 
 typedef struct ExifInfo {
     int flash;                        // the EXIF field, -1: not there
@@ -15,11 +15,14 @@ typedef struct ExifInfo {
     bool adobe_rgb;                   // its values are of Adobe RGB, where no profile says more
     char make[64], model[64];
     char taken[64]; // when, to the second; "": unknown
+    Tags *tags;     // where all that is worth keeping goes; NULL: nowhere
 } ExifInfo;
 
 // JPEG, PNG, TIFF, HEIF, and RAW files that are TIFF (DNG, NEF, CR2, ARW...), CR3, RAF or MRW. Fields stay unknown
 // where the file does not tell them, or is of another kind; only a file that cannot be opened is an error.
 int fs_exif_read(const char *path, ExifInfo *info, FsError *err);
+// The tags themselves, for another file: of the shot, the camera, the place, who took it. Free them.
+int fs_exif_read_tags(const char *path, Tags *tags, FsError *err);
 // The flash went off: 1, it did not: 0, the photo does not tell: -1. Bit 0 alone says so: 16 and 24 mean "did not
 // fire".
 int fs_exif_flash_fired(const ExifInfo *info);

@@ -2,10 +2,12 @@
 
 #include <errno.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #define MAX_ENTRIES 4096 // of one directory
+#define MOST_VALUES 65536
 #define MAX_LOOKS 100000 // at directories, entries and values in search of picture data: links may lead in circles
 
 typedef struct Ifd {
@@ -108,11 +110,56 @@ static void set_text(const Ifd *ifd, const Entry *e, char to[64])
     memcpy(to, text, sizeof text);
 }
 
+// ---- taking tags along ----
+
+// What says something of the shot or of who took it; not what is about the file: sizes, places, thumbnails, previews,
+// the makers' own notes, whose insides point to places in the file.
+static bool is_kept(uint16_t id, TagFolder *folder)
+{
+    static const uint16_t ranges[][2] = {
+        {0x829a, 0x829d}, {0x8822, 0x8822}, {0x8824, 0x8824}, {0x8827, 0x8827}, {0x8830, 0x8835}, {0x9000, 0x9101},
+        {0x9201, 0x920a}, {0x9214, 0x9214}, {0x9286, 0x9292}, {0x9400, 0x9405}, {0xa000, 0xa000}, {0xa20e, 0xa217},
+        {0xa300, 0xa301}, {0xa401, 0xa40a}, {0xa40c, 0xa40c}, {0xa420, 0xa437}, {0xa460, 0xa462}};
+    static const uint16_t main[] = {0x010e, 0x010f, 0x0110, 0x0132, 0x013b, 0x8298};
+    for (size_t i = 0; i < sizeof main / sizeof *main; i++)
+        if (id == main[i]) return true;
+    *folder = TAGS_EXIF; // wherever it stands: CR3 keeps them in a first directory
+    for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++)
+        if (id >= ranges[i][0] && id <= ranges[i][1]) return true;
+    return false;
+}
+
+// Big-endian values turned round.
+static void to_little(unsigned char *value, uint16_t type, size_t size)
+{
+    size_t unit = type == 5 || type == 10 ? 4 : fs_tags_value_size(type);
+    for (size_t at = 0; at + unit <= size; at += unit)
+        for (size_t i = 0; i < unit / 2; i++) {
+            unsigned char v = value[at + i];
+            value[at + i] = value[at + unit - 1 - i];
+            value[at + unit - 1 - i] = v;
+        }
+}
+
+static void keep_entry(const Ifd *ifd, const Entry *e, TagFolder folder, Tags *tags)
+{
+    size_t each = fs_tags_value_size(e->type), size = each * e->count;
+    if (!each || e->count > MOST_VALUES || (folder == TAGS_GPS ? e->tag > 31 : !is_kept(e->tag, &folder))) return;
+    unsigned char *value = malloc(size + 1);
+    bool there = value && (size > 4 ? fs_ifd_read_at(ifd->block, get32(ifd, e->value), value, size) : true);
+    if (!value) fs_error_memory(NULL);
+    if (there && size <= 4) memcpy(value, e->value, size);
+    if (there && ifd->big) to_little(value, e->type, size);
+    const Tag tag = {.folder = folder, .id = e->tag, .type = e->type, .count = e->count};
+    if (there) fs_tags_put(tags, &tag, value, NULL); // one that is too large is left out
+    free(value);
+}
+
 // Values that only some entries together make.
 typedef struct Parts {
     double plane_x, plane_unit; // FocalPlaneXResolution and its unit
     double shutter_apex, aperture_apex;
-    uint32_t exif_offset, interop_offset;
+    uint32_t exif_offset, interop_offset, gps_offset;
     int width, height;
 } Parts;
 
@@ -129,6 +176,9 @@ static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *pa
     case 0x829d: set_number(ifd, e, 1e4, &info->f_number); break;
     case 0x8769:
         if (number(ifd, e, 0, &v) && v > 0 && v <= UINT32_MAX) parts->exif_offset = (uint32_t)v;
+        break;
+    case 0x8825:
+        if (number(ifd, e, 0, &v) && v > 0 && v <= UINT32_MAX) parts->gps_offset = (uint32_t)v;
         break;
     case 0xa005:
         if (number(ifd, e, 0, &v) && v > 0 && v <= UINT32_MAX) parts->interop_offset = (uint32_t)v;
@@ -186,7 +236,10 @@ static void read_directory(const Ifd *ifd, uint64_t offset, ExifInfo *info, Part
 {
     Entry e;
     unsigned n = count_entries(ifd, offset);
-    for (unsigned i = 0; i < n && get_entry(ifd, offset, i, &e); i++) read_entry(ifd, &e, info, parts);
+    for (unsigned i = 0; i < n && get_entry(ifd, offset, i, &e); i++) {
+        read_entry(ifd, &e, info, parts);
+        if (info->tags) keep_entry(ifd, &e, TAGS_MAIN, info->tags);
+    }
 }
 
 // False when the block is not TIFF.
@@ -213,6 +266,9 @@ bool fs_ifd_read(const Block *block, ExifInfo *info)
     unsigned n = parts.interop_offset ? count_entries(&ifd, parts.interop_offset) : 0;
     for (unsigned i = 0; i < n && get_entry(&ifd, parts.interop_offset, i, &e); i++)
         if (e.tag == 1 && e.type == 2 && memcmp(e.value, "R03", 3) == 0) info->adobe_rgb = true;
+    n = parts.gps_offset && info->tags ? count_entries(&ifd, parts.gps_offset) : 0;
+    for (unsigned i = 0; i < n && get_entry(&ifd, parts.gps_offset, i, &e); i++)
+        keep_entry(&ifd, &e, TAGS_GPS, info->tags);
     if (info->exposure_s == 0 && parts.shutter_apex != 0) info->exposure_s = exp2(-parts.shutter_apex);
     if (info->f_number == 0 && parts.aperture_apex > 0) info->f_number = exp2(parts.aperture_apex / 2);
     if (info->width == 0 && parts.width > 0 && parts.height > 0) // of a TIFF; others have said theirs

@@ -55,12 +55,19 @@ int fs_png_write(const char *path, const Image *image, int bits, FsError *err);
 // TIFF: 8, 16 bit integers as 0..1, 32-bit float as is. Writes 32-bit float, deflate-compressed.
 int fs_tiff_read(const char *path, Image *image, FsError *err);
 int fs_tiff_write_float(const char *path, const Image *image, FsError *err);
-// JPEG: 8 bits as 0..1, encoded values (sRGB), not linearised. exif/exif_size: TIFF block ("II*" or "MM", with or
-// without "Exif\0\0" before it) to embed as APP1, or NULL.
+// JPEG: 8 bits as 0..1, encoded values (sRGB), not linearised.
 int fs_jpeg_read(const char *path, Image *image, FsError *err);
 // The same made smaller while it is decoded, by 2, 4 or 8, as long as the longer side stays at least `enough`.
 int fs_jpeg_read_small(const char *path, int enough, Image *image, FsError *err);
-int fs_jpeg_write(const char *path, const Image *image, int quality, const void *exif, size_t exif_size, FsError *err);
+// What goes along, each may be NULL: exif, a TIFF block ("II*" or "MM", with or without "Exif\0\0" before it); icc, a
+// colour profile.
+typedef struct JpegExtras {
+    const void *exif;
+    size_t exif_size;
+    const void *icc;
+    size_t icc_size;
+} JpegExtras;
+int fs_jpeg_write(const char *path, const Image *image, int quality, const JpegExtras *extras, FsError *err);
 // What the file says of its values (profile.h).
 typedef struct LightTag LightTag;
 int fs_png_read_tag(const char *path, LightTag *tag, FsError *err);

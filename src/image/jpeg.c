@@ -163,7 +163,7 @@ static void write_exif(Jpeg *s, const void *exif, size_t size)
     for (size_t i = 0; i < size; i++) jpeg_write_m_byte(&s->out, ((const unsigned char *)exif)[i]);
 }
 
-static void encode(Jpeg *s, FILE *f, const Image *image, int quality, const void *exif, size_t exif_size)
+static void encode(Jpeg *s, FILE *f, const Image *image, int quality, const JpegExtras *extras)
 {
     jpeg_create_compress(&s->out);
     jpeg_stdio_dest(&s->out, f);
@@ -176,9 +176,10 @@ static void encode(Jpeg *s, FILE *f, const Image *image, int quality, const void
     s->out.dct_method = JDCT_ISLOW;
     s->out.optimize_coding = TRUE;
     if (quality >= 90) s->out.comp_info[0].h_samp_factor = s->out.comp_info[0].v_samp_factor = 1;
-    if (exif) s->out.write_JFIF_header = FALSE;
+    if (extras->exif) s->out.write_JFIF_header = FALSE;
     jpeg_start_compress(&s->out, TRUE);
-    if (exif) write_exif(s, exif, exif_size);
+    if (extras->exif) write_exif(s, extras->exif, extras->exif_size);
+    if (extras->icc) jpeg_write_icc_profile(&s->out, extras->icc, (unsigned)extras->icc_size);
     size_t n = (size_t)image->width * (size_t)image->channels;
     while (s->out.next_scanline < s->out.image_height) {
         const float *in = image->px + (size_t)s->out.next_scanline * n;
@@ -191,7 +192,7 @@ static void encode(Jpeg *s, FILE *f, const Image *image, int quality, const void
     jpeg_finish_compress(&s->out);
 }
 
-int fs_jpeg_write(const char *path, const Image *image, int quality, const void *exif, size_t exif_size, FsError *err)
+int fs_jpeg_write(const char *path, const Image *image, int quality, const JpegExtras *extras, FsError *err)
 {
     if (image->channels != 1 && image->channels != 3)
         return fs_error_set(err, FS_ERR_USAGE, "%s: a JPEG of %d channels: expected 1 or 3", path, image->channels);
@@ -206,7 +207,7 @@ int fs_jpeg_write(const char *path, const Image *image, int quality, const void 
     if (!s.row)
         s.rc = fs_error_memory(err);
     else if (setjmp(s.jump) == 0)
-        encode(&s, file.f, image, quality, exif, exif_size);
+        encode(&s, file.f, image, quality, extras ? extras : &(JpegExtras){0});
     else if (s.rc == FS_ERR_INPUT)
         s.rc = fs_file_failed(&file, why.message, err);
     else

@@ -116,6 +116,17 @@ static int read_profile(const char *path, Profile *profile, PhotoLight *light, F
     return 0;
 }
 
+int fs_photo_space(const char *path, ProfileSpace *space, FsError *err)
+{
+    Profile profile;
+    PhotoLight light;
+    *space = PROFILE_SRGB;
+    if (fs_photo_kind_inside(path) == PHOTO_RAW) return 0;
+    MUST(read_profile(path, &profile, &light, err));
+    if (!profile.srgb_colors) *space = PROFILE_P3;
+    return 0;
+}
+
 // In linear light, and where a channel was clipped. NaN and infinity count as clipped.
 static int linearise(const Image *image, const Profile *profile, PhotoSizes *sizes, FsError *err)
 {

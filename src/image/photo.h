@@ -3,6 +3,7 @@
 
 #include "image/exif.h"
 #include "image/npy.h"
+#include "image/profile.h"
 #include "image/sizes.h"
 
 typedef enum PhotoKind { PHOTO_RAW, PHOTO_NPY, PHOTO_HEIF, PHOTO_JPEG, PHOTO_PNG, PHOTO_TIFF } PhotoKind;
@@ -24,5 +25,7 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
 // neither comes in the primaries of sRGB, as its colour profile says.
 int fs_photo_read(const char *path, const SensorLevels *levels, PhotoSizes *sizes, PhotoLight *light, FsError *err);
 
+// The space to write what is made of a photo in: wide where its own colours are wider than sRGB. RAW: PROFILE_SRGB.
+int fs_photo_space(const char *path, ProfileSpace *space, FsError *err);
 // JPEG, PNG, TIFF or HEIF with the values it has; not RAW, not .npy.
 int fs_photo_read_stored(const char *path, Image *image, FsError *err);

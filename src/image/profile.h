@@ -27,3 +27,11 @@ bool fs_profile_read(Profile *profile, const void *icc, size_t size);
 void fs_profile_of_tag(Profile *profile, const LightTag *tag, bool *untold);
 // A row of n pixels in place; values outside 0..1 are taken for the nearest.
 void fs_profile_linearise(const Profile *profile, float *rgb, size_t n);
+
+// ---- for what is written ----
+
+typedef enum ProfileSpace { PROFILE_SRGB, PROFILE_P3 } ProfileSpace; // Display P3; both with sRGB's curve
+// The ICC profile of a space, the same bytes each time. Free it.
+int fs_profile_make(ProfileSpace space, void **icc, size_t *size, FsError *err);
+// A row of n pixels from linear light in sRGB's primaries to linear light in those of the space, in place.
+void fs_profile_to_space(ProfileSpace space, float *rgb, size_t n);

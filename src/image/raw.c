@@ -102,6 +102,21 @@ static void color_matrix(const libraw_data_t *raw, double matrix[9])
     if (!good) memset(matrix, 0, 9 * sizeof *matrix);
 }
 
+// LibRaw's own table; of a DNG what the file says, under D65 or the light that stands last.
+static void xyz_matrix(const libraw_data_t *raw, double matrix[9])
+{
+    enum { D65 = 21 };
+    const libraw_dng_color_t *dng = raw->color.dng_color;
+    const libraw_dng_color_t *last = dng[1].colormatrix[1][1] != 0 && dng[0].illuminant != D65 ? &dng[1] : &dng[0];
+    bool good = raw->idata.colors == 3, told = raw->color.cam_xyz[1][1] != 0;
+    for (int i = 0; i < 9; i++) {
+        matrix[i] = (double)(told ? raw->color.cam_xyz[i / 3][i % 3] : last->colormatrix[i / 3][i % 3]);
+        good = good && isfinite(matrix[i]) && fabs(matrix[i]) < 20;
+    }
+    for (int r = 0; r < 3; r++) good = good && fabs(matrix[3 * r]) + fabs(matrix[3 * r + 1]) > 0;
+    if (!good) memset(matrix, 0, 9 * sizeof *matrix);
+}
+
 int fs_raw_read_info(const char *path, RawInfo *info, FsError *err)
 {
     *info = (RawInfo){0};
@@ -121,6 +136,9 @@ int fs_raw_read_info(const char *path, RawInfo *info, FsError *err)
     green_to_one(raw->color.cam_mul, info->white_balance);
     green_to_one(raw->color.pre_mul, info->daylight);
     color_matrix(raw, info->srgb_from_camera);
+    xyz_matrix(raw, info->camera_from_xyz);
+    double stops = (double)raw->color.dng_levels.baseline_exposure;
+    info->baseline_exposure = fabs(stops) < 10 ? stops : 0; // LibRaw: -999 where there is none
     info->exposure_s = shot->shutter > 0 && isfinite(shot->shutter) ? shot->shutter : 0;
     info->iso = shot->iso_speed > 0 && isfinite(shot->iso_speed) ? shot->iso_speed : 0;
     info->f_number = shot->aperture > 0 && isfinite(shot->aperture) ? shot->aperture : 0;

@@ -4,14 +4,16 @@
 #include "image/sizes.h"
 
 typedef struct RawInfo {
-    int width, height;                          // as stored, of the visible area
-    int orientation;                            // EXIF 1..8
-    int flash;                                  // as in EXIF; -1: unknown
+    int width, height; // as stored, of the visible area
+    int orientation;   // EXIF 1..8
+    int flash;         // as in EXIF; -1: unknown
     char make[64], model[64];
     double white_balance[3];                    // as shot: multipliers of camera RGB, green 1; 0: unknown
     double daylight[3];                         // LibRaw's guess where the file has none
     double exposure_s, iso, f_number, focal_mm; // 0: unknown
     double srgb_from_camera[9];                 // (3, 3) linear sRGB of white-balanced camera RGB; all 0: unknown
+    double camera_from_xyz[9];                  // (3, 3) not white-balanced, D65; all 0: unknown
+    double baseline_exposure;                   // stops, as a DNG says
     double memory;                              // bytes that reading the picture takes
 } RawInfo;
 

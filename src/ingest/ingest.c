@@ -14,6 +14,7 @@
 #include "ingest/develop.h"
 #include "ingest/photo_mask.h"
 #include "model/findings.h"
+#include "model/originals.h"
 
 typedef struct Work {
     const FsProject *project;
@@ -180,7 +181,7 @@ static bool is_done(FsProject *project, const char *folder)
 
 int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
 {
-    if (is_done(project, folder)) return 0;
+    if (is_done(project, folder)) return fs_file_exists(folder) ? fs_originals_remember(project, folder, err) : 0;
     int rc = 0;
     const Log *log = &project->log;
     Photos photos = {0};
@@ -201,6 +202,7 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     check_pictures(&photos, log);
     TRY(warn_of_findings(&photos, log, err));
     TRY(write_json(project, &photos, err));
+    TRY(fs_originals_remember(project, folder, err));
     TRY(fs_project_mark_done(project, FS_STAGE_INGEST, err));
 fail:
     fs_threads_free(threads);

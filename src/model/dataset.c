@@ -68,6 +68,16 @@ double fs_dataset_extent(const Dataset *dataset, double centre[3])
     return fs_camera_extent(first, sizeof *dataset->view, dataset->n, centre);
 }
 
+static json_t *lens_to_json(const Lens *lens)
+{
+    int n = 0;
+    const char *model = fs_lens_model_name(lens->model, &n);
+    json_t *params = json_array();
+    for (int i = 0; i < n; i++) json_array_append_new(params, json_real(lens->param[i]));
+    return json_pack("{s:s, s:i, s:i, s:o}", "model", model, "width", lens->width, "height", lens->height, "params",
+                     params);
+}
+
 static json_t *view_to_json(const View *view)
 {
     const Camera *c = &view->camera;
@@ -76,10 +86,10 @@ static json_t *view_to_json(const View *view)
         json_array_append_new(
             rows, json_pack("[ffff]", c->w2c[4 * i], c->w2c[4 * i + 1], c->w2c[4 * i + 2], c->w2c[4 * i + 3]));
     json_array_append_new(rows, json_pack("[ffff]", 0.0, 0.0, 0.0, 1.0));
-    return json_pack("{s:s, s:b, s:b, s:b, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o}", "name", view->name, "flash",
+    return json_pack("{s:s, s:b, s:b, s:b, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o, s:o*}", "name", view->name, "flash",
                      view->flash, "held_out", view->held_out, "encoded", view->encoded, "flash_gain", view->flash_gain,
                      "width", c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx, "cy", c->cy, "w2c",
-                     rows);
+                     rows, "lens", view->distorted ? lens_to_json(&view->lens) : NULL);
 }
 
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err)
@@ -116,6 +126,23 @@ static const char *camera_from_json(const json_t *object, Camera *c)
     return fs_camera_is_rotation(c->w2c, 1e-3) ? NULL : "a rotation in \"w2c\"";
 }
 
+// NULL, or what is wrong.
+static const char *lens_from_json(const json_t *object, Lens *lens)
+{
+    int n = 0;
+    double w, h;
+    Camera camera;
+    const char *name = json_string_value(json_object_get(object, "model"));
+    const json_t *params = json_object_get(object, "params");
+    lens->model = name ? fs_lens_model_find(name) : -1;
+    if (!fs_lens_model_name(lens->model, &n) || (int)json_array_size(params) != n || !get_number(object, "width", &w) ||
+        !get_number(object, "height", &h) || w < 1 || h < 1 || w > FS_IMAGE_MAX_SIDE || h > FS_IMAGE_MAX_SIDE)
+        return "a \"lens\" of \"model\", \"width\", \"height\" and the model's \"params\"";
+    lens->width = (int)w, lens->height = (int)h;
+    for (int i = 0; i < n; i++) lens->param[i] = json_number_value(json_array_get(params, (size_t)i));
+    return fs_lens_camera(lens, "", &camera, NULL) < 0 ? "a \"lens\" that a photo can be taken with" : NULL;
+}
+
 static int read_view(Dataset *dataset, const json_t *object, size_t index, const char *path, FsError *err)
 {
     View view = {0};
@@ -129,6 +156,9 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
         view.flash_gain = 0;
     view.encoded = json_is_true(json_object_get(object, "encoded"));
     const char *wanted = camera_from_json(object, &view.camera);
+    const json_t *lens = json_object_get(object, "lens");
+    view.distorted = lens != NULL;
+    if (!wanted && lens) wanted = lens_from_json(lens, &view.lens);
     if (wanted) return fs_error_input(err, "%s: view '%s': expected %s", path, name, wanted);
     return fs_error_about(fs_dataset_append(dataset, &view, err), path, err);
 }

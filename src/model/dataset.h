@@ -2,7 +2,7 @@
 #pragma once
 
 #include "image/image.h"
-#include "model/camera.h"
+#include "model/lens.h"
 
 typedef struct View {
     char *name;        // without folder and extension
@@ -11,6 +11,8 @@ typedef struct View {
     bool encoded;      // came as display values (JPEG), linearised by a guess: its camera's response is not known
     double flash_gain; // of the flash's light in it, by its exposure; 0: not told, as in the others
     Camera camera;     // of the working image
+    bool distorted;    // the photo is not as the pinhole camera would have taken it, but
+    Lens lens;         // this lens, at the size of the working image
 } View;
 
 typedef struct Dataset {
@@ -23,7 +25,8 @@ int fs_dataset_append(Dataset *dataset, const View *view, FsError *err); // copi
 int fs_dataset_find(const Dataset *dataset, const char *name);           // by stem; -1 when missing
 double fs_dataset_extent(const Dataset *dataset, double centre[3]); // of the cameras: their mean, most distance from it
 // JSON: {"views": [{"name","flash","held_out","encoded","flash_gain" (the last two may be
-// missing),"width","height","fx","fy","cx","cy","w2c": 4x4}]}
+// missing),"width","height","fx","fy","cx","cy","w2c": 4x4, and of distorted photos "lens":
+// {"model","width","height","params"}}]}
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err);
 int fs_dataset_read(Dataset *dataset, const char *path, FsError *err); // also truth/cameras.json ("images": [...])
 // Photo and mask (1 channel, 1 = trusted; may be NULL) of one view out of OUT/images.

@@ -16,7 +16,7 @@
 static bool changes_result(const char *name, unsigned stage)
 {
     static const char *const ignored[] = {"threads",        "force", "resume",    "checkpoint-every",
-                                          "progress-every", "json",  "test-every"};
+                                          "progress-every", "json",  "test-every", "originals"};
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++)
         if (strcmp(name, ignored[i]) == 0) return false;
     if (strcmp(name, "lighting") == 0 && stage != FS_STAGE_TRAIN) return false; // before it they say which photos there

@@ -4,33 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "image/blur.h"
+
 #define FINE_SIGMA 0.7f // pixels
 #define COARSE_SIGMA 2.0f
 #define LEAST_ENERGY 1e-8 // of what has no structure at all
-
-// A Gaussian along rows (step 1) or columns (step width), mirrored at the ends.
-static void blur_line(const float *in, float *out, int n, size_t step, float sigma)
-{
-    int radius = (int)(3 * sigma + 0.5f);
-    float weight[16], sum = 0;
-    for (int k = 0; k <= radius; k++) sum += (k ? 2 : 1) * (weight[k] = expf(-0.5f * (float)(k * k) / (sigma * sigma)));
-    for (int i = 0; i < n; i++) {
-        float v = 0;
-        for (int k = -radius; k <= radius; k++) {
-            int at = i + k < 0 ? -(i + k) : i + k >= n ? 2 * n - 2 - i - k : i + k;
-            v += weight[abs(k)] * in[(size_t)at * step];
-        }
-        out[(size_t)i * step] = v / sum;
-    }
-}
-
-static void blur(const Image *grey, float *scratch, float *out, float sigma)
-{
-    size_t width = (size_t)grey->width;
-    for (int y = 0; y < grey->height; y++)
-        blur_line(grey->px + (size_t)y * width, scratch + (size_t)y * width, grey->width, 1, sigma);
-    for (size_t x = 0; x < width; x++) blur_line(scratch + x, out + x, grey->height, width, sigma);
-}
 
 // Of second differences along a direction.
 static double energy(const float *px, int width, int height, int dx, int dy)
@@ -82,8 +60,8 @@ int fs_look_at(Look *look, const Image *rgb, FsError *err)
     coarse = malloc(n * sizeof *coarse);
     scratch = malloc(n * sizeof *scratch);
     if (!fine || !coarse || !scratch) TRY(fs_error_memory(err));
-    blur(&grey, scratch, fine, FINE_SIGMA);
-    blur(&grey, scratch, coarse, COARSE_SIGMA);
+    fs_blur_image(&grey, scratch, fine, FINE_SIGMA);
+    fs_blur_image(&grey, scratch, coarse, COARSE_SIGMA);
     for (int k = 0; k < LOOK_DIRECTIONS; k++) {
         int dx = direction[k][0], dy = direction[k][1];
         look->detail[k] = energy(fine, grey.width, grey.height, dx, dy) /

@@ -23,7 +23,7 @@
 // clang-format off
 const ProjectStage fs_project_stages[PROJECT_STAGES] = {
     {"ingest", FS_STAGE_INGEST, 0, {NULL},
-     {"ingest.json", "linear/%.tif", "linear/%_mask.png", "linear/features/%.png",
+     {"ingest.json", "originals.json", "linear/%.tif", "linear/%_mask.png", "linear/features/%.png",
       "linear/features_masks/%.png.png"}},
     {"poses", FS_STAGE_POSES, INGEST, {"ingest.json", "linear"},
      {"views.json", "images/%.tif", "images/%_mask.png", "sparse/*.txt", "sparse/*.bin"}},
@@ -39,7 +39,7 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
     {"export", FS_STAGE_EXPORT, TRAIN, {"views.json", "images", "clouds", "ingest.json"},
      {"export/&.ply", "export/&.splat", "export/&.spz", "export/&.v2.spz", "export/&.sog",
       "export/&.compressed.ply", "export/&.points.ply", "export/&.glb", "export/&.mesh.ply", "export/room.*", "export/dataset/images/%.png", "export/dataset/pairs.txt",
-      "export/dataset/sparse/0/*.bin"}},
+      "export/dataset/sparse/0/*.bin", "export/photos/%.jpg", "export/photos/%.tif", "export/photos/%.dng"}},
 };
 // clang-format on
 static const char *const shared_output[] = {"=index.html", "=report/*.jpg", "=report/scene.js", "=warnings/*.txt",

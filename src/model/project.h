@@ -1,6 +1,7 @@
 // What every stage gets: the folder, the settings, the callbacks. The names of what stages leave on disk:
 //
 //   ingest.json, linear/<view>.tif, linear/<view>_mask.png      by ingest (working images as shot)
+//   originals.json                                               by ingest (where the photos are)
 //   linear/features_masks/<view>.png.png                             by ingest, where masks were given (for COLMAP)
 //   linear/features/<view>.png                                   by ingest (8 bits, x^0.35, larger: to find features)
 //   views.json, images/<view>.tif, images/<view>_mask.png        by poses (undistorted, with cameras)
@@ -38,7 +39,7 @@ struct FsProject {
 };
 
 // The stages of a project in their order, one row each.
-enum { PROJECT_STAGES = 7, PROJECT_INPUTS = 5, PROJECT_OUTPUTS = 14 };
+enum { PROJECT_STAGES = 7, PROJECT_INPUTS = 5, PROJECT_OUTPUTS = 16 };
 typedef struct ProjectStage {
     const char *name;
     unsigned stage, after;             // FS_STAGE_*; the stages whose results it reads, directly or not

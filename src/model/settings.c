@@ -157,6 +157,10 @@ static const FsOption table[] = {
     STRING("formats", formats, EXPORT, "ply,spz", "LIST",
            "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, "
            "points, mesh (of T)"),
+    STRING("clean", clean, EXPORT, "", "LIST",
+           "the photos without the reflection, at their full size, in OUT/export/photos, comma-separated: jpeg, tiff "
+           "(16 bits), dng (linear)"),
+    STRING("originals", originals, EXPORT, "", "DIR", "where the photos are now, for --clean, if not where they were"),
     BOOL("unmirror", unmirror, EXPORT,
          "write the mirrored room too, as room.*, where it really is: reflected at the pane"),
     BOOL("dataset", dataset, EXPORT,

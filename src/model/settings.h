@@ -34,6 +34,7 @@ typedef struct FsSettings {
     int path_views;
     // export
     char *formats;
+    char *clean, *originals;
     bool unmirror, dataset;
     char *dataset_of;
     double pane_distance;

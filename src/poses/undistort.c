@@ -3,14 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-// Catmull-Rom weights of the four pixels around a place t (0..1) behind the second.
-static void cubic(float t, float w[4])
-{
-    w[0] = ((-0.5f * t + 1) * t - 0.5f) * t;
-    w[1] = (1.5f * t - 2.5f) * t * t + 1;
-    w[2] = ((-1.5f * t + 2) * t + 0.5f) * t;
-    w[3] = (0.5f * t - 0.5f) * t * t;
-}
+#include "image/bicubic.h"
 
 static int clamp(int v, int n)
 {
@@ -22,8 +15,8 @@ static float sample(const Image *photo, const Image *mask, double x, double y, f
 {
     int x0 = (int)floor(x - 0.5), y0 = (int)floor(y - 0.5);
     float wx[4], wy[4], trusted = 1;
-    cubic((float)(x - 0.5 - x0), wx);
-    cubic((float)(y - 0.5 - y0), wy);
+    fs_bicubic_weights((float)(x - 0.5 - x0), wx);
+    fs_bicubic_weights((float)(y - 0.5 - y0), wy);
     for (int c = 0; c < 3; c++) {
         float sum = 0, low = INFINITY, high = -INFINITY;
         for (int j = 0; j < 4; j++)

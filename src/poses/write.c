@@ -99,12 +99,15 @@ static int write_views(const Sparse *sparse, const FsProject *project, const Cap
     for (int i = 0; i < capture->n; i++) {
         if (!sparse->pose[i].known) continue;
         Camera camera;
+        const Lens *lens = &sparse->pose[i].lens;
         TRY(fs_sparse_camera(sparse, i, &camera, err));
         View view = {.name = capture->photo[i].name,
                      .flash = capture->photo[i].flash,
                      .flash_gain = capture->photo[i].flash_gain,
                      .encoded = capture->photo[i].encoded,
-                     .camera = fs_camera_resized(&camera, capture->photo[i].width, capture->photo[i].height)};
+                     .camera = fs_camera_resized(&camera, capture->photo[i].width, capture->photo[i].height),
+                     .lens = fs_lens_resized(lens, capture->photo[i].width, capture->photo[i].height)};
+        view.distorted = !fs_lens_is_pinhole(&view.lens);
         TRY(fs_dataset_append(&views, &view, err));
     }
     fs_sparse_hold_out(&views, project->set.test_every);

@@ -84,7 +84,7 @@ static int write_picture(const Show *show, int i, Preview preview, FsError *err)
     }
     if (!picture.px) return 0;
     FilePath path = fs_file_at("%s/report/%d_%s.jpg", show->project->out, i + 1, fs_previews[preview].key);
-    int rc = fs_jpeg_write(path.text, &picture, QUALITY, NULL, 0, err);
+    int rc = fs_jpeg_write(path.text, &picture, QUALITY, NULL, err);
     set->has[i][preview] = rc == 0;
     if (rc == 0 && !set->width) {
         set->width = picture.width;

@@ -89,7 +89,7 @@ static int write_photo(const FsProject *project, const View *view, int number, f
     int rc;
     TRY(fs_dataset_load_view(project->out, view, &photo, &mask, err));
     TRY(fs_preview_picture(&photo, PHOTO_EDGE, exposure, &picture, err));
-    TRY(fs_jpeg_write(path.text, &picture, PHOTO_QUALITY, NULL, 0, err));
+    TRY(fs_jpeg_write(path.text, &picture, PHOTO_QUALITY, NULL, err));
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);

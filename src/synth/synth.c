@@ -71,8 +71,8 @@ static int write_photo(Synth *s, int number, const Image *light, FsError *err)
     TRY(fs_dng_write(fs_file_at("%s/capture/raw/%s.DNG", s->out, shot->name).text, &mosaic, &info, err));
     s->nuisance.photo[number].clipped = fs_sensor_clipped(&mosaic);
     TRY(fs_sensor_develop(&mosaic, info.exposure.balance, &s->nuisance.style, &picture, err));
-    TRY(fs_jpeg_write(fs_file_at("%s/capture/jpeg/%s.JPG", s->out, shot->name).text, &picture, 95, exif,
-                      fs_photo_file_exif(&info, exif), err));
+    const JpegExtras extras = {.exif = exif, .exif_size = fs_photo_file_exif(&info, exif)};
+    TRY(fs_jpeg_write(fs_file_at("%s/capture/jpeg/%s.JPG", s->out, shot->name).text, &picture, 95, &extras, err));
 fail:
     fs_sensor_mosaic_free(&mosaic);
     fs_image_free(&picture);

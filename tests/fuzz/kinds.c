@@ -143,6 +143,13 @@ static int read_exif(const char *dir, FsError *err)
           "what EXIF says", path);
     double focal = fs_exif_focal_px(&exif, 6000, 4000);
     check(isfinite(focal) && focal >= 0, "a focal length", path);
+    Tags tags;
+    unsigned char *block = NULL;
+    size_t size;
+    if (fs_exif_read_tags(path, &tags, NULL) == 0 && fs_tags_build(&tags, 8, &block, &size, NULL) == 0)
+        check(size < 65527, "the tags", path);
+    free(block);
+    fs_tags_free(&tags);
     free(path);
     // what nothing was found in is taken all the same
     return exif.flash >= 0 || exif.make[0] || exif.iso > 0 || exif.orientation > 1 ? rc : -1;

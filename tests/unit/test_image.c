@@ -218,7 +218,7 @@ static void test_jpeg(void **state)
     assert_int_equal(fs_image_new(&a, 50, 30, 3, NULL), 0);
     for (int i = 0; i < 50 * 30; i++)
         for (int c = 0; c < 3; c++) a.px[3 * i + c] = (float)(i % 50) / 60.0f + (float)c * 0.05f;
-    assert_int_equal(fs_jpeg_write(temp("a.jpg"), &a, 97, NULL, 0, NULL), 0);
+    assert_int_equal(fs_jpeg_write(temp("a.jpg"), &a, 97, NULL, NULL), 0);
     assert_int_equal(fs_jpeg_read(temp("a.jpg"), &b, NULL), 0);
     assert_close(&a, &b, 0.03f);
     fs_image_free(&a);
@@ -233,7 +233,7 @@ static void test_errors(void **state)
     assert_int_equal(fs_tiff_write_float("no/such/folder/a.tif", &image, &err), FS_ERR_IO);
     assert_non_null(strstr(err.message, "no/such/folder/a.tif"));
     assert_int_equal(fs_png_write("no/such/folder/a.png", &image, 8, &err), FS_ERR_IO);
-    assert_int_equal(fs_jpeg_write("no/such/folder/a.jpg", &image, 90, NULL, 0, &err), FS_ERR_IO);
+    assert_int_equal(fs_jpeg_write("no/such/folder/a.jpg", &image, 90, NULL, &err), FS_ERR_IO);
     fs_image_free(&image);
     assert_int_equal(fs_file_write(temp("text"), "hello, I am no picture", 22, NULL), 0);
     int (*const readers[])(const char *, Image *, FsError *) = {fs_tiff_read, fs_png_read, fs_jpeg_read};

@@ -131,8 +131,11 @@ static void test_exposure(void **state)
     Said said;
     make(&a, 32, 32, 1, 0.8f, 0.8f);
     make(&b, 32, 32, 2, 0.4f, 0.4f);
-    assert_int_equal(fs_jpeg_write(f, &a, 100, exif, make_exif(exif, 50, 400, 9), NULL), 0);
-    assert_int_equal(fs_jpeg_write(n, &b, 100, exif, make_exif(exif, 100, 200, 16), NULL), 0);
+    JpegExtras extras = {.exif = exif};
+    extras.exif_size = make_exif(exif, 50, 400, 9);
+    assert_int_equal(fs_jpeg_write(f, &a, 100, &extras, NULL), 0);
+    extras.exif_size = make_exif(exif, 100, 200, 16);
+    assert_int_equal(fs_jpeg_write(n, &b, 100, &extras, NULL), 0);
     assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
     assert_non_null(strstr(said.text, "multiplied by 4"));
     assert_non_null(strstr(said.text, "not RAW"));

@@ -194,7 +194,8 @@ static void test_exif_says_adobe(void **state)
     Image image;
     assert_int_equal(fs_image_new(&image, 8, 8, 3, NULL), 0);
     for (int i = 0; i < 192; i++) image.px[i] = i % 3 == 0 ? 0.8f : i % 3 == 1 ? 0.4f : 0.2f;
-    assert_int_equal(fs_jpeg_write(temp("adobe.jpg"), &image, 100, exif, sizeof exif - 1, NULL), 0);
+    const JpegExtras extras = {.exif = exif, .exif_size = sizeof exif - 1};
+    assert_int_equal(fs_jpeg_write(temp("adobe.jpg"), &image, 100, &extras, NULL), 0);
     fs_image_free(&image);
     const double light[3] = {pow(0.8, 2.2), pow(0.4, 2.2), pow(0.2, 2.2)};
     expect_photo("adobe.jpg", PHOTO_ENCODED, 1.3984 * light[0] - 0.3984 * light[1], light[1],

@@ -1,0 +1,313 @@
+#include "export/clean.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "engine/as_shot.h"
+#include "export/clean_file.h"
+#include "export/clean_photo.h"
+#include "image/bicubic.h"
+
+#define CHANGED 0.01 // mean difference to the working image, of its mean: another photo
+#define WIDER 1.5    // a pinhole picture that holds a distorted one is at most so many times as wide
+#define BORDER_STEPS 64
+
+typedef struct Clean {
+    const CleanArgs *args;
+    Engine *engine;
+    Threads *threads;
+    Renders renders;
+    AsShot as_shot;
+} Clean;
+
+// What one photo holds: at full size and at working size.
+typedef struct Work {
+    const View *view;
+    CleanPicture picture;
+    Image clipped, small, small_clipped, masked;
+    CleanGuide guide;
+} Work;
+
+static void free_work(Work *w)
+{
+    fs_image_free(&w->picture.rgb);
+    fs_image_free(&w->clipped);
+    fs_image_free(&w->small);
+    fs_image_free(&w->small_clipped);
+    fs_image_free(&w->masked);
+    fs_clean_photo_free(&w->guide);
+}
+
+// ---- the photo ----
+
+static int check_size(const Work *w, FsError *err)
+{
+    const Camera *camera = &w->view->camera;
+    if (w->small.width == camera->width && w->small.height == camera->height) return 0;
+    return fs_error_input(err,
+                          "%s: %d x %d pixels, which is not the shape of the photo that was ingested: has it been "
+                          "cropped or turned? Put the original back, or ingest anew",
+                          w->picture.path.text, w->picture.rgb.width, w->picture.rgb.height);
+}
+
+// Against the working image that ingest made of it; finds what was masked.
+static int check_content(const Clean *c, Work *w, FsError *err)
+{
+    Image was = {0}, mask = {0};
+    const char *out = c->args->project->out;
+    double sum = 0, differs = 0, gain = w->picture.photo->gain;
+    int rc;
+    TRY(fs_tiff_read(fs_file_at("%s/linear/%s.tif", out, w->view->name).text, &was, err));
+    TRY(fs_png_read(fs_file_at("%s/linear/%s_mask.png", out, w->view->name).text, &mask, err));
+    if (was.width != w->small.width || was.height != w->small.height || was.channels != 3 || mask.width != was.width ||
+        mask.height != was.height || mask.channels != 1)
+        TRY(fs_error_input(err, "%s/linear/%s.tif: not what the stage ingest writes; rerun it with --force", out,
+                           w->view->name));
+    for (size_t i = 0; i < fs_image_values(&was); i++) {
+        sum += fabs((double)was.px[i]);
+        differs += fabs((double)was.px[i] - gain * (double)w->small.px[i]);
+    }
+    if (!(differs <= CHANGED * sum))
+        TRY(fs_error_input(err,
+                           "%s: is another picture than the one that was ingested: put the original back, or "
+                           "ingest anew",
+                           w->picture.path.text));
+    TRY(fs_image_new(&w->masked, was.width, was.height, 1, err));
+    for (size_t i = 0; i < fs_image_pixels(&mask); i++)
+        w->masked.px[i] = mask.px[i] < 0.5f && !(w->small_clipped.px[i] > 0);
+fail:
+    fs_image_free(&was);
+    fs_image_free(&mask);
+    return rc;
+}
+
+static int read_photo(const Clean *c, Work *w, FsError *err)
+{
+    const Photos *photos = &c->args->originals->photos;
+    PhotoFile *photo = (PhotoFile *)w->picture.photo;
+    const Camera *camera = &w->view->camera;
+    int longer = camera->width > camera->height ? camera->width : camera->height, rc;
+    PhotoSizes sizes = {.n = 2, .size = {{.long_edge = 0}, {.long_edge = longer}}};
+    PhotoLight light;
+    TRY(fs_photo_read_info(w->picture.path.text, &photo->exif, photo->white_balance, NULL, err));
+    TRY(fs_photo_read(w->picture.path.text, photos->white_balance, &sizes, &light, err));
+    w->picture.encoded = light == PHOTO_ENCODED;
+    Image *const from[4] = {&sizes.size[0].rgb, &sizes.size[0].clipped, &sizes.size[1].rgb, &sizes.size[1].clipped},
+                 *const to[4] = {&w->picture.rgb, &w->clipped, &w->small, &w->small_clipped};
+    for (int i = 0; i < 4; i++) {
+        TRY(fs_image_orient(from[i], photo->exif.orientation, err));
+        *to[i] = *from[i];
+        *from[i] = (Image){0};
+    }
+    TRY(check_size(w, err));
+    TRY(check_content(c, w, err));
+fail:
+    fs_sizes_free(&sizes);
+    return rc;
+}
+
+// ---- the renders ----
+
+// The pinhole camera of a lens, wide enough to see all that the photo shows.
+static int wide_camera(const Lens *lens, const View *view, Camera *camera, FsError *err)
+{
+    MUST(fs_lens_camera(lens, view->name, camera, err));
+    memcpy(camera->w2c, view->camera.w2c, sizeof camera->w2c);
+    double low[2] = {0, 0}, high[2] = {lens->width, lens->height}, most = (WIDER - 1) / 2;
+    const double side[2] = {lens->width, lens->height};
+    for (int i = 0; i < 4 * BORDER_STEPS; i++) {
+        double t = (i / 4 + 0.5) / BORDER_STEPS, ray[2];
+        const double pixel[2] = {i % 4 == 0   ? 0
+                                 : i % 4 == 1 ? side[0]
+                                              : t * side[0],
+                                 i % 4 == 2   ? 0
+                                 : i % 4 == 3 ? side[1]
+                                              : t * side[1]};
+        if (!fs_lens_unproject(lens, pixel, ray)) continue;
+        const double at[2] = {camera->fx * ray[0] + camera->cx, camera->fy * ray[1] + camera->cy};
+        for (int k = 0; k < 2; k++) {
+            low[k] = fmax(fmin(low[k], at[k]), -most * side[k]);
+            high[k] = fmin(fmax(high[k], at[k]), (1 + most) * side[k]);
+        }
+    }
+    camera->cx -= floor(low[0]);
+    camera->cy -= floor(low[1]);
+    camera->width = (int)(ceil(high[0]) - floor(low[0]));
+    camera->height = (int)(ceil(high[1]) - floor(low[1]));
+    return 0;
+}
+
+typedef struct Bend {
+    const Lens *lens;
+    const Camera *camera; // of the images
+    const Image *from;    // (2)
+    Image *to;            // (2)
+} Bend;
+
+// At a place between the pixels' middles.
+static void sample(const Image *image, double u, double v, float rgb[3])
+{
+    int x0 = (int)floor(u) - 1, y0 = (int)floor(v) - 1;
+    float wx[4], wy[4];
+    fs_bicubic_weights((float)(u - x0 - 1), wx);
+    fs_bicubic_weights((float)(v - y0 - 1), wy);
+    memset(rgb, 0, 3 * sizeof *rgb);
+    for (int j = 0; j < 4; j++)
+        for (int i = 0; i < 4; i++) {
+            int x = x0 + i < 0 ? 0 : x0 + i >= image->width ? image->width - 1 : x0 + i;
+            int y = y0 + j < 0 ? 0 : y0 + j >= image->height ? image->height - 1 : y0 + j;
+            const float *px = fs_image_at(image, x, y);
+            for (int c = 0; c < 3; c++) rgb[c] += wx[i] * wy[j] * px[c];
+        }
+    for (int c = 0; c < 3; c++) rgb[c] = fmaxf(rgb[c], 0);
+}
+
+static void bend_row(void *context, int y, int worker)
+{
+    (void)worker;
+    const Bend *b = context;
+    for (int x = 0; x < b->lens->width; x++) {
+        const double pixel[2] = {x + 0.5, y + 0.5};
+        double ray[2];
+        if (!fs_lens_unproject(b->lens, pixel, ray)) { // as if there were no distortion
+            Camera plain;
+            fs_lens_camera(b->lens, "", &plain, NULL);
+            ray[0] = (pixel[0] - plain.cx) / plain.fx;
+            ray[1] = (pixel[1] - plain.cy) / plain.fy;
+        }
+        double u = b->camera->fx * ray[0] + b->camera->cx - 0.5, v = b->camera->fy * ray[1] + b->camera->cy - 0.5;
+        u = fmin(fmax(u, 0), b->camera->width - 1), v = fmin(fmax(v, 0), b->camera->height - 1);
+        for (int i = 0; i < 2; i++) sample(&b->from[i], u, v, fs_image_at(&b->to[i], x, y));
+    }
+}
+
+// From the pinhole picture into the photo's geometry.
+static int bend(const Clean *c, const Lens *lens, const Camera *camera, Image layers[2], FsError *err)
+{
+    Image bent[2] = {{0}};
+    int rc;
+    TRY(fs_image_new(&bent[0], lens->width, lens->height, 3, err));
+    TRY(fs_image_new(&bent[1], lens->width, lens->height, 3, err));
+    fs_threads_for(c->threads, lens->height, bend_row, &(Bend){lens, camera, layers, bent});
+    for (int i = 0; i < 2; i++) {
+        fs_image_free(&layers[i]);
+        layers[i] = bent[i];
+        bent[i] = (Image){0};
+    }
+fail:
+    for (int i = 0; i < 2; i++) fs_image_free(&bent[i]);
+    return rc;
+}
+
+static int render_guide(Clean *c, Work *w, FsError *err)
+{
+    const View *view = w->view;
+    Camera camera = view->camera; // at working size: clouds are at their best as large as they were trained
+    if (view->distorted) MUST(wide_camera(&view->lens, view, &camera, err));
+    Image layers[2] = {{0}};
+    int rc;
+    TRY(fs_engine_render(c->engine, &camera, &c->renders, err));
+    TRY(fs_as_shot_layers(&c->as_shot, view, &camera, &c->renders, &layers[0], &layers[1], err));
+    if (view->distorted) TRY(bend(c, &view->lens, &camera, layers, err));
+    for (int i = 0; i < 2; i++)
+        for (size_t k = 0; k < fs_image_values(&layers[i]); k++) layers[i].px[k] /= (float)w->picture.photo->gain;
+    w->guide.T = layers[0];
+    w->guide.whole = layers[1];
+    return 0;
+fail:
+    for (int i = 0; i < 2; i++) fs_image_free(&layers[i]);
+    return rc;
+}
+
+// ---- all of them ----
+
+static int clean_one(Clean *c, int v, FsError *err)
+{
+    const Originals *originals = c->args->originals;
+    const PhotoFile *photo = &originals->photos.photo[originals->of_view[v]];
+    Work w = {.view = &c->args->views->view[v]};
+    w.picture = (CleanPicture){.name = w.view->name,
+                               .photo = photo,
+                               .path = fs_photos_path(&originals->photos, photo),
+                               .white_balance = originals->photos.white_balance};
+    int rc;
+    TRY(read_photo(c, &w, err));
+    TRY(render_guide(c, &w, err));
+    TRY(fs_clean_photo_guide(&w.guide, &w.small, &w.small_clipped, &w.masked, err));
+    TRY(fs_clean_photo_apply(&w.guide, c->threads, &w.picture.rgb, &w.clipped, err));
+    fs_clean_photo_free(&w.guide);
+    TRY(fs_clean_file_write(c->args, &w.picture, c->threads, err));
+fail:
+    free_work(&w);
+    return rc;
+}
+
+// Projects of earlier versions do not say by which lens a photo was taken.
+static int check_lenses(const CleanArgs *args, FsError *err)
+{
+    const char *out = args->project->out;
+    Image a = {0}, b = {0};
+    bool told = false, same = true;
+    for (int v = 0; v < args->views->n; v++) told |= args->views->view[v].distorted;
+    if (told || args->views->n == 0) return 0;
+    const char *name = args->views->view[0].name;
+    int rc;
+    TRY(fs_tiff_read(fs_file_at("%s/linear/%s.tif", out, name).text, &a, err));
+    TRY(fs_tiff_read(fs_file_at("%s/images/%s.tif", out, name).text, &b, err));
+    same = fs_image_values(&a) == fs_image_values(&b) && memcmp(a.px, b.px, fs_image_values(&a) * sizeof *a.px) == 0;
+    if (!same)
+        TRY(fs_error_input(err,
+                           "%s/views.json: does not tell the lens of photos that are distorted: rerun the stage "
+                           "poses with --force",
+                           out));
+fail:
+    fs_image_free(&a);
+    fs_image_free(&b);
+    return rc;
+}
+
+int fs_clean_run(const CleanArgs *args, FsError *err)
+{
+    const Settings *set = &args->project->set;
+    const Log *log = &args->project->log;
+    FilePath dir = fs_file_at("%s/export/photos", args->project->out);
+    Clean c = {.args = args};
+    int rc;
+    TRY(check_lenses(args, err));
+    c.threads = fs_threads_new(set->threads);
+    if (!c.threads) TRY(fs_error_memory(err));
+    fs_as_shot_open(&c.as_shot, args->scene, args->project->out);
+    TRY(fs_engine_new(&c.engine, set->device, set->cpu, set->threads, err));
+    TRY(fs_engine_scene_up(c.engine, args->scene, err));
+    TRY(fs_file_mkdirs(dir.text, err));
+    for (int v = 0; v < args->views->n; v++) {
+        if (fs_log_cancelled(log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "export: stopped"));
+        fs_log_progress(log, "export", v, args->views->n, args->views->view[v].name);
+        TRY(clean_one(&c, v, err));
+    }
+    fs_log_info(log, "export: %d photos without the reflection, at full size: %s", args->views->n, dir.text);
+fail:
+    fs_as_shot_close(&c.as_shot);
+    fs_engine_renders_free(&c.renders);
+    fs_engine_free(c.engine);
+    fs_threads_free(c.threads);
+    return rc;
+}
+
+int fs_clean_parse(const char *list, bool wanted[CLEAN_FORMATS], FsError *err)
+{
+    static const char *const names[CLEAN_FORMATS] = {"jpeg", "tiff", "dng"};
+    memset(wanted, 0, sizeof(bool) * CLEAN_FORMATS);
+    while (*list) {
+        size_t n = strcspn(list, ",");
+        int f = 0;
+        while (f < CLEAN_FORMATS && (strlen(names[f]) != n || strncmp(names[f], list, n) != 0)) f++;
+        if (f == CLEAN_FORMATS)
+            return fs_error_set(err, FS_ERR_USAGE, "--clean: '%.*s' is not one of jpeg, tiff, dng", (int)n, list);
+        wanted[f] = true;
+        list += n;
+        if (*list == ',') list++;
+    }
+    return 0;
+}

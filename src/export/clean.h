@@ -1,0 +1,20 @@
+// The photos without the mirrored room, at their full size: OUT/export/photos/<view>.jpg, .tif, .dng.
+#pragma once
+
+#include "export/colors.h"
+#include "model/originals.h"
+
+enum { CLEAN_JPEG, CLEAN_TIFF, CLEAN_DNG, CLEAN_FORMATS };
+// Which formats a comma-separated list names, none where it is empty; FS_ERR_USAGE where there is none of a name.
+int fs_clean_parse(const char *list, bool wanted[CLEAN_FORMATS], FsError *err);
+
+typedef struct CleanArgs {
+    const FsProject *project;
+    const Scene *scene;
+    const Dataset *views;
+    const Originals *originals;
+    const Development *development; // of photos that are not encoded
+    const bool *wanted;             // (CLEAN_FORMATS)
+} CleanArgs;
+// One photo after the other: memory for one at its full size.
+int fs_clean_run(const CleanArgs *args, FsError *err);

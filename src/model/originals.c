@@ -1,0 +1,106 @@
+#include "model/originals.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/json_file.h"
+
+#define MAX_BYTES (64 << 20)
+
+static FilePath list_path(const FsProject *project)
+{
+    return fs_file_at("%s/originals.json", project->out);
+}
+
+int fs_originals_remember(const FsProject *project, const char *folder, FsError *err)
+{
+    json_t *was = NULL;
+    FilePath path = list_path(project);
+    char *whole = realpath(folder, NULL);
+    json_t *text = whole ? json_string(whole) : NULL; // NULL: not UTF-8, then --originals has to tell
+    int rc = 0;
+    if (fs_file_exists(path.text)) fs_json_file_read(path.text, MAX_BYTES, &was, NULL);
+    if (text && !json_equal(text, json_object_get(was, "folder")))
+        rc = fs_json_file_write(path.text, json_pack("{s:O}", "folder", text), JSON_INDENT(1), err);
+    json_decref(text);
+    json_decref(was);
+    free(whole);
+    return rc;
+}
+
+void fs_originals_free(Originals *o)
+{
+    fs_photos_free(&o->photos);
+    free(o->of_view);
+    *o = (Originals){0};
+}
+
+static int find_folder(const FsProject *project, FilePath *folder, FsError *err)
+{
+    json_t *root = NULL;
+    *folder = fs_file_at("%s", project->set.originals);
+    if (*folder->text) return 0;
+    fs_json_file_read(list_path(project).text, MAX_BYTES, &root, NULL);
+    const char *text = json_string_value(json_object_get(root, "folder"));
+    if (text) *folder = fs_file_at("%s", text);
+    json_decref(root);
+    if (*folder->text) return 0;
+    return fs_error_input(err, "%s: does not say where the photos are: tell it with --originals DIR",
+                          list_path(project).text);
+}
+
+static bool find_level(const json_t *list, const char *name, double *gain)
+{
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *photo = json_array_get(list, i);
+        const char *is = json_string_value(json_object_get(photo, "name"));
+        if (!is || strcmp(is, name) != 0) continue;
+        *gain = json_number_value(json_object_get(photo, "exposure_gain"));
+        return *gain > 1e-6 && *gain < 1e6;
+    }
+    return false;
+}
+
+static int find_photos(Originals *o, const Dataset *views, const json_t *ingested, FsError *err)
+{
+    for (int v = 0; v < views->n; v++) {
+        int p = 0;
+        while (p < o->photos.n && strcmp(o->photos.photo[p].name, views->view[v].name) != 0) p++;
+        if (p == o->photos.n)
+            return fs_error_input(err,
+                                  "%s: the photo %s is not there any more: put it back, or name the folder that has "
+                                  "the photos with --originals DIR",
+                                  o->photos.folder, views->view[v].name);
+        o->of_view[v] = p;
+        if (!find_level(ingested, views->view[v].name, &o->photos.photo[p].gain))
+            return fs_error_input(err, "ingest.json: has no photo %s: rerun the stage ingest with --force",
+                                  views->view[v].name);
+    }
+    return 0;
+}
+
+int fs_originals_open(Originals *o, const FsProject *project, const Dataset *views, FsError *err)
+{
+    *o = (Originals){0};
+    json_t *root = NULL;
+    FilePath folder;
+    int rc;
+    FsError why = {0};
+    TRY(find_folder(project, &folder, err));
+    if ((rc = fs_photos_scan(&o->photos, folder.text, &(Log){0}, &why)) < 0) {
+        fs_error_set(err, rc, "%s; --originals DIR says where the photos are now", why.message);
+        goto fail;
+    }
+    o->of_view = calloc((size_t)views->n + 1, sizeof *o->of_view);
+    if (!o->of_view) TRY(fs_error_memory(err));
+    TRY(fs_json_file_read(fs_file_at("%s/ingest.json", project->out).text, MAX_BYTES, &root, err));
+    double *wb = o->photos.white_balance;
+    if (json_unpack(root, "{s:[FFF!]}", "white_balance", &wb[0], &wb[1], &wb[2]) != 0 ||
+        !(wb[0] > 1e-3 && wb[1] > 1e-3 && wb[2] > 1e-3 && wb[0] < 1e3 && wb[1] < 1e3 && wb[2] < 1e3))
+        TRY(fs_error_input(err, "%s/ingest.json: no white balance: rerun the stage ingest with --force", project->out));
+    TRY(find_photos(o, views, json_object_get(root, "photos"), err));
+fail:
+    json_decref(root);
+    if (rc < 0) fs_originals_free(o);
+    return rc;
+}

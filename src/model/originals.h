@@ -1,0 +1,17 @@
+// Where the photos of a project are: OUT/originals.json has their folder, as ingest found it.
+#pragma once
+
+#include "model/dataset.h"
+#include "model/photos.h"
+
+// Writes the folder down, unless that is what stands there.
+int fs_originals_remember(const FsProject *project, const char *folder, FsError *err);
+
+// The photos of all views, as ingest levelled them: Photos.white_balance, PhotoFile.gain. From the setting "originals",
+// or where they were. An error where one is not there.
+typedef struct Originals {
+    Photos photos;
+    int *of_view; // (views) index in photos
+} Originals;
+int fs_originals_open(Originals *originals, const FsProject *project, const Dataset *views, FsError *err);
+void fs_originals_free(Originals *originals);

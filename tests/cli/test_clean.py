@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+"""Photos without the reflection at their full size, of a made capture that is trained small: how near they are to the
+truth, what other programs read in them, and what happens where the photos are not what they were."""
+import json
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import common
+
+try:
+    import cv2
+    import numpy as np
+except ImportError:
+    cv2 = None
+
+GAMMA = 0.22
+WIDTH, HEIGHT, EDGE = 480, 320, 120
+
+
+def exiftool(*arguments):
+    process = subprocess.run(["exiftool", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             text=True, check=False)
+    assert process.returncode == 0, process.stderr
+    return process.stdout
+
+
+def tags(path):
+    return json.loads(exiftool("-json", "-n", path))[0]
+
+
+def fine(*arguments, **options):
+    process = common.run(*arguments, timeout=300, **options)
+    assert process.returncode == 0, process.stderr
+
+
+def linear_dng(path):
+    """The values of a linear DNG of ours: behind the head, row by row."""
+    values = np.fromfile(path, np.uint16, count=WIDTH * HEIGHT * 3, offset=8)
+    return values.reshape(HEIGHT, WIDTH, 3).astype(np.float32) / 65535
+
+
+def psnr(truth, estimate):
+    gain = (truth * estimate).sum((0, 1)) / (estimate ** 2).sum((0, 1))
+    off = np.clip(truth, 0, 1) ** GAMMA - np.clip(estimate * gain, 0, 1) ** GAMMA
+    return -10 * np.log10((off ** 2).mean())
+
+
+def picture(path):
+    return cv2.imread(str(path), cv2.IMREAD_UNCHANGED)[..., ::-1].astype(np.float32)
+
+
+@unittest.skipUnless(cv2 and shutil.which("exiftool"), "needs python3-opencv and libimage-exiftool-perl")
+class Clean(common.FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        """One capture with a lens that distorts, one training."""
+        holder = tempfile.TemporaryDirectory(prefix="flashsplat-clean-")
+        cls.addClassCleanup(holder.cleanup)
+        cls.top = pathlib.Path(holder.name)
+        cls.photos, cls.out = cls.top / "photos", cls.top / "out"
+        fine("synth", "-o", cls.top / "cap", "--seed", "31", "--width", WIDTH, "--height", HEIGHT, "--photos", "12",
+             "--held-out", "0", "--field", "distortion")
+        shutil.copytree(cls.top / "cap/capture/raw", cls.photos)
+        fine("run", cls.photos, "-o", cls.out, "--poses", cls.top / "cap/truth/sparse_opencv", "--preset", "preview",
+             "--long-edge", EDGE, "--steps", "500", "--progress-every", "0", "--clean", "jpeg,tiff,dng")
+        cls.made = cls.out / "export/photos"
+        cls.cameras = {image["name"]: image
+                       for image in json.loads((cls.top / "cap/truth/cameras.json").read_text())["images"]}
+        cls.balance = json.loads((cls.out / "ingest.json").read_text())["white_balance"]
+
+    def undistort(self, image):
+        """A full-size picture as the ideal camera of the truth sees it, by OpenCV."""
+        line = (self.top / "cap/truth/sparse_opencv/cameras.txt").read_text().split("\n")
+        fields = next(text for text in line if text and text[0] != "#").split()
+        self.assertEqual(fields[1], "OPENCV")
+        fx, fy, cx, cy, *bend = map(float, fields[4:])
+        matrix = np.array([[fx, 0, cx - 0.5], [0, fy, cy - 0.5], [0, 0, 1]])
+        return cv2.undistort(image, matrix, np.array(bend))
+
+    def test_names(self):
+        self.assertEqual({p.name for p in self.made.iterdir()},
+                         {p.stem + ending for p in self.photos.iterdir() for ending in (".jpg", ".tif", ".dng")})
+
+    def test_better_than_the_render(self):
+        """At every photo that has a truth, flash or not, away from the border that the ideal camera does not see."""
+        inner = np.s_[16:-16, 24:-24]
+        gains = []
+        for name, camera in self.cameras.items():
+            layer = "T_F" if camera["flash"] else "T_N"
+            path = self.top / "cap/truth" / layer / (name + ".png")
+            if not path.exists():
+                continue
+            truth = (picture(path) / 255) ** (1 / GAMMA)
+            render = picture(self.out / "renders" / layer / (name + ".png")) / 255
+            render = cv2.resize(render, (WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC).clip(0, 1) ** (1 / GAMMA)
+            clean = self.undistort(linear_dng(self.made / (name + ".dng")) * np.float32(self.balance))
+            photo = self.undistort(picture(self.top / "out/linear" / (name + ".tif")))
+            photo = cv2.resize(photo, (WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)
+            ours = psnr(truth[inner], clean[inner])
+            gains.append(ours - psnr(truth[inner], render[inner]))
+            self.assertGreater(ours, psnr(truth[inner], photo[inner].clip(0)) + 2, name)
+        self.assertEqual(len(gains), 6)
+        self.assertGreater(min(gains), 0.4)
+        self.assertGreater(sum(gains) / len(gains), 1)
+
+    def test_exif_and_profile(self):
+        for original in sorted(self.photos.iterdir())[:3]:
+            was = tags(original)
+            for ending in (".jpg", ".tif", ".dng"):
+                now = tags(self.made / (original.stem + ending))
+                for key in ("Make", "Model", "ExposureTime", "FNumber", "ISO", "FocalLength", "Flash",
+                            "DateTimeOriginal", "ImageWidth", "ImageHeight", "FocalLengthIn35mmFormat"):
+                    self.assertEqual(now[key], was[key], f"{key} of {original.stem}{ending}")
+                self.assertEqual(now["Orientation"], 1)
+                if ending != ".dng":
+                    self.assertEqual((now["ProfileDescription"], now["ColorSpace"]), ("sRGB", 1))
+        self.assertIn("Validate                        : OK", exiftool("-validate", self.made / "IMG_0001.dng"))
+        self.assertIn("Validate                        : OK", exiftool("-validate", self.made / "IMG_0001.jpg"))
+
+    def test_same_picture_in_all_formats(self):
+        jpeg, tiff = picture(self.made / "IMG_0002.jpg"), picture(self.made / "IMG_0002.tif")
+        self.assertEqual(cv2.imread(str(self.made / "IMG_0002.tif"), cv2.IMREAD_UNCHANGED).dtype, np.uint16)
+        self.assertLess(np.abs(jpeg - tiff / 257).mean(), 1.5)
+
+    def test_dng_is_developed_like_the_original(self):
+        """LibRaw, by `ingest`: the light that was written, at the white balance of the photo."""
+        folder = self.dir / "dng"
+        shutil.copytree(self.made, folder, ignore=shutil.ignore_patterns("*.jpg", "*.tif"))
+        fine("ingest", folder, "-o", self.dir / "out", "--long-edge", "0")
+        again = json.loads((self.dir / "out/ingest.json").read_text())
+        was = json.loads((self.out / "ingest.json").read_text())
+        for key in ("white_balance", "srgb_from_camera"):
+            self.assertLess(np.abs(np.array(again[key]) - np.array(was[key])).max(), 1e-3, key)
+        read = picture(self.dir / "out/linear/IMG_0003.tif")
+        written = linear_dng(self.made / "IMG_0003.dng") * np.float32(self.balance)
+        self.assertLess(np.abs(read - written).mean(), 0.002 * written.mean())
+
+    def export(self, *options):
+        return common.run("export", self.out, "--clean", "jpeg", *options, timeout=300)
+
+    def test_photo_is_missing(self):
+        folder = self.dir / "some"
+        shutil.copytree(self.photos, folder, ignore=shutil.ignore_patterns("IMG_0005.DNG"))
+        before = sorted(p.name for p in self.made.iterdir())
+        self.assert_fails(self.export("--originals", folder), 1, "IMG_0005", "--originals")
+        self.assert_fails(self.export("--originals", self.dir / "none"), 1, "none", "--originals")
+        self.assertEqual(sorted(p.name for p in self.made.iterdir()), before)
+
+    def test_photo_is_another(self):
+        folder = self.dir / "changed"
+        shutil.copytree(self.photos, folder)
+        shutil.copy(folder / "IMG_0003.DNG", folder / "IMG_0001.DNG")
+        out = self.dir / "out"
+        shutil.copytree(self.out, out)
+        process = common.run("export", out, "--clean", "jpeg", "--originals", folder, timeout=300)
+        self.assert_fails(process, 1, "IMG_0001.DNG", "another picture")
+
+    def test_users_file_stays(self):
+        out = self.dir / "out"
+        shutil.copytree(self.out, out)
+        mine = out / "export/photos/IMG_0004.jpg"
+        mine.write_bytes(b"retouched")
+        self.assert_fails(common.run("export", out, "--clean", "jpeg,dng", timeout=300), 1, "IMG_0004.jpg")
+        self.assertEqual(mine.read_bytes(), b"retouched")
+
+    def test_wrong_format(self):
+        self.assert_fails(self.export("--clean", "jpeg,gif"), 2, "--clean", "gif")
+
+
+@unittest.skipUnless(cv2 and shutil.which("exiftool"), "needs python3-opencv and libimage-exiftool-perl")
+class Turned(common.FolderTest):
+    def test_jpegs_that_lie(self):
+        """JPEGs stored on their side, as their EXIF says, come back upright, and where nothing mirrors as they were."""
+        fine("synth", "-o", self.dir / "cap", "--seed", "31", "--width", "288", "--height", "192", "--photos", "10",
+             "--held-out", "0")
+        photos = self.dir / "photos"
+        photos.mkdir()
+        for path in sorted((self.dir / "cap/capture/jpeg").iterdir()):
+            upright = cv2.imread(str(path))
+            cv2.imwrite(str(photos / path.name), cv2.rotate(upright, cv2.ROTATE_90_COUNTERCLOCKWISE),
+                        [cv2.IMWRITE_JPEG_QUALITY, 98])
+            exiftool("-q", "-overwrite_original", "-TagsFromFile", path, "-all:all", "-Orientation#=6", photos / path.name)
+        fine("run", photos, "-o", self.dir / "out", "--poses", self.dir / "cap/truth/sparse", "--preset", "preview",
+             "--long-edge", "144", "--steps", "60", "--progress-every", "0", "--separation", "none", "--clean", "jpeg")
+        for path in sorted(photos.iterdir()):
+            clean = self.dir / "out/export/photos" / (path.stem + ".jpg")
+            self.assertEqual(tags(clean)["Orientation"], 1)
+            upright = picture(self.dir / "cap/capture/jpeg" / path.name)
+            now = picture(clean)
+            self.assertEqual(now.shape, upright.shape)
+            self.assertLess(np.abs(now - upright).mean(), 2, path.name)  # there is no R: the photo as it was
+
+
+if __name__ == "__main__":
+    common.main()
