@@ -183,6 +183,24 @@ static void write_films(FILE *f, const Page *page)
     if (started) fputs("</div>\n", f);
 }
 
+// Of OUT/export/photos: each photo once, with the formats that are there.
+static void write_clean(FILE *f, const Page *page)
+{
+    FileList list;
+    const char *folder = "export/photos";
+    int n = 0;
+    if (fs_file_list(fs_file_at("%s/%s", page->project->out, folder).text, &list, NULL) < 0) return;
+    for (int i = 0; i < list.n; i++) {
+        if (!fs_file_has_ext(list.name[i], "jpg tif dng")) continue;
+        if (!n++) fputs("<h2>Your photos without the reflection</h2>\n<p>At their full size: ", f);
+        fputs(n > 1 ? ", <a href=\"" : "<a href=\"", f);
+        fs_html_url(f, fs_file_at("%s/%s", folder, list.name[i]).text);
+        fs_html_put(f, "\">@</a>", list.name[i]);
+    }
+    if (n) fputs(".</p>\n", f);
+    fs_file_list_free(&list);
+}
+
 // ---- numbers ----
 
 static void write_figure_cells(FILE *f, const json_t *layer)
@@ -335,6 +353,7 @@ void fs_page_write(FILE *f, const Page *page)
     write_comparison(f, page);
     if (page->previews.n) write_layers(f, page);
     write_films(f, page);
+    write_clean(f, page);
     write_figures(f, page);
     write_capture(f, page);
     write_files(f, page);

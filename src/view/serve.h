@@ -1,6 +1,6 @@
-// A small web server for one page: HTTP/1.1, GET and HEAD, on 127.0.0.1 only. It gives what the page shows and nothing
-// else: index.html, sheet.png, and files that lie directly in report, progress, video and export. Nothing through a
-// link, no hidden files, no other way to say a path. A request whose Host is another name is refused, so that no page
+// A small web server for one page: HTTP/1.1, GET and HEAD, ranges of bytes, on 127.0.0.1 only. It gives what the page
+// shows and links to, and nothing else: index.html, sheet.png, the files of figures, and what lies directly in report,
+// progress, video, export, export/photos, clouds and start. Nothing through a link, no hidden files. A request whose Host is another name is refused, so that no page
 // from elsewhere can make a browser read from here.
 #pragma once
 

@@ -2,6 +2,7 @@
 import os
 import pathlib
 import re
+import resource
 import signal
 import socket
 import subprocess
@@ -22,7 +23,13 @@ class View(common.FolderTest):
         (self.out / "index.html").write_text("<!doctype html>page")
         (self.out / "report/scene.js").write_text("x" * 300000)
         (self.out / "report/.hidden").write_text("secret")
-        (self.out / "clouds/T_N.ply").write_text("secret")
+        (self.out / "clouds/T_N.ply").write_text("ply")
+        (self.out / "linear").mkdir()
+        (self.out / "linear/a.tif").write_text("secret")
+        (self.out / "export/photos").mkdir(parents=True)
+        (self.out / "export/photos/Glas groß 1.jpg").write_text("photo")
+        (self.out / "export/photos/out").symlink_to(self.dir)
+        (self.out / "views.json").write_text("{}")
         (self.dir / "outside.txt").write_text("secret")
         (self.out / "report/link.js").symlink_to(self.dir / "outside.txt")
         (self.out / "video").symlink_to(self.out / "clouds")
@@ -100,7 +107,12 @@ class View(common.FolderTest):
         code, head, body = self.get(port, "/report/scene.js", method="HEAD")
         self.assertEqual((code, body), (200, b""))
         self.assertIn("Content-Length: 300000", head)
-        for path in ("/clouds/T_N.ply", "/report/.hidden", "/report/link.js", "/report/pipe.js", "/video/T_N.ply",
+        for path, body in (("/clouds/T_N.ply", b"ply"), ("/views.json", b"{}"),
+                           ("/export/photos/Glas%20gro%C3%9f%201.jpg", b"photo")):
+            self.assertEqual(self.get(port, path)[::2], (200, body), path)
+        for path in ("/linear/a.tif", "/clouds", "/export/photos", "/export/photos/", "/export/photos/out/outside.txt",
+                     "/export/photos%2fa.jpg", "/clouds/%2e%2e/views.json", "/clouds/..", "/clouds/%00T_N.ply",
+                     "/clouds/%", "/done/train.json", "/report/.hidden", "/report/link.js", "/report/pipe.js", "/video/T_N.ply",
                      "/report", "/report/", "//index.html", "/report//scene.js", "/../outside.txt",
                      "/report/../index.html",
                      "/report/..%2f..%2foutside.txt", "/%2e%2e/outside.txt", "/report/../../outside.txt", "index.html",
@@ -116,6 +128,46 @@ class View(common.FolderTest):
         self.assertEqual(self.ask(port, b"GET /" + b"a" * 8186)[0], 431)
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(20), 0)
+
+    def test_ranges(self):
+        """As browsers ask for films."""
+        (self.out / "report/film.mp4").write_bytes(bytes(range(200)))
+        _, port = self.serve()
+
+        def ask(value, path="/report/film.mp4"):
+            return self.ask(port, f"GET {path} HTTP/1.1\r\nHost: localhost\r\nRange: {value}\r\n\r\n".encode())
+
+        for value, first, end in (("bytes=0-", 0, 200), ("bytes=5-9", 5, 10), ("bytes=190-400", 190, 200),
+                                  ("bytes=-7", 193, 200), ("bytes=-900", 0, 200)):
+            code, head, body = ask(value)
+            self.assertEqual((code, body), (206, bytes(range(first, end))), value)
+            self.assertIn(f"Content-Range: bytes {first}-{end - 1}/200\r\n", head + "\r\n")
+        code, head, body = ask("bytes=200-")
+        self.assertEqual((code, body), (416, b""))
+        self.assertIn("Content-Range: bytes */200", head)
+        for value in ("bytes=9-5", "bytes=", "bytes=-", "bytes=a-b", "bytes=0-1,5-6", "lines=0-1", "bytes=5-9x"):
+            self.assertEqual(ask(value)[::2], (200, bytes(range(200))), value)
+        self.assertEqual(ask("bytes=0-1", "/report/none.mp4")[0], 404)
+
+    def test_out_of_files(self):
+        """Where the system gives no more, it waits and does not spin; then it goes on."""
+        process, port = self.serve()
+        resource.prlimit(process.pid, resource.RLIMIT_NOFILE, (34, 64))
+        waiting = [socket.create_connection(("127.0.0.1", port)) for _ in range(32)]
+        time.sleep(0.3)
+        before = self.seconds(process.pid)
+        time.sleep(1.5)
+        self.assertLess(self.seconds(process.pid) - before, 0.4)
+        resource.prlimit(process.pid, resource.RLIMIT_NOFILE, (64, 64))
+        for s in waiting:
+            s.close()
+        time.sleep(0.5)
+        self.assertEqual(self.get(port, "/")[0], 200)
+
+    @staticmethod
+    def seconds(pid):
+        fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def test_is_not_held_up(self):
         """By clients that say nothing, and more of them than it takes."""
