@@ -90,8 +90,9 @@ static int read_photo(const Clean *c, Work *w, FsError *err)
     int longer = camera->width > camera->height ? camera->width : camera->height, rc;
     PhotoSizes sizes = {.n = 2, .size = {{.long_edge = 0}, {.long_edge = longer}}};
     PhotoLight light;
+    const SensorLevels levels = fs_photos_developed(photos);
     TRY(fs_photo_read_info(w->picture.path.text, &photo->exif, photo->white_balance, NULL, err));
-    TRY(fs_photo_read(w->picture.path.text, photos->white_balance, &sizes, &light, err));
+    TRY(fs_photo_read(w->picture.path.text, &levels, &sizes, &light, err));
     w->picture.encoded = light == PHOTO_ENCODED;
     Image *const from[4] = {&sizes.size[0].rgb, &sizes.size[0].clipped, &sizes.size[1].rgb, &sizes.size[1].clipped},
                  *const to[4] = {&w->picture.rgb, &w->clipped, &w->small, &w->small_clipped};

@@ -57,7 +57,7 @@ static int describe_camera(const CleanPicture *p, char name[140], DngCamera *cam
     *camera = (DngCamera){.name = *name ? name : "unknown", .baseline_exposure = raw.baseline_exposure};
     bool known = raw.camera_from_xyz[0] != 0 || raw.camera_from_xyz[1] != 0;
     for (int c = 0; c < 3; c++) {
-        double wb = p->photo->kind == PHOTO_RAW ? p->photo->white_balance[c] : 1;
+        double wb = p->photo->kind <= PHOTO_NPY ? p->photo->white_balance[c] : 1;
         camera->neutral[c] = wb > 1e-3 ? 1 / wb : 1 / p->white_balance[c];
         for (int k = 0; k < 3; k++)
             camera->camera_from_xyz[3 * c + k] =
@@ -140,7 +140,7 @@ fail:
 int fs_clean_file_write(const CleanArgs *args, CleanPicture *p, Threads *threads, FsError *err)
 {
     FilePath stem = fs_file_at("%s/export/photos/%s", args->project->out, p->name);
-    bool raw = p->photo->kind == PHOTO_RAW;
+    bool raw = p->photo->kind <= PHOTO_NPY; // a sensor's values
     Encode e = {.rgb = &p->rgb, .factor = {1, 1, 1}, .linear = true};
     if (args->wanted[CLEAN_DNG]) {
         for (int c = 0; c < 3; c++) e.factor[c] = raw ? (float)(1 / p->white_balance[c]) : 1;

@@ -121,7 +121,7 @@ int fs_photo_space(const char *path, ProfileSpace *space, FsError *err)
     Profile profile;
     PhotoLight light;
     *space = PROFILE_SRGB;
-    if (fs_photo_kind_inside(path) == PHOTO_RAW) return 0;
+    if (fs_photo_kind_inside(path) <= PHOTO_NPY) return 0;
     MUST(read_profile(path, &profile, &light, err));
     if (!profile.srgb_colors) *space = PROFILE_P3;
     return 0;

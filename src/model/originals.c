@@ -79,6 +79,18 @@ static int find_photos(Originals *o, const Dataset *views, const json_t *ingeste
     return 0;
 }
 
+// Those of .npy photos that ingest ran with.
+static void find_levels(const FsProject *project, SensorLevels *levels)
+{
+    json_t *root = NULL;
+    fs_json_file_read(fs_file_at("%s/done/ingest.json", project->out).text, MAX_BYTES, &root, NULL);
+    const json_t *settings = json_object_get(root, "settings");
+    const json_t *black = json_object_get(settings, "npy-black"), *white = json_object_get(settings, "npy-white");
+    if (json_is_number(black)) levels->black = json_number_value(black);
+    if (json_is_number(white)) levels->white = json_number_value(white);
+    json_decref(root);
+}
+
 int fs_originals_open(Originals *o, const FsProject *project, const Dataset *views, FsError *err)
 {
     *o = (Originals){0};
@@ -94,6 +106,8 @@ int fs_originals_open(Originals *o, const FsProject *project, const Dataset *vie
     o->of_view = calloc((size_t)views->n + 1, sizeof *o->of_view);
     if (!o->of_view) TRY(fs_error_memory(err));
     TRY(fs_json_file_read(fs_file_at("%s/ingest.json", project->out).text, MAX_BYTES, &root, err));
+    TRY(fs_photos_levels(&o->photos.npy, &project->set, err));
+    find_levels(project, &o->photos.npy);
     double *wb = o->photos.white_balance;
     if (json_unpack(root, "{s:[FFF!]}", "white_balance", &wb[0], &wb[1], &wb[2]) != 0 ||
         !(wb[0] > 1e-3 && wb[1] > 1e-3 && wb[2] > 1e-3 && wb[0] < 1e3 && wb[1] < 1e3 && wb[2] < 1e3))
