@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Makes one C file of text files: embed.py OUT.c HEADER NAME=FILE[,FILE...] ... Each NAME is a `const char NAME[]`, as
-HEADER declares it, with the files one after the other."""
+"""Makes one C file of text files: embed.py OUT.c HEADER --text NAME FILE... [--text NAME FILE...]. Each NAME is a
+`const char NAME[]`, as HEADER declares it, with the files one after the other."""
 import pathlib
 import sys
 
@@ -13,11 +13,16 @@ def literal(line):
 
 
 def main():
-    out, header, *texts = sys.argv[1:]
+    out, header, *rest = sys.argv[1:]
+    texts = []
+    for word in rest:
+        if word == "--text":
+            texts.append([])
+        else:
+            texts[-1].append(word)
     result = f'#include "{header}"\n'
-    for text in texts:
-        name, files = text.split("=")
-        lines = [l for f in files.split(",") for l in pathlib.Path(f).read_text(encoding="utf-8").splitlines()]
+    for name, *files in texts:
+        lines = [l for f in files for l in pathlib.Path(f).read_text(encoding="utf-8").splitlines()]
         result += f"\nconst char {name}[] =\n" + "".join(map(literal, lines)) + ";\n"
     pathlib.Path(out).write_text(result, encoding="utf-8")
 

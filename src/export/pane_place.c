@@ -74,6 +74,7 @@ static void find_corners(const Dataset *photos, PanePlace *place)
         for (int a = 0; a < 3; a++)
             place->corner[k][a] = (float)(place->distance * n[a] + range[0][k == 1 || k == 2] * side[0][a] +
                                           range[1][k / 2] * side[1][a]);
+    for (int i = 0; i < 12 && place->has_corners; i++) place->has_corners = isfinite(place->corner[i / 3][i % 3]);
 }
 
 int fs_pane_place_find(const Scene *scene, const Dataset *photos, double given, PanePlace *place, FsError *err)

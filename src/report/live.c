@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "base/clock.h"
 #include "base/file.h"
@@ -10,7 +11,8 @@
 #include "model/dataset.h"
 #include "report/page.h"
 
-#define BETWEEN 4 // seconds, of pages; they reload as often
+#define BETWEEN 4  // seconds, of pages; they reload as often
+#define SILENT 180 // seconds without a page: the run has ended or is stuck
 
 struct ReportLive {
     FsProject *project;
@@ -52,7 +54,7 @@ static double seconds_left(const ReportLive *live)
 
 static void write_bar(FILE *f, const ReportLive *live)
 {
-    double left = seconds_left(live);
+    double left = strstr(live->text, " left") ? -1 : seconds_left(live); // where the stage knows it better
     int share = live->total > 0 ? (int)(100 * live->done / live->total) : 0;
     if (live->total > 0)
         fprintf(f,
@@ -109,6 +111,21 @@ static void write_charts(FILE *f, const char *out)
     fs_dataset_free(&dataset);
 }
 
+// A run that was killed says nothing any more, and its page would be under way for ever: the page itself looks at the
+// clock. A stage may be silent for a while.
+static void write_heard(FILE *f)
+{
+    fprintf(
+        f,
+        "<p id=\"heard\" data-at=\"%lld\">The run is under way. This page brings itself up to date, and ends as the "
+        "viewer.</p>\n<script>\n(() => {\nconst heard = document.getElementById('heard');\nconst silent = Date.now() / "
+        "1000 - heard.dataset.at;\nif (silent > %d) heard.textContent = 'Nothing was heard of the run since ' + new "
+        "Date(1000 * heard.dataset.at).toLocaleString() + ': it has ended, or sleeps. The same command again goes on "
+        "from what is done (with --resume, from the last checkpoint of the training).';\nif (silent > %d) "
+        "heard.className = 'warn';\n})();\n</script>\n",
+        (long long)time(NULL), SILENT, SILENT);
+}
+
 // stopped: why; NULL while it works.
 static void write_live(FILE *f, const ReportLive *live, const char *stopped)
 {
@@ -121,7 +138,7 @@ static void write_live(FILE *f, const ReportLive *live, const char *stopped)
                     "done (with --resume, from the last checkpoint of the training).</p></section>\n",
                     stopped);
     else
-        fputs("<p>The run is under way. This page brings itself up to date, and ends as the viewer.</p>\n", f);
+        write_heard(f);
     write_stages(f, live);
     if (!stopped) write_bar(f, live);
     write_picture(f, live->project->out);

@@ -97,7 +97,7 @@ fail:
     return rc;
 }
 
-// One that cannot be read is left out: previews.c has warned of it.
+// One that cannot be read is left out.
 static int write_photos(const FsProject *project, const Dataset *dataset, float exposure, Viewer *viewer, FsError *err)
 {
     int chosen[FS_VIEWER_PHOTOS], n = fs_preview_choose(dataset, FS_VIEWER_PHOTOS, chosen);
@@ -107,6 +107,7 @@ static int write_photos(const FsProject *project, const Dataset *dataset, float 
         int rc = write_photo(project, &dataset->view[chosen[i]], viewer->photos + 1, exposure, &why);
         if (rc == FS_ERR_MEMORY) return fs_error_memory(err);
         if (rc == FS_ERR_IO) return fs_error_set(err, rc, "%s", why.message);
+        if (rc < 0) fs_log_warn(&project->log, "report: %s; the viewer is without that photo", why.message);
         if (rc == 0) viewer->photo[viewer->photos++] = chosen[i];
     }
     return 0;

@@ -33,6 +33,8 @@ function makeTexture(gl, filter) {
 // number, and instances of four vertices are slow on many cards.
 function makeCloud(gl, { layer, n, data }) {
     const height = Math.max(1, Math.ceil(n / 512)), rows = Math.max(1, Math.ceil(n / 2048));
+    const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    if (height > most) throw new Error(`this graphics card takes ${512 * most} Gaussians a cloud, ${layer} has ${n}`);
     const texture = makeTexture(gl, gl.NEAREST), padded = new Float32Array(4 * 2048 * height);
     padded.set(data);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2048, height, 0, gl.RGBA, gl.FLOAT, padded);

@@ -21,6 +21,8 @@ class Stage {
         canvas.addEventListener('webglcontextlost', event => {
             event.preventDefault();
             this.lost = true;
+            const status = document.querySelector('#viewer .status');
+            if (status) status.textContent = 'The graphics card took the 3D picture away; reload the page to see it again.';
         });
         canvas.addEventListener('webglcontextrestored', () => location.reload());
         new ResizeObserver(() => this.change()).observe(canvas);
