@@ -196,8 +196,10 @@ def cases_of(args):
 
 
 def splats(out):
+    """Of each cloud; of radiance fields their parameters."""
     clouds = json.loads((out / "clouds" / "model.json").read_text())["clouds"]
-    return "+".join(str(n) for n in clouds.values())
+    field = out / "clouds" / "field.bin"
+    return "+".join(str(n) for n in clouds.values()) or (f"{field.stat().st_size // 4} parameters" if field.is_file() else "-")
 
 
 def train(args, case, options, renders):

@@ -140,7 +140,8 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     FsError why = {0};
     if (!err) err = &why; // the page says it
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
-    TRY(fs_scene_folder_take(&project->set, photos, &project->log, err));
+    unsigned failures = fs_memory_begin();
+    TRY(fs_memory_end(failures, fs_scene_folder_take(&project->set, photos, &project->log, err), err));
     TRY(fs_report_live_begin(&live, project, err));
     TRY(fs_estimate_run(project, photos, begin, err));
     TRY(fs_ingest(project, photos, err));

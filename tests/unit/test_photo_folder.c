@@ -82,6 +82,38 @@ static void test_folders_that_say_flash(void **state)
     expect_good("photos", SET(setting), "1 with flash, 1 without");
 }
 
+static void test_names_that_say_flash(void **state)
+{
+    (void)state;
+    FILL({"rgb16.tif", "IMG_1_flash.tif"}, {"rgb16.tif", "IMG_2_noflash.tif"}, {"rgb16.tif", "3 No Flash.tif"},
+         {"rgb16.tif", "Flash-4.tif"}, {"rgb16.tif", "reflashed.tif"});
+    expect_good("photos", NULL, "4 photos: 2 with flash, 2 without (their names)");
+    assert_non_null(strstr(said, "W left out: "));
+    expect_view("3 No Flash", "3 No Flash.tif", false);
+    expect_view("Flash-4", "Flash-4.tif", true);
+    FILL({"flash.dng", "A_noflash.DNG"}, {"ambient.dng", "B_flash.DNG"}); // EXIF knows better
+    expect_good("photos", NULL, "1 with flash, 1 without (EXIF)");
+    expect_view("A_noflash", "A_noflash.DNG", true);
+    FILL({"rgb16.tif", "1.tif"}, {"rgb16.tif", "2.tif"});
+    expect_error("photos", NULL, "_flash in its name");
+    expect_good("photos", SET("separation=flashless"), "2 photos do not tell whether the flash fired");
+}
+
+static void test_scene_folder(void **state)
+{
+    (void)state;
+    FILL({"rgb16.tif", "images/a_flash.tif"}, {"rgb16.tif", "images/a_noflash.tif"}, {"make.py", "poses_bounds.npy"},
+         {"rgb16.tif", "images_4/a_flash.tif"}, {"rgb16.tif", "images_4/a_noflash.tif"},
+         {"rgb16.tif", "30_views/dense/images/a_flash.tif"});
+    expect_good("photos", NULL, "2 photos: 1 with flash, 1 without (their names)");
+    expect_view("a_flash", "images/a_flash.tif", true);
+    // without poses it is a folder with subfolders like any other
+    fs_file_remove_tree(temp("photos/poses_bounds.npy"));
+    fs_file_remove_tree(temp("photos/30_views"));
+    fs_file_remove_tree(temp("out"));
+    expect_good("photos", NULL, "4 in its subfolders are taken");
+}
+
 static void test_names(void **state)
 {
     (void)state;
@@ -177,6 +209,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_subfolders),
         cmocka_unit_test(test_own_results_are_no_photos),
+        cmocka_unit_test(test_names_that_say_flash),
+        cmocka_unit_test(test_scene_folder),
         cmocka_unit_test(test_folders_that_say_flash),
         cmocka_unit_test(test_names),
         cmocka_unit_test(test_copies),
