@@ -96,7 +96,7 @@ static json_t *photo_json(const PhotoFile *photo)
                      e->iso, "f_number", e->f_number, "focal_mm", e->focal_mm, "white_balance", photo->white_balance[0],
                      photo->white_balance[1], photo->white_balance[2], "width", e->width, "height", e->height,
                      "sharpness", photo->sharpness, "clipped", photo->look.clipped, "mean", photo->look.mean, "raw",
-                     photo->kind == PHOTO_RAW);
+                     photo->kind <= PHOTO_NPY);
 }
 
 static int write_json(const char *path, const Photos *photos, const Findings *findings, FsError *err)
@@ -127,7 +127,7 @@ static int say(const Photos *photos, const Findings *findings, const Log *log, F
     for (int i = 0; i < photos->n; i++) {
         say_photo(photos, &photos->photo[i], log);
         flash += photos->photo[i].flash == 1;
-        raws += photos->photo[i].kind == PHOTO_RAW;
+        raws += photos->photo[i].kind <= PHOTO_NPY;
     }
     fs_log_info(log, "%d photos: %d with flash, %d without, %d RAW", photos->n, flash, photos->n - flash, raws);
     if (isfinite(findings->flash_adds)) fs_log_info(log, "the flash adds %.0f %% of light", 100 * findings->flash_adds);
