@@ -235,6 +235,7 @@ static int clean_one(Clean *c, int v, FsError *err)
     int rc;
     TRY(read_photo(c, &w, err));
     TRY(render_guide(c, &w, err));
+    for (int k = 0; k < 3; k++) w.guide.full[k] = photo->kind <= PHOTO_NPY ? (float)w.picture.white_balance[k] : 1;
     TRY(fs_clean_photo_guide(&w.guide, &w.small, &w.small_clipped, &w.masked, err));
     TRY(fs_clean_photo_apply(&w.guide, c->threads, &w.picture.rgb, &w.clipped, err));
     fs_clean_photo_free(&w.guide);

@@ -16,8 +16,9 @@
 #define AGAINST_R 3.0f    // k
 #define DARK 1e-5f        // of white: no ratio is taken of less
 #define NO_DETAIL 1e-10f
-#define FARTHEST 10.0f // that a level may be from 1
-#define STRIP 64       // rows of a job
+#define FARTHEST 10.0f    // that a level may be from 1
+#define NEARLY_FULL 0.85f // beside what is clipped, demosaicing mixes
+#define STRIP 64          // rows of a job
 
 void fs_clean_photo_free(CleanGuide *g)
 {
@@ -189,7 +190,7 @@ static void clean_row(const Job *job, int y, float *rows)
         for (int c = 0; c < 3; c++) {
             float T = fs_tone_decode(along(T_row, &job->column[x], c));
             float whole = fmaxf(fmaxf(fs_tone_decode(along(whole_row, &job->column[x], c)), T), DARK);
-            float light = clipped ? fmaxf(px[c], whole) : px[c];
+            float light = clipped && px[c] > NEARLY_FULL * g->full[c] ? fmaxf(px[c], whole) : px[c];
             float level = fs_bilinear_value(&b, g->level.px, 3, c);
             px[c] = (1 - gate) * level * T + gate * (T / whole) * light;
         }

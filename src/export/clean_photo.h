@@ -18,6 +18,7 @@
 
 typedef struct CleanGuide {
     Image T, whole;    // in the photo's exposure and geometry; whole >= T. The caller's to fill, in linear light
+    float full[3];     // what a clipped value is; the caller's too
     Image level, gate; // at working size; 3 channels and 1
 } CleanGuide;
 
@@ -25,6 +26,7 @@ typedef struct CleanGuide {
 // clipped: which share of a pixel is; masked (NULL: none): 1 where what stands there is not to count.
 int fs_clean_photo_guide(CleanGuide *guide, const Image *small, const Image *clipped, const Image *masked,
                          FsError *err);
-// The photo (3 channels, any size) in place. clipped: 1 channel of its size; there its light is the least there was.
+// The photo (3 channels, any size) in place. clipped: 1 channel of its size; there its
+// light is the least there was, in the channels that are (nearly) full.
 int fs_clean_photo_apply(const CleanGuide *guide, Threads *threads, Image *photo, const Image *clipped, FsError *err);
 void fs_clean_photo_free(CleanGuide *guide);
