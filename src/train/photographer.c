@@ -163,6 +163,15 @@ static double fill_all(Trainer *trainer, const Portrait *p)
 
 // ---- the search ----
 
+// DSSIM makes outlines stand out; what it does to the scenes' light (kernels/photometric.h) goes with them.
+static void weigh(double weight[LOSS_TERMS])
+{
+    double photo = weight[LOSS_L1] + weight[LOSS_DSSIM] + weight[LOSS_CONTRAST];
+    weight[LOSS_L1] = (1 - PORTRAIT_DSSIM) * photo;
+    weight[LOSS_DSSIM] = PORTRAIT_DSSIM * photo;
+    weight[LOSS_CONTRAST] = 0;
+}
+
 static int steps(Trainer *trainer, int from, int to, FsError *err)
 {
     for (int step = from; step < to; step++) {
@@ -172,6 +181,7 @@ static int steps(Trainer *trainer, int from, int to, FsError *err)
             return fs_error_set(err, FS_ERR_CANCELLED, "stopped at step 0 of %d; go on with --resume",
                                 trainer->set->steps);
         fs_schedule_step(trainer->set, &trainer->scene, step, &args);
+        weigh(args.weight);
         args.learn = trainer->learn;
         args.view = fs_views_at_step(trainer, step);
         MUST(fs_engine_step(trainer->engine, &args, &result, err));

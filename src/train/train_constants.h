@@ -35,6 +35,7 @@ enum {
 
 // The photographer's mirror image (photographer.c).
 #define OCCLUSION_COST 0.01f   // experiment
+#define PORTRAIT_DSSIM 0.25    // experiment  share in the photo term
 #define OCCLUSION_NEVER 1e3f   // -           more than any photo gains by it
 #define PORTRAIT_SURE 0.45f    // experiment  a cell of the portrait is at least this, where there is someone
 #define PORTRAIT_NOISE 0.2f    // -           half of its cells are below
