@@ -265,6 +265,7 @@ class Viewer(unittest.TestCase):
 
     @unittest.skipUnless(SCREENSHOTS, "FLASHSPLAT_SCREENSHOTS names no folder")
     def test_to_look_at(self):
+        pathlib.Path(SCREENSHOTS).mkdir(parents=True, exist_ok=True)
         for browser in self.each():
             for width in (1280, 390):
                 browser.resize(width, 1000)
