@@ -33,6 +33,7 @@ struct Engine {
     bool up;                         // there is a scene
     int n[LAYERS];                   // its Gaussians
     int width[LAYERS][CLOUD_FIELDS]; // of their fields
+    bool fields;                     // it is of radiance fields
     int n_views;
 };
 

@@ -58,6 +58,7 @@ int fs_engine_scene_up(Engine *engine, const Scene *scene, FsError *err)
         engine->n[l] = scene->cloud[l].n;
         memcpy(engine->width[l], scene->cloud[l].width, sizeof engine->width[l]);
     }
+    engine->fields = fs_radiance_is(&scene->field);
     engine->up = true;
     return 0;
 }
@@ -78,6 +79,8 @@ int fs_engine_state_up(Engine *engine, const TrainState *state, FsError *err)
                 memcmp(moments[k]->width, engine->width[l], sizeof engine->width[l]) != 0)
                 return refuse(err, "moments that are not of the scene that is up");
     }
+    if (engine->fields != (state->field_m && state->field_v))
+        return refuse(err, "moments that are not of the scene that is up");
     return engine->device->state_up(engine, state, err);
 }
 
@@ -98,6 +101,8 @@ void fs_engine_cloud_state_free(CloudState *state)
 void fs_engine_state_free(TrainState *state)
 {
     for (int l = 0; l < LAYERS; l++) fs_engine_cloud_state_free(&state->cloud[l]);
+    free(state->field_m);
+    free(state->field_v);
     *state = (TrainState){0};
 }
 

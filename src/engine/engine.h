@@ -21,8 +21,8 @@ const char *fs_engine_device(const Engine *engine); // "cpu", "reference"
 
 // Copies the scene to the device. What training keeps beside it begins anew.
 int fs_engine_scene_up(Engine *engine, const Scene *scene, FsError *err);
-// Brings back the numbers of the whole scene and the clouds of `layers` (bits 1 << Layer); the rest of `scene`, which
-// is the caller's and may be {0}, stays.
+// Brings back the numbers of the whole scene and the clouds of `layers` (bits 1 << Layer; radiance fields with any);
+// the rest of `scene`, which is the caller's and may be {0}, stays.
 int fs_engine_scene_down(Engine *engine, unsigned layers, Scene *scene, FsError *err);
 
 // What training keeps beside the scene.
@@ -35,6 +35,7 @@ enum { ENGINE_NUMBERS = 8 + FS_OPTICS_VIGNETTING + FS_OPTICS_KNOTS };
 typedef struct TrainState {
     CloudState cloud[LAYERS];
     float m[ENGINE_NUMBERS], v[ENGINE_NUMBERS];
+    float *field_m, *field_v; // like Radiance.x; NULL for scenes of clouds
 } TrainState;
 int fs_engine_state_up(Engine *engine, const TrainState *state, FsError *err); // of the scene that is up
 int fs_engine_state_down(Engine *engine, TrainState *state, FsError *err);     // `state`: the caller's, may be {0}
@@ -112,6 +113,9 @@ typedef struct StepArgs {
     double slope_floor;        // kernels/compose.h
     double rate[CLOUD_FIELDS]; // Adam's learning rates (means: world units); 0: the field stays as it is
     double explore;            // standard deviations that nearly transparent Gaussians wander; 0: none do
+    double field_rate;         // Adam's learning rate of radiance fields (fs_radiance_parts); 0: they stay
+    bool blind;                // colours of fields are taken to be the same from everywhere
+    int every;                 // of the samples along a ray of fields, only one of so many; 0: all
     double darkest[LAYERS];    // least tone-mapped colour of a Gaussian
     bool statistics;           // keep CloudState.screen
     unsigned learn;            // of the camera (LEARN_*)

@@ -54,6 +54,7 @@ static void close_host(Engine *base)
     free(e->views);
     fs_gain_graph_free(&e->graph);
     fs_engine_state_free(&e->state);
+    fs_raster_volumes_close(&e->volumes);
     fs_scene_free(&e->scene);
     fs_arena_free(&e->arena);
     fs_threads_free(e->threads);
@@ -68,12 +69,9 @@ static int scene_up(Engine *base, const Scene *scene, FsError *err)
     fs_scene_free(&e->scene);
     fs_engine_state_free(&e->state);
     fs_gain_graph_free(&e->graph);
-    e->scene = *scene;
-    memset(e->scene.cloud, 0, sizeof e->scene.cloud);
-    int rc = 0;
-    for (int l = 0; l < LAYERS && rc == 0; l++)
-        if (scene->cloud[l].n) rc = fs_cloud_copy(&e->scene.cloud[l], &scene->cloud[l], err);
-    return rc;
+    fs_raster_volumes_close(&e->volumes);
+    MUST(fs_scene_copy(&e->scene, scene, err));
+    return fs_radiance_is(&scene->field) ? fs_raster_volumes_open(&e->volumes, &e->scene.field, err) : 0;
 }
 
 static int scene_down(Engine *base, unsigned layers, Scene *scene, FsError *err)
@@ -81,8 +79,13 @@ static int scene_down(Engine *base, unsigned layers, Scene *scene, FsError *err)
     const HostEngine *e = fs_host_engine(base);
     Scene down = e->scene;
     memcpy(down.cloud, scene->cloud, sizeof down.cloud);
+    down.field = scene->field;
     *scene = down;
     int rc = 0;
+    if (layers && fs_radiance_is(&e->scene.field)) {
+        fs_radiance_free(&scene->field);
+        rc = fs_radiance_copy(&scene->field, &e->scene.field, err);
+    }
     for (int l = 0; l < LAYERS && rc == 0; l++) {
         if (!(layers >> l & 1)) continue;
         fs_cloud_free(&scene->cloud[l]);
@@ -123,11 +126,24 @@ static int make_state(CloudState *to, const Cloud *like, const CloudState *from,
     return rc;
 }
 
+// Of radiance fields; zero where there are none to copy.
+static int copy_moments(TrainState *to, const TrainState *from, size_t n, FsError *err)
+{
+    const float *was[2] = {from ? from->field_m : NULL, from ? from->field_v : NULL};
+    float **at[2] = {&to->field_m, &to->field_v};
+    for (int k = 0; k < 2; k++) {
+        if (!*at[k] && !(*at[k] = calloc(n, sizeof(float)))) return fs_error_memory(err);
+        if (was[k]) memcpy(*at[k], was[k], n * sizeof(float));
+    }
+    return 0;
+}
+
 static int copy_state(TrainState *to, const TrainState *from, const Scene *scene, FsError *err)
 {
     int rc = 0;
     memcpy(to->m, from->m, sizeof to->m);
     memcpy(to->v, from->v, sizeof to->v);
+    if (fs_radiance_is(&scene->field)) rc = copy_moments(to, from, scene->field.n, err);
     for (int l = 0; l < LAYERS && rc == 0; l++)
         if (scene->cloud[l].n) rc = make_state(&to->cloud[l], &scene->cloud[l], &from->cloud[l], NULL, err);
     return rc;
@@ -139,6 +155,9 @@ int fs_host_engine_need_state(HostEngine *e, FsError *err)
     for (int l = 0; l < LAYERS && rc == 0; l++)
         if (e->scene.cloud[l].n && !e->state.cloud[l].screen)
             rc = make_state(&e->state.cloud[l], &e->scene.cloud[l], NULL, NULL, err);
+    if (rc == 0 && fs_radiance_is(&e->scene.field)) rc = fs_raster_volumes_need_gradients(&e->volumes, err);
+    if (rc == 0 && fs_radiance_is(&e->scene.field) && !e->state.field_m)
+        rc = copy_moments(&e->state, NULL, e->scene.field.n, err);
     return rc;
 }
 
@@ -260,6 +279,8 @@ RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *pa
 {
     RasterTask *t = &engine->task[task];
     t->cloud = part->cloud;
+    t->volume = part->volume;
+    t->first = part->first;
     t->light = part->lit ? &part->light : NULL;
     t->colors = part->channels;
     t->depth = t->train = t->use_d_transmittance = false;

@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "engine/device.h"
+#include "engine/raster_volumes.h"
 #include "engine/view_images.h"
 
 typedef struct HostView {
@@ -30,7 +31,8 @@ typedef struct HostEngine {
     int strip; // rows per job; 0: whole images
     Scene scene;
     TrainState state;
-    GainGraph graph; // start NULL: none
+    GainGraph graph;     // start NULL: none
+    VolumesWork volumes; // of scene.field
     HostView *views;
     int n_views;
     RasterTask task[HOST_TASKS];
@@ -53,6 +55,11 @@ static inline int fs_host_engine_strips(const HostEngine *engine, int height)
 static inline int fs_host_engine_strip_end(const HostEngine *engine, int strip, int height)
 {
     return engine->strip && (strip + 1) * engine->strip < height ? (strip + 1) * engine->strip : height;
+}
+
+static inline const Rasteriser *fs_host_engine_raster(const HostEngine *engine)
+{
+    return fs_radiance_is(&engine->scene.field) ? &fs_raster_volumes : engine->raster;
 }
 
 // Sets a task up for a part of a view; see RasterTask for the rest of its inputs.

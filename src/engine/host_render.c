@@ -79,7 +79,7 @@ static RasterTask *add(HostEngine *e, RasterPass *pass, int number, const PlanPa
 {
     static const Cloud empty; // of a part that the scene lacks, where the images need one
     RasterTask *task = fs_host_engine_task(e, number, part);
-    if (!task->cloud) task->cloud = &empty;
+    if (!task->cloud && !fs_radiance_is(&e->scene.field)) task->cloud = &empty;
     task->depth = number == TASK_T || number == TASK_R;
     fs_raster_pass_add(pass, task);
     return task;
@@ -89,18 +89,18 @@ int fs_host_render(Engine *base, const Camera *camera, Renders *renders, FsError
 {
     HostEngine *e = fs_host_engine(base);
     Render r = {.engine = e, .height = camera->height};
-    RasterPass pass = {&e->kernels, e->threads, {NULL}, 0, camera, (float)(FS_NEAR * e->scene.extent)};
+    RasterPass pass = {&e->kernels, e->threads, {NULL}, 0, camera, (float)(FS_NEAR * e->scene.extent), &e->volumes, 0};
     ViewImages *N = &r.images[0], *F = &r.images[1];
     for (int f = 0; f < 2; f++) r.images[f].plan = fs_view_plan(&e->scene, camera, f == 1);
     fs_arena_reset(&e->arena);
     N->T = add(e, &pass, TASK_T, &N->plan.T);
-    F->T = F->plan.T.cloud == N->plan.T.cloud && !F->plan.T.lit ? N->T : add(e, &pass, TASK_OTHER_T, &F->plan.T);
-    if (N->plan.R.cloud) N->R = add(e, &pass, TASK_R, &N->plan.R);
+    F->T = F->plan.T.layer == N->plan.T.layer && !F->plan.T.lit ? N->T : add(e, &pass, TASK_OTHER_T, &F->plan.T);
+    if (N->plan.R.there) N->R = add(e, &pass, TASK_R, &N->plan.R);
     F->R = N->R && F->plan.R.lit ? add(e, &pass, TASK_LIT_R, &F->plan.R) : N->R;
-    if (N->plan.beta.cloud) N->beta = F->beta = add(e, &pass, TASK_BETA, &N->plan.beta);
+    if (N->plan.beta.there) N->beta = F->beta = add(e, &pass, TASK_BETA, &N->plan.beta);
     for (int f = 0; f < 2; f++) fs_view_images_set_up(&r.images[f], &e->kernels, &e->arena, camera, false);
     if (e->arena.failed) return fs_error_memory(err);
-    int rc = e->raster->forward(&pass, err);
+    int rc = fs_host_engine_raster(e)->forward(&pass, err);
     if (rc < 0) return rc;
     fs_threads_for(e->threads, fs_host_engine_strips(e, camera->height), strip_job, &r);
     return to_images(&r, camera, renders, err);

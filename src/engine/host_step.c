@@ -4,12 +4,15 @@
 //   L = the terms of engine/loss.h
 #include <string.h>
 
+#include "base/rng.h"
 #include "base/threads.h"
 #include "engine/host_engine.h"
 #include "engine/scratch.h"
 #include "engine/update.h"
 #include "engine/view_loss.h"
 
+#define STEP_SAMPLES 32768.0 // of the rays of a step through radiance fields
+#define STEP_RAYS 4096.0
 #define RATE_OCCLUSION 2 // 4 finds more that is not there, and less of who is (T_N 0.8 dB lower with a photographer)
 
 typedef struct StripSums {
@@ -24,6 +27,9 @@ typedef struct Step {
     HostEngine *engine;
     const StepArgs *args;
     HostView *view;
+    int stride;
+    Camera camera;                // of the view's pixels that are looked at:
+    Planes photo, trust, mu, var; // the view's planes at these
     ViewImages images;
     RasterPass pass, back; // what is rasterised; what gets gradients
     ViewLoss loss;
@@ -38,7 +44,7 @@ typedef struct Step {
 
 static RasterTask *add(Step *s, int number, const PlanPart *part)
 {
-    if (!part->cloud) return NULL;
+    if (!part->there) return NULL;
     RasterTask *task = fs_host_engine_task(s->engine, number, part);
     LossLooks looks = fs_loss_looks(s->args->weight, part->layer);
     task->train = true;
@@ -49,21 +55,24 @@ static RasterTask *add(Step *s, int number, const PlanPart *part)
     return s->loss.task[part->layer] = task;
 }
 
-// The T of the other lighting, for the linearity term. It gets no gradients: its own photos step it.
+// The T of the other lighting, for the linearity term. A cloud gets no gradients: its own photos step it; in a radiance
+// field both are one.
 static void add_other(Step *s)
 {
-    ViewPlan plan = fs_view_plan(&s->engine->scene, &s->view->camera, !s->view->flash);
-    if (!plan.T.cloud || plan.T.layer == s->images.plan.T.layer) return;
+    ViewPlan plan = fs_view_plan(&s->engine->scene, &s->camera, !s->view->flash);
+    if (!plan.T.there || plan.T.layer == s->images.plan.T.layer) return;
     RasterTask *task = fs_host_engine_task(s->engine, TASK_OTHER_T, &plan.T);
     fs_raster_pass_add(&s->pass, task);
     s->loss.other = task;
-    s->other_linear = fs_scratch_planes(&s->engine->arena, &s->view->camera, 3);
+    task->train = s->engine->volumes.field != NULL;
+    if (task->train) fs_raster_pass_add(&s->back, task);
+    s->other_linear = fs_scratch_planes(&s->engine->arena, &s->camera, 3);
 }
 
 static int set_up_strips(Step *s, FsError *err)
 {
     HostEngine *e = s->engine;
-    const Camera *camera = &s->view->camera;
+    const Camera *camera = &s->camera;
     int threads = e->threads ? fs_threads_count(e->threads) : 1;
     s->n_strips = fs_host_engine_strips(e, camera->height);
     s->strips = ARENA_NEW(&e->arena, StripSums, s->n_strips);
@@ -81,18 +90,85 @@ static int set_up_strips(Step *s, FsError *err)
     return 0;
 }
 
+// ---- the pixels that are looked at ----
+
+// Radiance fields are too slow for all of a photo: a step takes every so many-th pixel of every so many-th row,
+// beginning anywhere, as many as rays with that many samples may be.
+static int stride_of(const Step *s)
+{
+    const Radiance *field = &s->engine->scene.field;
+    if (!fs_radiance_is(field)) return 1;
+    double pace = 0;
+    for (int v = 0; v < VOLUMES; v++) {
+        if (!field->shape.colors[v]) continue;
+        double samples = (double)*fs_radiance_part(field, (Volume)v, RADIANCE_PACE);
+        if (s->args->every > 1) samples = 0; // the pace is that of all samples
+        pace += samples > 1 ? samples : samples > 0 ? 1 : field->shape.samples / fmax(s->args->every, 1);
+    }
+    double rays = fmin(STEP_SAMPLES / pace, STEP_RAYS);
+    int stride = 1;
+    while ((double)((s->view->camera.width - 1) / stride + 1) * ((s->view->camera.height - 1) / stride + 1) > rays)
+        stride++;
+    return stride;
+}
+
+static Planes planes_at(Step *s, const Planes *all, int stride, const int first[2])
+{
+    Planes some = fs_scratch_planes(&s->engine->arena, &s->camera, all->channels);
+    for (int c = 0; c < some.channels && some.px; c++)
+        for (int y = 0; y < some.height; y++) {
+            const float *from = fs_planes_row(all, c, first[1] + y * stride) + first[0];
+            float *row = fs_planes_row(&some, c, y);
+            for (int x = 0; x < some.stride; x++) row[x] = x < some.width ? from[x * stride] : 0;
+        }
+    return some;
+}
+
+static void look_at(Step *s)
+{
+    HostView *v = s->view;
+    const int stride = s->stride = stride_of(s);
+    s->camera = v->camera;
+    s->photo = v->photo;
+    s->trust = v->mask;
+    s->mu = v->mu;
+    s->var = v->var;
+    if (stride == 1) return;
+    Rng rng = fs_rng_new(s->args->seed * 1000003u + (uint64_t)s->args->step);
+    Camera *c = &s->camera;
+    int first[2] = {fs_rng_below(&rng, stride < c->width ? stride : c->width),
+                    fs_rng_below(&rng, stride < c->height ? stride : c->height)};
+    c->width = (c->width - 1 - first[0]) / stride + 1;
+    c->height = (c->height - 1 - first[1]) / stride + 1;
+    c->fx /= stride;
+    c->fy /= stride;
+    c->cx = (c->cx - first[0] - 0.5) / stride + 0.5;
+    c->cy = (c->cy - first[1] - 0.5) / stride + 0.5;
+    s->photo = s->mu = s->var = planes_at(s, &v->photo, stride, first); // no windows of SSIM in these
+    s->trust = planes_at(s, &v->mask, stride, first);
+}
+
+static uint64_t jitter_of(const Step *s)
+{
+    return fs_rng_new(s->args->seed * 999983u + (uint64_t)s->args->step).state | 1;
+}
+
 static int set_up(Step *s, FsError *err)
 {
     HostEngine *e = s->engine;
-    const Camera *camera = &s->view->camera;
+    const Camera *camera = &s->camera;
     ViewPlan *plan = &s->images.plan;
     fs_arena_reset(&e->arena);
-    s->pass = (RasterPass){&e->kernels, e->threads, {NULL}, 0, camera, (float)(FS_NEAR * e->scene.extent)};
+    look_at(s);
+    s->pass = (RasterPass){
+        &e->kernels,  e->threads,     {NULL},        0, camera, (float)(FS_NEAR * e->scene.extent), &e->volumes,
+        jitter_of(s), s->args->every, s->args->blind};
     s->back = s->pass;
     *plan = fs_view_plan(&e->scene, camera, s->view->flash);
     const float flash[2] = {fs_host_engine_flash(s->view, PHOTO_T), fs_host_engine_flash(s->view, PHOTO_R)};
     fs_view_plan_photo(plan, &e->scene, camera, &s->view->state, flash, s->args->learn);
-    if (!plan->T.cloud)
+    plan->calibration.per_px = (float)(2 / hypot(s->view->camera.width, s->view->camera.height) * s->stride);
+    if (!plan->T.there)
         return fs_error_set(err, FS_ERR_INPUT, "training: no cloud %s for photos of that lighting",
                             fs_layers[plan->T.layer].name);
     s->images.T = add(s, TASK_T, &plan->T);
@@ -107,9 +183,9 @@ static int set_up(Step *s, FsError *err)
     s->loss.kernels = &e->kernels;
     s->loss.weight = s->args->weight;
     s->loss.images = &s->images;
-    s->loss.photo = &s->view->photo;
-    s->loss.mu = &s->view->mu;
-    s->loss.var = &s->view->var;
+    s->loss.photo = &s->photo;
+    s->loss.mu = &s->mu;
+    s->loss.var = &s->var;
     s->loss.mask = &s->mask;
     s->loss.other_linear = &s->other_linear;
     s->loss.pearson = &s->pearson;
@@ -123,9 +199,9 @@ static void forward_job(void *context, int strip, int worker)
     (void)worker;
     Step *s = context;
     const Kernels *k = &s->engine->kernels;
-    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->view->camera.height);
+    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->camera.height);
     fs_view_images_forward(&s->images, y0, y1);
-    k->pixelwise->clipped(&s->view->mask, &s->view->photo, &s->images.P, &s->mask, y0, y1);
+    k->pixelwise->clipped(&s->trust, &s->photo, &s->images.P, &s->mask, y0, y1);
     if (!s->loss.other) return;
     Planes other = fs_view_images_rgb(&s->loss.other->feature);
     k->compose->decode(&other, &s->other_linear, y0, y1);
@@ -144,7 +220,7 @@ static void backward_job(void *context, int strip, int worker)
     Step *s = context;
     ViewLoss loss = s->loss;
     StripSums *sums = &s->strips[strip];
-    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->view->camera.height);
+    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->camera.height);
     loss.scratch = s->scratch[worker];
     for (int t = 0; t < s->back.n; t++) zero_rows(&s->back.task[t]->d_feature, y0, y1);
     fs_view_images_zero(&s->images, y0, y1);
@@ -206,11 +282,11 @@ int fs_host_step(Engine *base, const StepArgs *args, StepResult *result, FsError
     int rc;
     TRY(fs_host_engine_need_state(e, err));
     TRY(set_up(s, err));
-    TRY(e->raster->forward(&s->pass, err));
+    TRY(fs_host_engine_raster(e)->forward(&s->pass, err));
     fs_threads_for(e->threads, s->n_strips, forward_job, s);
     add_pearson(s);
     fs_threads_for(e->threads, s->n_strips, backward_job, s);
-    e->raster->backward(&s->back);
+    fs_host_engine_raster(e)->backward(&s->back);
     Update update = {.engine = e,
                      .args = args,
                      .photo = s->view,

@@ -22,8 +22,8 @@ static void photo_rows(const ViewLoss *v, int y0, int y1, double *sum)
                             .scratch = v->scratch};
     PhotometricSums s = v->kernels->photometric->loss(&args, y0, y1);
     sum[LOSS_L1] += s.l1;
-    sum[LOSS_DSSIM] += s.dssim;
-    sum[LOSS_CONTRAST] += s.contrast;
+    if (v->weight[LOSS_DSSIM] > 0) sum[LOSS_DSSIM] += s.dssim;
+    if (v->weight[LOSS_CONTRAST] > 0) sum[LOSS_CONTRAST] += s.contrast;
 }
 
 // Minus Pearson's correlation of T_N and T_F; its value is known from the whole image alone (kernels/pearson.h).
@@ -32,12 +32,13 @@ static void linearity_rows(const ViewLoss *v, int y0, int y1, double *sum)
     (void)sum;
     if (!v->other) return;
     Planes x = fs_view_images_rgb(&v->images->T->feature), y = fs_view_images_rgb(&v->other->feature);
-    Planes d_x = fs_view_images_rgb(&v->images->T->d_feature);
+    Planes d_x = fs_view_images_rgb(&v->images->T->d_feature), d_y = fs_view_images_rgb(&v->other->d_feature);
     PearsonArgs args = {.X = &x,
                         .Y = &y,
                         .X_linear = &v->images->T_linear,
                         .Y_linear = v->other_linear,
                         .d_X = &d_x,
+                        .d_Y = v->other->train ? &d_y : NULL,
                         .weight = (float)v->weight[LOSS_LINEARITY]};
     v->kernels->pearson->gradient(&args, v->pearson, y0, y1);
 }
@@ -74,6 +75,46 @@ static void opaque_rows(const ViewLoss *v, int y0, int y1, double *sum)
         sum[LOSS_OPAQUE] += v->kernels->pixelwise->opaque(&task->transmittance, (float)v->weight[LOSS_OPAQUE],
                                                           &task->d_transmittance, y0, y1);
     }
+}
+
+// ---- terms on the samples of rays through radiance fields ----
+
+static Planes way_of(const Planes *way, int channel)
+{
+    Planes p = *way;
+    p.px = fs_planes_row(way, channel, 0);
+    p.channels = 1;
+    return p;
+}
+
+// Each volume once: a layer's task stands for it.
+static void spread_rows(const ViewLoss *v, int y0, int y1, double *sum)
+{
+    const RasterTask *const task[2] = {v->images->T, v->images->R};
+    for (int k = 0; k < 2; k++) {
+        if (!task[k]) continue;
+        Planes spread = way_of(&task[k]->way, 2), d_spread = way_of(&task[k]->d_way, 2);
+        sum[LOSS_SPREAD] += v->kernels->pixelwise->opaque(&spread, (float)v->weight[LOSS_SPREAD], &d_spread, y0, y1);
+    }
+}
+
+#define WAY_G 0.1f // of NeRFReN's authors: how much photos differ at an edge
+
+static void way_smooth_rows(const ViewLoss *v, int y0, int y1, double *sum)
+{
+    Planes depth = way_of(&v->images->T->way, 0), d_depth = way_of(&v->images->T->d_way, 0);
+    SmoothArgs args = {
+        .map = &depth, .guide = v->photo, .g = WAY_G, .weight = (float)v->weight[LOSS_WAY_SMOOTH], .d_map = &d_depth};
+    sum[LOSS_WAY_SMOOTH] += v->kernels->smooth->guided(&args, y0, y1);
+}
+
+static void way_both_rows(const ViewLoss *v, int y0, int y1, double *sum)
+{
+    if (!v->images->R) return;
+    const RasterTask *R = v->images->R;
+    Planes a = way_of(&R->way, 0), b = way_of(&R->way, 1), d_a = way_of(&R->d_way, 0), d_b = way_of(&R->d_way, 1);
+    ApartArgs args = {&a, &b, &d_a, &d_b, (float)v->weight[LOSS_WAY_BOTH]};
+    sum[LOSS_WAY_BOTH] += v->kernels->pixelwise->apart(&args, y0, y1);
 }
 
 // ---- terms on parameters ----
@@ -158,11 +199,8 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
         {.name = "linearity", .setting = "linearity", .needs = LOSS_NEEDS_TWO_T, .layers = T, .rows = linearity_rows},
     [LOSS_DEPTH_SMOOTH] =
         {.name = "depth_smooth", .setting = "depth-smooth", .layers = T | R, .depth = true, .rows = depth_rows},
-    [LOSS_BETA_SMOOTH] = {.name = "beta_smooth",
-                          .setting = "beta-smooth",
-                          .needs = LOSS_NEEDS_BETA_CLOUD,
-                          .layers = BETA,
-                          .rows = beta_rows},
+    [LOSS_BETA_SMOOTH] =
+        {.name = "beta_smooth", .setting = "beta-smooth", .needs = LOSS_NEEDS_BETA, .layers = BETA, .rows = beta_rows},
     [LOSS_OPAQUE] = {.name = "opaque",
                      .setting = "opaque",
                      .begin = 0.4,
@@ -185,6 +223,24 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
                           .layers = T | R | BETA,
                           .gaussians = opacity_range},
     [LOSS_SCALE_REG] = {.name = "scale_reg", .setting = "scale-reg", .layers = T | R | BETA, .gaussians = scale_range},
+    [LOSS_SPREAD] =
+        {.name = "spread", .setting = "spread", .needs = LOSS_NEEDS_FIELD, .layers = T | R, .rows = spread_rows},
+    [LOSS_WAY_SMOOTH] = {.name = "way_smooth",
+                         .setting = "way-smooth",
+                         .needs = LOSS_NEEDS_FIELD,
+                         .full = 0.03,
+                         .until = 0.2,
+                         .after = 0.1,
+                         .layers = T,
+                         .rows = way_smooth_rows},
+    [LOSS_WAY_BOTH] = {.name = "way_both",
+                       .setting = "way-both",
+                       .needs = LOSS_NEEDS_FIELD | LOSS_NEEDS_BETA,
+                       .begin = 0.1,
+                       .full = 0.17,
+                       .until = 0.4,
+                       .layers = R,
+                       .rows = way_both_rows},
     [LOSS_PHOTO_REG] = {.name = "photo_reg", .setting = "photo-reg", .photo = photo_reg},
     [LOSS_RESPONSE_SMOOTH] = {.name = "response_smooth", .setting = "response-smooth", .response = response_smooth},
 };
@@ -200,10 +256,16 @@ LossLooks fs_loss_looks(const double weight[LOSS_TERMS], Layer layer)
     return looks;
 }
 
-static bool has_needs(const Scene *scene, unsigned needs)
+static bool has_needs(const Scene *scene, const LossInfo *term)
 {
+    const unsigned needs = term->needs;
+    if (fs_radiance_is(&scene->field)) {
+        if (needs & LOSS_NEEDS_TWO_T && scene->separation != SEPARATION_FULL) return false;
+        return !term->gaussians && !(needs & LOSS_NEEDS_BETA && scene->separation == SEPARATION_NONE);
+    }
+    if (needs & LOSS_NEEDS_FIELD) return false;
     if (needs & LOSS_NEEDS_TWO_T && scene->shared_geometry) return false;
-    if (needs & LOSS_NEEDS_BETA_CLOUD && (scene->pane_beta || !scene->cloud[LAYER_BETA].n)) return false;
+    if (needs & LOSS_NEEDS_BETA && (scene->pane_beta || !scene->cloud[LAYER_BETA].n)) return false;
     return !(needs & LOSS_NEEDS_GAINS) || (scene->shared_geometry && scene->separation == SEPARATION_FULL);
 }
 
@@ -212,9 +274,12 @@ void fs_loss_weights(const Settings *set, const Scene *scene, double progress, d
     for (int k = 0; k < LOSS_TERMS; k++) {
         const LossInfo *term = &fs_loss_terms[k];
         double ramp = term->full > 0 ? (progress - term->begin) / (term->full - term->begin) : 1;
-        weight[k] = has_needs(scene, term->needs) ? fs_settings_number(set, term->setting) * fmin(fmax(ramp, 0), 1) : 0;
+        double share = term->until > 0 && progress > term->until ? term->after : fmin(fmax(ramp, 0), 1);
+        weight[k] = has_needs(scene, term) ? fs_settings_number(set, term->setting) * share : 0;
     }
-    weight[LOSS_L1] = set->rgb_weight * fmax(1 - set->dssim - set->contrast, 0); // both are shares of the photo term
-    weight[LOSS_DSSIM] = set->rgb_weight * set->dssim;
-    weight[LOSS_CONTRAST] = set->rgb_weight * set->contrast;
+    bool windows = !fs_radiance_is(&scene->field); // of neighbours, which the pixels of fields are not
+    double dssim = windows ? set->dssim : 0, contrast = windows ? set->contrast : 0;
+    weight[LOSS_L1] = set->rgb_weight * fmax(1 - dssim - contrast, 0); // both are shares of the photo term
+    weight[LOSS_DSSIM] = set->rgb_weight * dssim;
+    weight[LOSS_CONTRAST] = set->rgb_weight * contrast;
 }

@@ -18,6 +18,9 @@ typedef enum LossTerm {
     LOSS_GAIN_PUSH,
     LOSS_OPACITY_REG,
     LOSS_SCALE_REG,
+    LOSS_SPREAD,
+    LOSS_WAY_SMOOTH,
+    LOSS_WAY_BOTH,
     LOSS_PHOTO_REG,
     LOSS_RESPONSE_SMOOTH,
     LOSS_TERMS
@@ -25,9 +28,10 @@ typedef enum LossTerm {
 
 // What a scene must have for a term to mean anything.
 enum {
-    LOSS_NEEDS_TWO_T = 1 << 0,      // T_N and T_F as clouds of their own; both are rendered in every step
-    LOSS_NEEDS_BETA_CLOUD = 1 << 1, //
-    LOSS_NEEDS_GAINS = 1 << 2,      // flash gains that are learned
+    LOSS_NEEDS_TWO_T = 1 << 0, // T_N and T_F as clouds of their own; both are rendered in every step
+    LOSS_NEEDS_BETA = 1 << 1,  // as a cloud or field
+    LOSS_NEEDS_GAINS = 1 << 2, // flash gains that are learned
+    LOSS_NEEDS_FIELD = 1 << 3, // radiance fields
 };
 
 struct PhotoState;
@@ -39,6 +43,7 @@ typedef struct LossInfo {
     const char *setting; // its weight
     unsigned needs;      // of the scene
     double begin, full;  // the weight rises between these shares of the steps; 0, 0: whole from the start
+    double until, after; // from that share on it is so many times itself; 0, 0: to the end
     unsigned layers;     // bits 1 << Layer: whose renders or Gaussians it looks at
     bool depth;          // it looks at the depth of those layers
     bool transmittance;  // and at what light passes all of their splats

@@ -9,11 +9,15 @@
 #include "kernels/planes.h"
 #include "model/camera.h"
 #include "model/cloud.h"
+#include "model/radiance.h"
 
-// One cloud at one camera. Zero it once, set the inputs before each forward; memory is kept from step to step.
+// One cloud, or one volume of radiance fields, at one camera. Zero it once, set the inputs before each forward; memory
+// is kept from step to step.
 typedef struct RasterTask {
     // inputs
     const Cloud *cloud;
+    Volume volume;           // of fields: in place of the cloud,
+    int first;               // and the first of its channels that is wanted
     const ShadeLight *light; // not NULL: colours as lit by the flash
     int colors;              // colour channels to render: the cloud's width of CLOUD_COLORS (3 with light)
     bool depth;              // also render z, as the last feature
@@ -22,10 +26,13 @@ typedef struct RasterTask {
     // results of forward: alpha-weighted sums over splats, and what light passes all of them
     Planes feature;       // colors (+ 1) channels
     Planes transmittance; // 1 channel
+    Planes way;           // of fields that train: disparity of depth as found from the near end, from the far end;
+                          // VolumeKernels.spread
     long pairs;           // (pixel, splat) pairs that contributed, if asked to count, else 0
     int n_visible;
     // for backward: gradients of the loss with respect to `feature` and, if used, `transmittance`; the caller fills
     Planes d_feature, d_transmittance;
+    Planes d_way; // zero, to be added to
     bool use_d_transmittance;
     // results of backward, for the cloud's n Gaussians; zero for those not seen
     float *d_field[CLOUD_FIELDS]; // like Cloud.field
@@ -46,7 +53,11 @@ typedef struct RasterPass {
     RasterTask *task[RASTER_TASKS_MAX];
     int n;
     const Camera *camera;
-    float near; // near plane, world units
+    float near;                  // near plane, world units
+    struct VolumesWork *volumes; // of scenes of fields (raster_volumes.h)
+    uint64_t jitter;             // VolumeMarch
+    int every;                   // likewise; 0: 1
+    bool blind;                  // colours are taken to be the same from everywhere
 } RasterPass;
 
 typedef struct Rasteriser {

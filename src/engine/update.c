@@ -169,5 +169,5 @@ int fs_update_run(const Update *update, StepResult *result, FsError *err)
     if (jobs.lit) jobs.light = middle_light(e);
     for (int f = 0; f < CLOUD_FIELDS; f++) jobs.rate[f] = fs_adam_rate(update->args->rate[f], update->args->step + 1);
     fs_threads_for(e->threads, n, adam_job, &jobs);
-    return 0;
+    return fs_radiance_is(&e->scene.field) ? fs_update_volumes_run(update, err) : 0;
 }

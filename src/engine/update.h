@@ -18,5 +18,7 @@ typedef struct Update {
 void fs_update_numbers_run(const Update *update, StepResult *result);      // update_numbers.c
 void fs_update_numbers_middle(const HostEngine *engine, double middle[3]); // of the photos' cameras
 int fs_update_run(const Update *update, StepResult *result, FsError *err);
+int fs_update_volumes_run(const Update *update,
+                          FsError *err); // update_volumes.c: radiance fields, after a backward pass
 
 #endif

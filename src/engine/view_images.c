@@ -10,6 +10,12 @@ static void zero_rows(const Planes *p, int y0, int y1)
         memset(fs_planes_row(p, c, y0), 0, sizeof(float) * (size_t)p->stride * (size_t)(y1 - y0));
 }
 
+static void copy_rows(const Planes *from, const Planes *to, int y0, int y1)
+{
+    for (int y = y0; y < y1; y++)
+        memcpy(fs_planes_row(to, 0, y), fs_planes_row(from, 0, y), sizeof(float) * (size_t)from->width);
+}
+
 void fs_view_images_set_up(ViewImages *v, const Kernels *kernels, Arena *arena, const Camera *camera, bool train)
 {
     v->kernels = kernels;
@@ -58,6 +64,8 @@ void fs_view_images_forward(const ViewImages *v, int y0, int y1)
     Wiring w;
     if (v->plan.pane_beta)
         v->kernels->pane->forward(&v->plan.pane, &v->beta_clear, &v->tau, y0, y1);
+    else if (v->beta && v->plan.plain_beta)
+        copy_rows(&v->beta->feature, &v->beta_map, y0, y1);
     else if (v->beta)
         v->kernels->pixelwise->sigmoid(&v->beta->feature, &v->beta_map, y0, y1);
     else
@@ -88,6 +96,9 @@ PaneGradient fs_view_images_backward_beta(const ViewImages *v, int y0, int y1, f
     if (v->occlusion)
         v->kernels->occlusion->backward(v->occlusion, &v->beta_clear, &v->d_beta, &v->d_beta, y0, y1, d_q);
     if (v->plan.pane_beta) return v->kernels->pane->backward(&v->plan.pane, &v->d_beta, &v->d_tau, y0, y1);
-    if (v->beta) v->kernels->pixelwise->sigmoid_backward(&v->beta_map, &v->d_beta, &v->beta->d_feature, y0, y1);
+    if (v->beta && v->plan.plain_beta)
+        copy_rows(&v->d_beta, &v->beta->d_feature, y0, y1);
+    else if (v->beta)
+        v->kernels->pixelwise->sigmoid_backward(&v->beta_map, &v->d_beta, &v->beta->d_feature, y0, y1);
     return (PaneGradient){0};
 }

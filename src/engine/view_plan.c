@@ -34,11 +34,32 @@ static ShadeLight flash_at(const Scene *scene, const Camera *camera, float share
 static PlanPart part_of(const Scene *scene, Layer layer)
 {
     const Cloud *cloud = &scene->cloud[layer];
-    return (PlanPart){.cloud = cloud->n ? cloud : NULL, .layer = layer, .channels = fs_layers[layer].channels};
+    return (PlanPart){
+        .there = cloud->n > 0, .cloud = cloud->n ? cloud : NULL, .layer = layer, .channels = fs_layers[layer].channels};
+}
+
+// T_F is the second half of T's channels where there are two; beta goes along with T (NeRFReN, section 3.2).
+static ViewPlan plan_of_field(const Scene *scene, bool flash)
+{
+    const RadianceShape *shape = &scene->field.shape;
+    bool mirrored = shape->colors[VOLUME_R] > 0, two = shape->colors[VOLUME_T] > 3;
+    return (ViewPlan){.T = {.there = true,
+                            .volume = VOLUME_T,
+                            .first = two && flash ? 3 : 0,
+                            .layer = two && flash ? LAYER_T_F : LAYER_T_N,
+                            .channels = 3},
+                      .R = {.there = mirrored, .volume = VOLUME_R, .layer = LAYER_R, .channels = 3},
+                      .beta = {.there = mirrored,
+                               .volume = VOLUME_T,
+                               .first = RADIANCE_COLORS_MOST,
+                               .layer = LAYER_BETA,
+                               .channels = 1},
+                      .plain_beta = true};
 }
 
 ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash)
 {
+    if (fs_radiance_is(&scene->field)) return plan_of_field(scene, flash);
     ViewPlan plan = {.T = part_of(scene, flash && !scene->shared_geometry ? LAYER_T_F : LAYER_T_N),
                      .R = part_of(scene, LAYER_R),
                      .pane_beta = scene->pane_beta};

@@ -11,7 +11,10 @@
 #include "model/scene.h"
 
 typedef struct PlanPart {
-    const Cloud *cloud; // NULL: the view has no such part
+    bool there;         // else the view has no such part
+    const Cloud *cloud; // NULL where it is of a radiance field:
+    Volume volume;      // of this volume,
+    int first;          // the channels from this one on
     Layer layer;        // whose cloud it is
     bool lit;           // colours are brightened by `light`
     ShadeLight light;
@@ -21,7 +24,8 @@ typedef struct PlanPart {
 // I = tau T + beta R (Flash-Splat, section 3).
 typedef struct ViewPlan {
     PlanPart T, R;
-    PlanPart beta; // NULL cloud: beta and tau follow `pane`, or there is no R
+    PlanPart beta;   // not there: beta and tau follow `pane`, or there is no R
+    bool plain_beta; // beta's part is beta itself, else its logit
     bool pane_beta;
     PaneView pane;
     bool calibrated; // the photo shows the light as `calibration` says; else as it is

@@ -96,9 +96,22 @@ enum {
 #define PANE_F0_MIN 0.04              // glass      of one surface
 #define PANE_F0_MAX 0.5               // -
 #define PANE_RETURN 0.2               // -          of the flash comes back by the mirrored room; learned
-#define ADVISE_SLOPE_MIN 1.15         // captures   median contrast growth of the transmitted points
-#define ADVISE_SEPARATION_MIN 1.5     // captures   distance between the kinds' median growth, in errors of a point's
-#define ADVISE_ERROR_MIN 0.02         // -          of the growth's logarithm
-#define ADVISE_FAR_SHARE 0.15         // captures   distance to the nearest photo of the other kind, of the scene's
+// Radiance fields (first_field.c).
+enum {
+    FIELD_LEVELS = 12,    // -
+    FIELD_LOG2_ROWS = 16, // -
+    FIELD_COARSEST = 16,  // Mueller et al. 2022
+    FIELD_HIDDEN = 32,    // -          half of Mueller et al.
+    FIELD_GRID = 64,      // -          half the cells of Mueller et al. along an axis
+    FIELD_SAMPLES = 256,  // -          a step is a pixel of parallax or less
+};
+#define FIELD_CELLS_PER_PIXEL 1.7 // -   of the finest level, along the photos' longer edge
+#define FIELD_POINTS_OUT 0.005    // -   share of the points that may lie out of the fields at either end
+#define FIELD_NEARER 0.6          // -   the fields begin so much nearer than the points,
+#define FIELD_FARTHER 3.0         // -   and end so much farther
+#define ADVISE_SLOPE_MIN 1.15     // captures   median contrast growth of the transmitted points
+#define ADVISE_SEPARATION_MIN 1.5 // captures   distance between the kinds' median growth, in errors of a point's
+#define ADVISE_ERROR_MIN 0.02     // -          of the growth's logarithm
+#define ADVISE_FAR_SHARE 0.15     // captures   distance to the nearest photo of the other kind, of the scene's
 
 #endif

@@ -29,6 +29,8 @@ int fs_colored_seeds_make(const Start *start, int count, ColoredSeeds *seeds, Fs
 void fs_colored_seeds_free(ColoredSeeds *colored);
 // The first clouds of every layer, from the classified points.
 int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, FsError *err);
+// Radiance fields, which begin as fog all over: a frame that holds what the photos see.
+int fs_first_field_make(const Start *start, const Settings *set, Scene *scene, FsError *err);
 // Tells the user, before hours of training, when the capture's flash cue looks too weak for the method.
 void fs_advise(const SmallViews *views, const SparsePoints *points, const FlashLight *light, const Log *log);
 

@@ -7,6 +7,8 @@
 #include "kernels/calibration.h"
 #include "kernels/compose.h"
 #include "kernels/gain.h"
+#include "kernels/hashgrid.h"
+#include "kernels/mlp.h"
 #include "kernels/occlusion.h"
 #include "kernels/pane.h"
 #include "kernels/pearson.h"
@@ -17,6 +19,7 @@
 #include "kernels/regularise.h"
 #include "kernels/shade.h"
 #include "kernels/smooth.h"
+#include "kernels/volume.h"
 
 typedef struct Kernels {
     CpuLevel level;
@@ -34,6 +37,9 @@ typedef struct Kernels {
     const GainKernels *gain;
     const CalibrationKernels *calibration;
     const OcclusionKernels *occlusion;
+    const HashgridKernels *hashgrid;
+    const MlpKernels *mlp;
+    const VolumeKernels *volume;
 } Kernels;
 
 // The tables of the setting "cpu" ("best" or a level's name); an error when this machine lacks it.

@@ -4,6 +4,12 @@
 
 #include "kernels/planes.h"
 
+// L = mean of |a - b|; weight * dL is added to d_a and d_b. 1 plane each.
+typedef struct ApartArgs {
+    const Planes *a, *b, *d_a, *d_b;
+    float weight;
+} ApartArgs;
+
 typedef struct PixelwiseKernels {
     // beta of a beta cloud: out = 1 / (1 + e^-logit); 1 plane each, for rows [y0, y1).
     void (*sigmoid)(const Planes *logit, const Planes *out, int y0, int y1);
@@ -16,6 +22,7 @@ typedef struct PixelwiseKernels {
     // explain the photos as well, from where they were taken. This strip's part of L (not weighted); weight * dL goes
     // to d_passes (written).
     double (*opaque)(const Planes *passes, float weight, const Planes *d_passes, int y0, int y1);
+    double (*apart)(const ApartArgs *args, int y0, int y1); // this strip's part of L
 } PixelwiseKernels;
 
 extern const PixelwiseKernels fs_pixelwise_scalar, fs_pixelwise_avx2, fs_pixelwise_avx512, fs_pixelwise_neon;

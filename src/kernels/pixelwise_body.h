@@ -51,3 +51,21 @@ static double opaque(const Planes *passes, float weight, const Planes *d_passes,
     }
     return sum;
 }
+
+static double apart(const ApartArgs *args, int y0, int y1)
+{
+    const Planes *a = args->a;
+    const float share = (float)(1 / ((double)a->width * a->height)), slope = args->weight * share;
+    double sum = 0;
+    for (int y = y0; y < y1; y++) {
+        const float *p = fs_planes_row(a, 0, y), *q = fs_planes_row(args->b, 0, y);
+        float *d_p = fs_planes_row(args->d_a, 0, y), *d_q = fs_planes_row(args->d_b, 0, y);
+        for (int x = 0; x < a->width; x++) {
+            float d = p[x] - q[x], sign = d > 0 ? slope : d < 0 ? -slope : 0;
+            sum += (double)(fabsf(d) * share);
+            d_p[x] += sign;
+            d_q[x] -= sign;
+        }
+    }
+    return sum;
+}

@@ -4,4 +4,4 @@
 
 #include "kernels/pixelwise_body.h"
 
-const PixelwiseKernels FS_SIMD_SUFFIX(fs_pixelwise) = {sigmoid, sigmoid_backward, clipped, opaque};
+const PixelwiseKernels FS_SIMD_SUFFIX(fs_pixelwise) = {sigmoid, sigmoid_backward, clipped, opaque, apart};

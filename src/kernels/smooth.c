@@ -47,4 +47,6 @@ static double loss(const SmoothArgs *args, int y0, int y1)
     return sum;
 }
 
-const SmoothKernels fs_smooth_scalar = {loss};
+#include "kernels/smooth_guided.h"
+
+const SmoothKernels fs_smooth_scalar = {loss, guided};

@@ -14,10 +14,14 @@ typedef struct SmoothArgs {
     float g;           // > 0
     float weight;
     const Planes *d_map; // (1, h, w) weight * dL/du is added; NULL: value only
+    const Planes *guide; // (3, h, w) of guided
 } SmoothArgs;
 
 typedef struct SmoothKernels {
     double (*loss)(const SmoothArgs *args, int y0, int y1); // this strip's part of L (not weighted)
+    // The same with f(t) = t exp(-d / g), d the sum of what the guide's channels differ by (NeRFReN, Guo et al. 2022,
+    // eq. 6).
+    double (*guided)(const SmoothArgs *args, int y0, int y1);
 } SmoothKernels;
 
 extern const SmoothKernels fs_smooth_scalar, fs_smooth_avx2, fs_smooth_avx512, fs_smooth_neon;

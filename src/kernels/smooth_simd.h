@@ -98,4 +98,6 @@ static double loss(const SmoothArgs *args, int y0, int y1)
     return sum;
 }
 
-const SmoothKernels FS_SIMD_SUFFIX(fs_smooth) = {loss};
+#include "kernels/smooth_guided.h"
+
+const SmoothKernels FS_SIMD_SUFFIX(fs_smooth) = {loss, guided};

@@ -22,7 +22,22 @@ Separation fs_scene_separation(const char *name)
 void fs_scene_free(Scene *scene)
 {
     for (int l = 0; l < LAYERS; l++) fs_cloud_free(&scene->cloud[l]);
+    fs_radiance_free(&scene->field);
     *scene = (Scene){0};
+}
+
+int fs_scene_copy(Scene *to, const Scene *from, FsError *err)
+{
+    int rc = 0;
+    *to = *from;
+    memset(to->cloud, 0, sizeof to->cloud);
+    to->field = (Radiance){0};
+    TRY(fs_radiance_copy(&to->field, &from->field, err));
+    for (int l = 0; l < LAYERS; l++)
+        if (from->cloud[l].n) TRY(fs_cloud_copy(&to->cloud[l], &from->cloud[l], err));
+fail:
+    if (rc < 0) fs_scene_free(to);
+    return rc;
 }
 
 // ---- model.json: one table of its numbers ----
@@ -49,6 +64,41 @@ static const Number numbers[] = {
 };
 #define N_NUMBERS (sizeof numbers / sizeof *numbers)
 
+// The shape of radiance fields, which says how many floats field.bin has.
+static const struct {
+    const char *name;
+    size_t offset;
+} shape_numbers[] = {
+    {"levels", offsetof(RadianceShape, levels)},
+    {"log2_rows", offsetof(RadianceShape, log2_rows)},
+    {"coarsest", offsetof(RadianceShape, coarsest)},
+    {"finest", offsetof(RadianceShape, finest)},
+    {"hidden", offsetof(RadianceShape, hidden)},
+    {"grid", offsetof(RadianceShape, grid)},
+    {"samples", offsetof(RadianceShape, samples)},
+    {"colors_T", offsetof(RadianceShape, colors[VOLUME_T])},
+    {"colors_R", offsetof(RadianceShape, colors[VOLUME_R])},
+};
+#define N_SHAPE (sizeof shape_numbers / sizeof *shape_numbers)
+
+static json_t *numbers_to_json(const double *x, int n)
+{
+    json_t *list = json_array();
+    for (int k = 0; k < n; k++) json_array_append_new(list, json_real(x[k]));
+    return list;
+}
+
+static json_t *field_to_json(const Radiance *field)
+{
+    const RadianceFrame *f = &field->frame;
+    json_t *shape = json_object();
+    for (size_t i = 0; i < N_SHAPE; i++)
+        json_object_set_new(shape, shape_numbers[i].name,
+                            json_integer(*(const int *)((const char *)&field->shape + shape_numbers[i].offset)));
+    return json_pack("{s:o, s:o, s:o, s:o, s:f, s:f}", "shape", shape, "w2c", numbers_to_json(f->w2c, 12), "low",
+                     numbers_to_json(f->low, 2), "high", numbers_to_json(f->high, 2), "near", f->near, "far", f->far);
+}
+
 static json_t *to_json(const Scene *scene)
 {
     json_t *clouds = json_object();
@@ -64,6 +114,7 @@ static json_t *to_json(const Scene *scene)
     for (int l = 0; l < LAYERS; l++)
         if (scene->cloud[l].n) json_object_set_new(clouds, fs_layers[l].name, json_integer(scene->cloud[l].n));
     json_object_set_new(root, "clouds", clouds);
+    if (fs_radiance_is(&scene->field)) json_object_set_new(root, "field", field_to_json(&scene->field));
     return root;
 }
 
@@ -111,6 +162,7 @@ static int read_separation(const json_t *root, Scene *scene, const char *path, F
     if (!value) return 0;
     scene->separation = json_is_string(value) ? fs_scene_separation(json_string_value(value)) : SEPARATIONS;
     bool ok = scene->separation < SEPARATIONS;
+    if (ok && json_object_get(root, "field")) return 0;
     if (ok && (scene->separation == SEPARATION_FULL || (scene->shared_geometry && scene->pane_beta))) return 0;
     scene->separation = SEPARATION_FULL;
     return fs_error_input(
@@ -168,7 +220,7 @@ static int cloud_check(const Scene *scene, int layer, const char *path, FsError 
 
 int fs_scene_write(const Scene *scene, const char *dir, FsError *err)
 {
-    FilePath part[LAYERS], path[LAYERS];
+    FilePath part[LAYERS], path[LAYERS], field = fs_file_at("%s/field.bin", dir);
     int rc;
     for (int l = 0; l < LAYERS; l++) {
         path[l] = fs_file_at("%s/%s.ply", dir, fs_layers[l].name);
@@ -182,9 +234,11 @@ int fs_scene_write(const Scene *scene, const char *dir, FsError *err)
     // All written: the old scene gives way as nearly at once as files can.
     for (int l = 0; l < LAYERS; l++)
         if (scene->cloud[l].n) TRY(fs_file_rename(part[l].text, path[l].text, err));
+    if (fs_radiance_is(&scene->field)) TRY(fs_radiance_write(&scene->field, field.text, err));
     TRY(write_model(scene, fs_file_at("%s/model.json", dir).text, err));
     for (int l = 0; l < LAYERS; l++)
         if (!scene->cloud[l].n) fs_owned_remove(path[l].text);
+    if (!fs_radiance_is(&scene->field)) fs_owned_remove(field.text);
 fail:
     for (int l = 0; l < LAYERS && rc < 0; l++) fs_owned_remove(part[l].text);
     return rc;
@@ -203,6 +257,40 @@ static int read_cloud(Scene *scene, int layer, const json_t *clouds, const char 
         path.text, scene->cloud[layer].n);
 }
 
+// ---- radiance fields ----
+
+static int read_list(const json_t *value, double *x, int n)
+{
+    bool ok = json_array_size(value) == (size_t)n;
+    for (int k = 0; k < n && ok; k++) {
+        ok = json_is_number(json_array_get(value, (size_t)k));
+        x[k] = json_number_value(json_array_get(value, (size_t)k));
+    }
+    return ok ? 0 : -1;
+}
+
+static int read_field(Scene *scene, const json_t *field, const char *dir, FsError *err)
+{
+    if (!field) return 0;
+    FilePath model = fs_file_at("%s/model.json", dir);
+    RadianceShape shape = {0};
+    RadianceFrame f = {.near = json_number_value(json_object_get(field, "near")),
+                       .far = json_number_value(json_object_get(field, "far"))};
+    for (size_t i = 0; i < N_SHAPE; i++) {
+        json_int_t x = json_integer_value(json_object_get(json_object_get(field, "shape"), shape_numbers[i].name));
+        *(int *)((char *)&shape + shape_numbers[i].offset) = x >= 0 && x <= 1 << 20 ? (int)x : -1;
+    }
+    if (read_list(json_object_get(field, "w2c"), f.w2c, 12) || read_list(json_object_get(field, "low"), f.low, 2) ||
+        read_list(json_object_get(field, "high"), f.high, 2))
+        return fs_error_input(err, "%s: field: expected w2c (12 numbers), low and high (2 each)", model.text);
+    MUST(fs_radiance_check(&shape, &f, model.text, err));
+    bool two = scene->separation == SEPARATION_FULL, mirrored = scene->separation != SEPARATION_NONE;
+    if (scene->separation == SEPARATION_LINEAR || !scene->shared_geometry || scene->pane_beta ||
+        shape.colors[VOLUME_T] != (two ? 6 : 3) || shape.colors[VOLUME_R] != (mirrored ? 3 : 0))
+        return fs_error_input(err, "%s: field: not of this kind of scene", model.text);
+    return fs_radiance_read(&scene->field, &shape, &f, fs_file_at("%s/field.bin", dir).text, err);
+}
+
 int fs_scene_read(Scene *scene, const char *dir, FsError *err)
 {
     *scene = (Scene){0};
@@ -214,7 +302,11 @@ int fs_scene_read(Scene *scene, const char *dir, FsError *err)
     int n = 0;
     for (int l = 0; l < LAYERS; l++) TRY(read_cloud(scene, l, clouds, dir, err));
     for (int l = 0; l < LAYERS; l++) n += scene->cloud[l].n > 0;
-    if (!n) rc = fs_error_input(err, "%s: \"clouds\": a scene of no Gaussians", model.text);
+    TRY(read_field(scene, json_object_get(root, "field"), dir, err));
+    if (n && fs_radiance_is(&scene->field))
+        TRY(fs_error_input(err, "%s: \"field\": a scene has clouds or fields, not both", model.text));
+    if (!n && !fs_radiance_is(&scene->field))
+        rc = fs_error_input(err, "%s: \"clouds\": a scene of no Gaussians", model.text);
 fail:
     if (rc < 0) fs_scene_free(scene);
     json_decref(root);

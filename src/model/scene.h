@@ -1,10 +1,11 @@
-// A separated scene: the clouds of the four layers and what ties them together. Layout on disk, both of OUT/start
-// (before training) and OUT/clouds (after): <layer>.ply per cloud and model.json.
+// A separated scene: the clouds of the four layers, or radiance fields, and what ties them together. Layout on disk,
+// both of OUT/start (before training) and OUT/clouds (after): <layer>.ply per cloud or field.bin, and model.json.
 #pragma once
 
 #include "base/optics.h"
 #include "model/cloud.h"
 #include "model/layers.h"
+#include "model/radiance.h"
 
 // The pane. Both its surfaces lumped, its reflectance follows Schlick's form of Fresnel's law for glass,
 //   beta(ray) = f0 rho(ray),   rho = 1 + 22 (1 - |normal . ray|)^5   (at most FS_OPTICS_MOST),
@@ -43,6 +44,7 @@ typedef struct Scene {
     bool shared_geometry; // T_F has no cloud: it is T_N's Gaussians, brightened by gains and distance to the flash
     bool pane_beta;       // beta has no cloud: it follows `pane`
     Cloud cloud[LAYERS];  // n = 0 where a layer has no cloud of its own
+    Radiance field;       // in place of clouds; then geometry is shared and beta a field
     Pane pane;
     double gain_color[3];   // shared geometry: alpha_c = gain_color[c] * exp(gain) * (flash_distance / distance)^2
     double flash_distance;  // world units; distance at which the falloff is 1
@@ -57,10 +59,12 @@ typedef struct Scene {
 void fs_scene_free(Scene *scene);
 int fs_scene_write(const Scene *scene, const char *dir, FsError *err);
 int fs_scene_read(Scene *scene, const char *dir, FsError *err);
+int fs_scene_copy(Scene *to, const Scene *from, FsError *err);
 Separation fs_scene_separation(const char *name); // SEPARATIONS when there is none of that name
 
 // T_F is T_N's Gaussians brightened by the flash, and not just T_N.
 static inline bool fs_scene_lit(const Scene *scene)
 {
-    return scene->shared_geometry && (scene->separation == SEPARATION_FULL || scene->separation == SEPARATION_LINEAR);
+    return scene->shared_geometry && !fs_radiance_is(&scene->field) &&
+           (scene->separation == SEPARATION_FULL || scene->separation == SEPARATION_LINEAR);
 }

@@ -41,7 +41,7 @@
 #define VIEW FS_STAGE_VIEW
 
 static const FsOption table[] = {
-    ENUM("preset", preset, INGEST | INITIALISE | TRAIN | RENDER, "standard", "preview|standard|paper",
+    ENUM("preset", preset, INGEST | INITIALISE | TRAIN | RENDER, "standard", "preview|standard|paper|nerf|nerfren|flash-nerf",
          "named set of the settings below"),
     INT("threads", threads, ALL | SYNTH | BENCH | CHECK, "0", 0, 1024, "N", "threads to use; 0: one per core"),
     INT("seed", seed, INITIALISE | TRAIN | SYNTH, "1", 0, INT_MAX, "N", "seed of all random choices"),
@@ -92,6 +92,9 @@ static const FsOption table[] = {
     INT("max-splats", max_splats, TRAIN, "0", 0, 10000000, "N",
         "most Gaussians per cloud; 0: as the size of the photos asks for, 160000 at 1200x800"),
     BOOL("resume", resume, TRAIN, "go on from the last checkpoint; refuses one made from other settings or inputs"),
+    ENUM("model", model, INITIALISE | TRAIN, "splats", "splats|field",
+         "what scenes are made of: Gaussians, or for comparisons radiance fields: with --separation none NeRF, flashless "
+         "NeRFReN, full Flash-NeRF"),
     ENUM("separation", separation, INGEST | POSES | INITIALISE | TRAIN, "full", "full|flashless|linear|none",
          "for comparisons: one T for all photos, without the flash's cues; T_F a constant times T_N; or one cloud, no "
          "R"),
@@ -119,6 +122,12 @@ static const FsOption table[] = {
           "weight against gains below the usual one: what the flash hardly brightens is rather mirrored"),
     FLOAT("opaque", opaque, TRAIN, "0.3", 0, 1000, "X",
           "weight of the light that passes all of a scene: it has no holes"),
+    FLOAT("spread", spread, TRAIN, "0.03", 0, 1000, "X",
+          "weight of how far what a ray of a radiance field shows is spread along it"),
+    FLOAT("way-smooth", way_smooth, TRAIN, "0", 0, 1000, "X",
+          "weight of the smoothness of T's disparity in radiance fields, but for edges of the photo (NeRFReN)"),
+    FLOAT("way-both", way_both, TRAIN, "0", 0, 1000, "X",
+          "weight of how much R's disparity in radiance fields differs as seen from its far end (NeRFReN)"),
     FLOAT("photo-reg", photo_reg, TRAIN, "0.1", 0, 1000, "X",
           "weight of how much the light of a photo differs from the others'"),
     FLOAT("response-smooth", response_smooth, TRAIN, "0.1", 0, 1000, "X",
@@ -195,7 +204,7 @@ static const FsOption table[] = {
           "the mirrored layer's share of a no-flash photo's light"),
     STRING("hard", synth_hard, SYNTH, "", "LIST",
            "difficulties, comma-separated: weak-flash, strong-reflection, few-photos, low-texture, depth-overlap, "
-           "frame, flash-return, bright-near-room, dark, wide-path, pose-noise"),
+           "frame, flash-return, bright-near-room, dark, wide-path, pose-noise, picture"),
     STRING(
         "field", synth_field, SYNTH, "", "LIST",
         "faults of a real capture, comma-separated, NAME or NAME=STRENGTH; all: every one of flash-jitter, drift, "
@@ -210,6 +219,9 @@ static const struct {
     {"preview", "a first look, a minute on two cores"},
     {"standard", "the best within about ten minutes on two cores"},
     {"paper", "the paper's four clouds, losses, weights and schedules"},
+    {"nerf", "a radiance field, for comparisons; nothing is told apart"},
+    {"nerfren", "NeRFReN's two radiance fields, for comparisons: without the flash's cues"},
+    {"flash-nerf", "the same with T_F and T_N, and the paper's linearity term"},
 };
 
 static const struct {
@@ -225,6 +237,12 @@ static const struct {
     {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},        {"paper", "opaque", "0"},
     {"paper", "settle", "0"},        {"paper", "photo-light", "false"},  {"paper", "vignetting", "false"},
     {"paper", "response", "as-is"},  {"paper", "photographer", "false"}, {"paper", "contrast", "0"},
+    {"nerf", "model", "field"},      {"nerf", "separation", "none"},         {"nerf", "long-edge", "300"},
+    {"nerf", "steps", "6000"},       {"nerfren", "model", "field"},          {"nerfren", "separation", "flashless"},
+    {"nerfren", "long-edge", "300"}, {"nerfren", "steps", "6000"},           {"nerfren", "way-smooth", "0.1"},
+    {"nerfren", "way-both", "0.05"}, {"nerfren", "beta-smooth", "0.0001"},   {"flash-nerf", "model", "field"},
+    {"flash-nerf", "steps", "6000"}, {"flash-nerf", "long-edge", "300"},     {"flash-nerf", "way-smooth", "0.1"},
+    {"flash-nerf", "way-both", "0.05"}, {"flash-nerf", "beta-smooth", "0.0001"}, {"flash-nerf", "linearity", "0.01"},
 };
 
 const FsOption *fs_settings_options(size_t *n)

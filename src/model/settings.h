@@ -22,9 +22,10 @@ typedef struct FsSettings {
     int steps, levels, test_every, checkpoint_every, progress_every, max_splats;
     double minutes;
     bool resume;
-    char *separation, *lighting, *geometry, *beta, *densify;
-    double rgb_weight, dssim, contrast, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg, means_rate,
-        slope_floor, darkest, rate_scale, gain_push, opaque, photo_reg, response_smooth, settle;
+    char *model, *separation, *lighting, *geometry, *beta, *densify;
+    double rgb_weight, dssim, contrast, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg,
+        means_rate, slope_floor, darkest, rate_scale, gain_push, opaque, spread, way_smooth, way_both, photo_reg,
+        response_smooth, settle;
     bool photo_light, vignetting, photographer; // learned
     char *response;
     // render

@@ -76,6 +76,18 @@ static void posters(Build *b)
                   &b->stock);
 }
 
+// Nothing but flat pictures close behind the pane, as under framed glass.
+static void pictures(Build *b)
+{
+    float wall = rnd(b, 0.14f, 0.18f), width = rnd(b, 1.1f, 1.35f), left = rnd(b, -0.15f, 0.05f);
+    hall(b, wall, PAINT_PLASTER, 0.09f, 1.6f);
+    hang(b, left + 0.5f * width, wall, 1.5f, width, rnd(b, 0.75f, 0.9f), PAINT_POSTER);
+    gallery(b, left - 0.9f, left - 0.05f, wall, 1.5f, 0.75f);
+    gallery(b, left + width + 0.05f, 2.9f, wall, 1.5f, 0.75f);
+    gallery(b, left - 0.8f, 2.9f, wall, 0.8f, 0.55f);
+    gallery(b, left - 0.8f, 2.7f, wall, 2.25f, 0.45f);
+}
+
 static void shelf(Build *b)
 {
     World *w = b->w;
@@ -251,8 +263,8 @@ void fs_behind_build(Layout *layout, const Spec *spec, int which)
     Rng rng = fs_rng_new(spec->seed * 31ull + 7);
     stand_before(layout, spec, &rng, which == LAYOUT_CASE);
     fs_things_stock(b.w, &b.stock);
-    layout->name = scenes[which].name;
-    scenes[which].build(&b);
+    layout->name = spec->picture ? "pictures" : scenes[which].name;
+    (spec->picture ? pictures : scenes[which].build)(&b);
 }
 
 // Bars of the window the pane is set in, where they cross the picture at its left or right and below.

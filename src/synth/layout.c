@@ -40,7 +40,8 @@ static Vec tint_of(const Spec *spec)
 
 int fs_layout_build(Layout *layout, const Spec *spec, FsError *err)
 {
-    int rc, which = (int)(spec->seed % LAYOUTS), room = (int)((spec->seed + spec->seed / LAYOUTS) % ROOMS);
+    int rc, which = spec->picture ? 0 : (int)(spec->seed % LAYOUTS),
+            room = (int)((spec->seed + spec->seed / LAYOUTS) % ROOMS);
     *layout = (Layout){.side = spec->seed / 2 % 2 ? -1.0f : 1.0f, .tint = tint_of(spec)};
     if (spec->field.strength[FIELD_DOUBLE_GLAZING] > 0) layout->gap = 0.014f;
     world_begin(&layout->behind, 2 * (uint64_t)spec->seed + 1, spec, 8.0f, 0.045f);

@@ -19,12 +19,13 @@ enum {
     DARK,
     WIDE_PATH,
     POSE_NOISE,
+    PICTURE,
     DIFFICULTIES
 };
 
 static const char *const words[DIFFICULTIES] = {
     "weak-flash",   "strong-reflection", "few-photos", "low-texture", "depth-overlap", "frame",
-    "flash-return", "bright-near-room",  "dark",       "wide-path",   "pose-noise",
+    "flash-return", "bright-near-room",  "dark",       "wide-path",   "pose-noise",    "picture",
 };
 
 static void apply(Spec *s, int difficulty)
@@ -58,6 +59,11 @@ static void apply(Spec *s, int difficulty)
         s->follow = 1.0f; // the outer parts of the scene are seen by few photos
         break;
     case POSE_NOISE: s->pose_noise = true; break;
+    case PICTURE:
+        s->picture = true;
+        s->alpha = s->flash_return = 0;
+        s->room_size = 1.6f;
+        break;
     }
 }
 

@@ -19,6 +19,7 @@ typedef struct Spec {
     float black;         // share of the materials that are dark, in both scenes
     float path_scale;    // scales the path
     float follow;        // how far the aim moves with the camera: 0 stays, 1 as far
+    bool picture;        // nothing but flat pictures close behind the pane
     bool frame;          // the pane's frame is in view
     Field field;         // what is wrong with the photos
     bool pose_noise;     // truth/sparse carries the usual error of structure-from-motion

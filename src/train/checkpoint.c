@@ -50,6 +50,19 @@ fail:
     return rc;
 }
 
+// Moments of radiance fields.
+static int each_field_moment(TrainState *state, const Scene *scene, const char *dir, bool write, FsError *err)
+{
+    float **moments[2] = {&state->field_m, &state->field_v};
+    for (int k = 0; k < 2 && fs_radiance_is(&scene->field); k++) {
+        const char *name = k ? "field_v" : "field_m";
+        MUST(each_array(dir, name, (void **)moments[k], scene->field.n * sizeof(float), write, err));
+        if (!*moments[k])
+            return fs_error_set(err, FS_ERR_INPUT, "%s/%s.bin: not there; remove the checkpoint", dir, name);
+    }
+    return 0;
+}
+
 // What lasts from one densification to the next: whose gains are compared, and how far Gaussians were pulled on screen.
 static int each_statistic(Trainer *trainer, const char *dir, bool write, FsError *err)
 {
@@ -131,6 +144,7 @@ int fs_checkpoint_write(Trainer *trainer, FsError *err)
     TRY(fs_file_mkdirs(fresh.text, err));
     TRY(fs_scene_write(&trainer->scene, fresh.text, err));
     TRY(each_moment(&trainer->state, &trainer->scene, fresh.text, true, err));
+    TRY(each_field_moment(&trainer->state, &trainer->scene, fresh.text, true, err));
     TRY(each_statistic(trainer, fresh.text, true, err));
     TRY(each_photo(trainer, fresh.text, true, err));
     TRY(each_occlusion(trainer, fresh.text, true, err));
@@ -182,6 +196,7 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
         fs_scene_free(&trainer->scene);
         TRY(fs_scene_read(&trainer->scene, dir.text, err));
         TRY(each_moment(&trainer->state, &trainer->scene, dir.text, false, err));
+        TRY(each_field_moment(&trainer->state, &trainer->scene, dir.text, false, err));
         TRY(each_statistic(trainer, dir.text, false, err));
         TRY(each_photo(trainer, dir.text, false, err));
         TRY(each_occlusion(trainer, dir.text, false, err));

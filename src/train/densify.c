@@ -188,6 +188,7 @@ fail:
 
 int fs_densify_step(Trainer *trainer, FsError *err)
 {
+    if (fs_radiance_is(&trainer->scene.field)) return 0;
     bool fsgs = strcmp(trainer->set->densify, "fsgs") == 0, relocate = strcmp(trainer->set->densify, "relocate") == 0;
     if (!(fsgs ? fs_schedule_fsgs(trainer->step) : relocate && fs_schedule_relocates(trainer->set, trainer->step)))
         return 0;

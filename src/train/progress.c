@@ -67,7 +67,7 @@ static char *progress_text(const Trainer *trainer, double seconds)
     fprintf(f, "%.1f steps/s, %.0f s left", rate, rate > 0 ? (trainer->set->steps - trainer->step) / rate : 0);
     for (int k = 0; k < LOSS_TERMS; k++)
         if (trainer->smoothed[k] != 0) fprintf(f, ", %s %.4f", fs_loss_terms[k].name, trainer->smoothed[k]);
-    fprintf(f, ", splats");
+    if (!fs_radiance_is(&trainer->scene.field)) fprintf(f, ", splats");
     for (int l = 0; l < LAYERS; l++)
         if (trainer->scene.cloud[l].n) fprintf(f, " %s %d", fs_layers[l].name, trainer->scene.cloud[l].n);
     if (fclose(f) == 0) return text;

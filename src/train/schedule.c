@@ -60,6 +60,14 @@ static double settle(const Settings *set, int step)
     return step > begin ? pow(SETTLE_FALL, (step - begin) / (set->settle * set->steps)) : 1;
 }
 
+// Of radiance fields: rises from nothing, then falls (Mueller et al. 2022, section 4).
+static double field_rate(const Settings *set, int step)
+{
+    double t = (double)step / set->steps;
+    return RATE_FIELD * fmin(1, (step + 1.0) / FIELD_WARM_UP) *
+           pow(FIELD_FALL, fmax(t - FIELD_FALLS_FROM, 0) / (1 - FIELD_FALLS_FROM));
+}
+
 unsigned fs_schedule_learns(const Settings *set, bool encoded)
 {
     unsigned learn = 0;
@@ -83,5 +91,8 @@ void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArg
     args->rate[CLOUD_MEANS] = means_rate(set, scene, step + 1);
     if (scene->separation != SEPARATION_FULL) args->rate[CLOUD_GAINS] = 0;
     if (strcmp(set->densify, "relocate") == 0) args->explore = EXPLORE * args->rate[CLOUD_MEANS];
+    args->field_rate = field_rate(set, step);
+    args->blind = step < FIELD_BLIND * set->steps;
+    args->every = step < FIELD_COARSE * set->steps ? 4 : step < 2 * FIELD_COARSE * set->steps ? 2 : 1;
     for (int l = 0; l < LAYERS; l++) args->darkest[l] = l == LAYER_R ? set->darkest : set->darkest / 2;
 }

@@ -21,6 +21,7 @@ enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_ST
 #define BYTES_STEP 304.0  // a pixel of the view that is rendered
 #define BYTES_SHEET 450.0 // a pixel of a view, for contact sheets
 #define BYTES_SPLAT 740.0
+#define BYTES_FIELD 250e6
 
 #define LOOK_STEP 0.6 // of a step at the coarsest size: of one that looks for the photographer, on smaller photos
 
@@ -59,15 +60,38 @@ static int make_cloud(Cloud *cloud, int n, Layer layer, int gains, FsError *err)
     return 0;
 }
 
+static bool is_field(const Settings *set)
+{
+    return strcmp(set->model, "field") == 0;
+}
+
 // Which layers have a cloud of their own.
 static bool has_cloud(const Settings *set, Layer layer)
 {
+    if (is_field(set)) return false;
     switch (layer) {
     case LAYER_T_F: return strcmp(set->geometry, "shared") != 0;
     case LAYER_R: return strcmp(set->separation, "none") != 0;
     case LAYER_BETA: return strcmp(set->beta, "pane") != 0;
     default: return true;
     }
+}
+
+// As initialise makes them (initialise/constants.h); a step takes as many samples whatever they are like.
+static int make_field(Scene *scene, FsError *err)
+{
+    const RadianceShape shape = {
+        .levels = 12,
+        .log2_rows = 16,
+        .coarsest = 16,
+        .finest = 512,
+        .hidden = 64,
+        .grid = 64,
+        .samples = 256,
+        .colors = {scene->separation == SEPARATION_FULL ? 6 : 3, scene->separation == SEPARATION_NONE ? 0 : 3}};
+    const RadianceFrame frame = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-0.6, -0.6}, {0.6, 0.6}, 1, 10};
+    scene->pane_beta = false;
+    return fs_radiance_new(&scene->field, &shape, &frame, 1, err);
 }
 
 static int make_scene(Engine *engine, const Settings *set, int n, Scene *scene, FsError *err)
@@ -84,10 +108,11 @@ static int make_scene(Engine *engine, const Settings *set, int n, Scene *scene, 
                      .flash_distance = 3,
                      .extent = 0.5,
                      .flash_return = 0.1};
+    if (is_field(set)) TRY(make_field(scene, err));
     for (int l = 0; l < LAYERS; l++)
         if (has_cloud(set, l)) TRY(make_cloud(&scene->cloud[l], n, l, l == LAYER_T_N && scene->shared_geometry, err));
     TRY(fs_engine_scene_up(engine, scene, err));
-    if (scene->shared_geometry) TRY(fs_engine_neighbours(engine, neighbour, err));
+    if (scene->cloud[LAYER_T_N].width[CLOUD_GAINS]) TRY(fs_engine_neighbours(engine, neighbour, err));
 fail:
     free(neighbour);
     return rc;
@@ -169,7 +194,7 @@ double fs_train_bytes(const Settings *set, const RunSize *size)
     int clouds = 0;
     for (int l = 0; l < LAYERS; l++) clouds += has_cloud(set, l);
     return BYTES_PROGRAM + pixels * (BYTES_VIEW * size->photos + BYTES_STEP + (set->progress_every ? BYTES_SHEET : 0)) +
-           clouds * BYTES_SPLAT * last_splats(set, size);
+           clouds * BYTES_SPLAT * last_splats(set, size) + (is_field(set) ? BYTES_FIELD : 0);
 }
 
 RunSize fs_trainer_size(const Trainer *trainer)

@@ -211,6 +211,7 @@ static int read_scene(const char *dir, FsError *err)
     Scene scene = {0};
     int rc = fs_scene_read(&scene, dir, err);
     for (int l = 0; l < LAYERS && rc == 0; l++) check_finite(&scene.cloud[l]);
+    for (size_t i = 0; i < scene.field.n && rc == 0; i++) check(isfinite(scene.field.x[i]), "a number of a field", dir);
     if (rc == 0)
         check(isfinite(scene.extent + scene.pane.f0 + scene.pane.dimming + scene.flash_distance), "model", dir);
     fs_scene_free(&scene);
@@ -492,6 +493,7 @@ const FuzzKind fuzz_kinds[] = {
     {"ply", {"a.ply"}, read_ply},
     {"points", {"a.ply"}, read_points},
     {"scene", {"model.json", "T_N.ply", "R.ply"}, read_scene},
+    {"field", {"model.json", "field.bin"}, read_scene},
     {"views", {"views.json"}, read_dataset},
     {"cameras", {"cameras.json"}, read_cameras_json},
     {"poses_bounds", {"poses_bounds.npy", "images/a.png", "images/b.png"}, read_bounds},

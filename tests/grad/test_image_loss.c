@@ -135,9 +135,16 @@ static double smooth_of(World *w, int i, double g, bool gradient)
     FOR_STRIPS(w, a, b) value += w->smooth.weight * fs_smooth_scalar.loss(&w->smooth, a, b);
     return value;
 }
+static double guided_of(World *w, bool gradient)
+{
+    double value = 0;
+    w->smooth = (SmoothArgs){&w->value[DEPTH], 0.5, 0.7, gradient ? &w->grad[DEPTH] : NULL, &w->Y};
+    FOR_STRIPS(w, a, b) value += w->smooth.weight * fs_smooth_scalar.guided(&w->smooth, a, b);
+    return value;
+}
 static double smooth_term(World *w, bool gradient)
 {
-    return smooth_of(w, DEPTH, 0.8, gradient) + smooth_of(w, BETA, 100, gradient);
+    return guided_of(w, gradient) + smooth_of(w, DEPTH, 0.8, gradient) + smooth_of(w, BETA, 100, gradient);
 }
 static double all_terms(World *w, bool gradient)
 {

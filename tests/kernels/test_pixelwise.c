@@ -4,8 +4,8 @@
 enum { W = 83, H = 21 };
 
 typedef struct Case {
-    Planes logit, beta, d_beta, d_logit, mask, photo, I, weight, passes, d_passes;
-    double mean;
+    Planes logit, beta, d_beta, d_logit, mask, photo, I, weight, passes, d_passes, d_mask, d_passes_2;
+    double mean, apart;
     const PixelwiseKernels *k;
 } Case;
 
@@ -22,25 +22,31 @@ static Case make(const PixelwiseKernels *k)
               .I = random_planes(W, H, 3, 0, 1, &rng),
               .weight = random_planes(W, H, 1, 0, 1, &rng),
               .passes = random_planes(W, H, 1, 0, 1, &rng),
-              .d_passes = random_planes(W, H, 1, 0, 1, &rng)};
+              .d_passes = random_planes(W, H, 1, 0, 1, &rng),
+              .d_mask = random_planes(W, H, 1, 0, 1, &rng),
+              .d_passes_2 = random_planes(W, H, 1, 0, 1, &rng)};
     for (int i = 0; i < H * c.mask.stride; i++) c.mask.px[i] = fminf(fmaxf(c.mask.px[i], 0), 1);
     return c;
 }
 static void drop(Case *c)
 {
-    Planes *all[] = {&c->logit, &c->beta, &c->d_beta, &c->d_logit, &c->mask,
-                     &c->photo, &c->I,    &c->weight, &c->passes,  &c->d_passes};
+    Planes *all[] = {&c->logit, &c->beta,   &c->d_beta, &c->d_logit,  &c->mask,   &c->photo,
+                     &c->I,     &c->weight, &c->passes, &c->d_passes, &c->d_mask, &c->d_passes_2};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]->px);
 }
 static void run(void *context)
 {
     Case *c = context;
-    c->mean = 0;
+    c->mean = c->apart = 0;
+    memset(c->d_mask.px, 0, fs_planes_floats(W, H, 1) * sizeof(float));
+    memset(c->d_passes_2.px, 0, fs_planes_floats(W, H, 1) * sizeof(float));
     FOR_STRIPS(H, 8, a, b)
     {
         c->k->sigmoid(&c->logit, &c->beta, a, b);
         c->k->sigmoid_backward(&c->beta, &c->d_beta, &c->d_logit, a, b);
         c->k->clipped(&c->mask, &c->photo, &c->I, &c->weight, a, b);
+        ApartArgs apart = {&c->mask, &c->passes, &c->d_mask, &c->d_passes_2, 0.6f};
+        c->apart += c->k->apart(&apart, a, b);
         c->mean += c->k->opaque(&c->passes, 0.7f, &c->d_passes, a, b);
     }
 }
@@ -53,7 +59,7 @@ static double sigmoid(double x)
 // The definition against the formulas; gradients against central differences.
 static void check_definition(const Case *c)
 {
-    double mean = 0;
+    double mean = 0, apart = 0;
     for (int y = 0; y < H; y++)
         for (int x = 0; x < W; x++) {
             double u = fs_planes_row(&c->logit, 0, y)[x], h = 1e-5;
@@ -66,8 +72,13 @@ static void check_definition(const Case *c)
                 darker += fs_planes_row(&c->photo, k, y)[x] - (double)fs_planes_row(&c->I, k, y)[x];
             if (fabs(darker) > 1e-6) CHECK(w == (darker > 0 && m < 1 ? 1 : m), "mask %g of %g", w, m);
             mean += fs_planes_row(&c->passes, 0, y)[x] / (double)(W * H);
+            double p = fs_planes_row(&c->passes, 0, y)[x], side = (m > p ? 0.6 : -0.6) / (W * H);
+            apart += fabs(m - p) / (W * H);
+            CHECK(fabs(fs_planes_row(&c->d_mask, 0, y)[x] - side) < 1e-9, "%d %d", x, y);
+            CHECK(fabs(fs_planes_row(&c->d_passes_2, 0, y)[x] + side) < 1e-9, "%d %d", x, y);
             CHECK(fabs(fs_planes_row(&c->d_passes, 0, y)[x] - 0.7 / (W * H)) < 1e-9, "%d %d", x, y);
         }
+    CHECK(fabs(c->apart - apart) < 1e-6 && apart > 0.2, "apart %g, not %g", c->apart, apart);
     CHECK(fabs(c->mean - mean) < 1e-6 && mean > 0.4, "mean %g, not %g", c->mean, mean);
 }
 
@@ -81,10 +92,11 @@ int main(int argc, char **argv)
     {
         Case c = make(fs_kernels_at(level).pixelwise);
         run(&c);
-        double worst =
-            fmax(fmax(planes_difference(&ref.beta, &c.beta), planes_difference(&ref.d_logit, &c.d_logit)),
-                 fmax(planes_difference(&ref.weight, &c.weight), planes_difference(&ref.d_passes, &c.d_passes)));
-        CHECK(worst < 1e-5 && fabs(ref.mean - c.mean) < 1e-6, "%s: %g, mean %g", fs_cpu_name(level), worst, c.mean);
+        double worst = fmax(fmax(planes_difference(&ref.beta, &c.beta), planes_difference(&ref.d_logit, &c.d_logit)),
+                            fmax(planes_difference(&ref.weight, &c.weight) + planes_difference(&ref.d_mask, &c.d_mask),
+                                 planes_difference(&ref.d_passes, &c.d_passes)));
+        CHECK(worst < 1e-5 && fabs(ref.mean - c.mean) + fabs(ref.apart - c.apart) < 1e-6, "%s: %g, mean %g",
+              fs_cpu_name(level), worst, c.mean);
         BENCH("pixelwise", level, "pixel", W * H, run, &c);
         drop(&c);
     }

@@ -110,7 +110,7 @@ static void test_presets_exist(void **state)
         assert_true(*help);
         fs_settings_free(s);
     }
-    assert_int_equal(n, 3);
+    assert_int_equal(n, 6);
 }
 
 static void test_copies_are_deep(void **state)

@@ -1,0 +1,94 @@
+#include "initialise/start.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/linalg.h"
+#include "base/order.h"
+#include "initialise/constants.h"
+
+// The shape of the fields: chosen on small made captures by quality and time (docs/fields.md).
+static RadianceShape shape_of(Separation separation, const SmallViews *views)
+{
+    const Camera *camera = &views->view[0].camera;
+    int edge = camera->width > camera->height ? camera->width : camera->height;
+    return (RadianceShape){.levels = FIELD_LEVELS,
+                           .log2_rows = FIELD_LOG2_ROWS,
+                           .coarsest = FIELD_COARSEST,
+                           .finest = (int)(FIELD_CELLS_PER_PIXEL * edge),
+                           .hidden = FIELD_HIDDEN,
+                           .grid = FIELD_GRID,
+                           .samples = FIELD_SAMPLES,
+                           .colors = {separation == SEPARATION_FULL ? 6 : 3, separation == SEPARATION_NONE ? 0 : 3}};
+}
+
+// Nearest and farthest depth along the middle direction of view, of nearly all points.
+static int find_depths(const Start *start, RadianceFrame *frame, FsError *err)
+{
+    const SmallViews *v = start->views;
+    const SparsePoints *points = start->points;
+    float *z = malloc(sizeof *z * ((size_t)points->n + 1));
+    int n = 0;
+    if (!z) return fs_error_memory(err);
+    for (int i = 0; i < points->n; i++) {
+        double d[3];
+        for (int k = 0; k < 3; k++) d[k] = (double)points->xyz[3 * (size_t)i + (size_t)k] - v->centre[k];
+        z[n] = (float)v3_dot(d, v->forward);
+        n += z[n] > 0;
+    }
+    fs_order_floats(z, (size_t)n);
+    frame->near = n ? FIELD_NEARER * (double)z[(int)(FIELD_POINTS_OUT * n)] : 0;
+    frame->far = n ? FIELD_FARTHER * (double)z[(int)((1 - FIELD_POINTS_OUT) * (n - 1))] : 0;
+    free(z);
+    if (n && frame->near > 0) return 0;
+    return fs_error_set(err, FS_ERR_INPUT,
+                        "initialise: no points before the photos; run the poses stage again (--force)");
+}
+
+// All that the photos' corners see between the depths.
+static void find_range(const SmallViews *v, RadianceFrame *f)
+{
+    for (int k = 0; k < 2; k++) f->low[k] = 1e5, f->high[k] = -1e5;
+    for (int i = 0; i < v->n; i++)
+        for (int corner = 0; corner < 8; corner++) {
+            const Camera *c = &v->view[i].camera;
+            float xyz[3];
+            fs_small_views_unproject(c, corner & 1 ? c->width : 0, corner & 2 ? c->height : 0,
+                                     corner & 4 ? f->near : f->far, xyz);
+            double at[3];
+            for (int r = 0; r < 3; r++)
+                at[r] = f->w2c[4 * r] * (double)xyz[0] + f->w2c[4 * r + 1] * (double)xyz[1] +
+                        f->w2c[4 * r + 2] * (double)xyz[2] + f->w2c[4 * r + 3];
+            double z = fmax(at[2], 0.5 * f->near);
+            for (int k = 0; k < 2; k++) {
+                f->low[k] = fmin(f->low[k], at[k] / z);
+                f->high[k] = fmax(f->high[k], at[k] / z);
+            }
+        }
+}
+
+int fs_first_field_make(const Start *start, const Settings *set, Scene *scene, FsError *err)
+{
+    const SmallViews *v = start->views;
+    *scene = (Scene){.separation = fs_scene_separation(set->separation),
+                     .shared_geometry = true,
+                     .extent = 1.1 * v->extent,
+                     .gain_color = {1, 1, 1},
+                     .flash_distance = 1};
+    if (scene->separation == SEPARATION_LINEAR || strcmp(set->geometry, "shared") != 0)
+        return fs_error_set(err, FS_ERR_USAGE,
+                            "--model field goes with --separation none, flashless or full and --geometry shared");
+    RadianceFrame frame = {0};
+    const double *axis[3] = {v->right, v->down, v->forward};
+    for (int r = 0; r < 3; r++) {
+        for (int k = 0; k < 3; k++) frame.w2c[4 * r + k] = axis[r][k];
+        frame.w2c[4 * r + 3] = -v3_dot(axis[r], v->centre);
+    }
+    MUST(find_depths(start, &frame, err));
+    find_range(v, &frame);
+    RadianceShape shape = shape_of(scene->separation, v);
+    fs_log_info(start->log, "initialise: fields from %.3g to %.3g units of depth, %.1f million numbers", frame.near,
+                frame.far, (double)fs_radiance_floats(&shape) / 1e6);
+    return fs_radiance_new(&scene->field, &shape, &frame, start->seed, err);
+}

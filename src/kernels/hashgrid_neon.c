@@ -1,0 +1,1 @@
+#include "kernels/hashgrid_simd.h" // compiled for NEON

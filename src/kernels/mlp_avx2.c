@@ -1,0 +1,1 @@
+#include "kernels/mlp_simd.h" // compiled for AVX2

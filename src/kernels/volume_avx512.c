@@ -1,0 +1,1 @@
+#include "kernels/volume_simd.h" // compiled for AVX-512
