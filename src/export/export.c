@@ -210,6 +210,8 @@ int fs_export_run(FsProject *project, FsError *err)
         TRY(export_piece(&x, &piece, err));
     }
     if (project->set.unmirror) TRY(export_room(&x, err));
+    if (fs_radiance_is(&x.scene.field))
+        fs_log_info(&project->log, "export: radiance fields have no Gaussians to write");
     const SurfaceArgs surface = {project, &x.scene, &x.photos, &x.development};
     for (int f = 0; f < FORMATS; f++)
         if (x.wanted[f] && !fs_formats[f].write) TRY(fs_surface_run(&surface, fs_formats[f].ending, err));

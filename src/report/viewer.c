@@ -172,6 +172,7 @@ int fs_viewer_write(const FsProject *project, const Dataset *dataset, float expo
     *viewer = (Viewer){0};
     if (!fs_file_exists(fs_file_at("%s/model.json", clouds.text).text)) return 0;
     TRY(fs_scene_read(&scene, clouds.text, err));
+    if (fs_radiance_is(&scene.field)) goto fail; // it shows Gaussians
     TRY(write_photos(project, dataset, exposure, viewer, err));
     double unit = scale_of(project, &scene);
     fs_dataset_extent(dataset, centre);

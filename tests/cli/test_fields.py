@@ -1,0 +1,33 @@
+"""Scenes of radiance fields from photos to the page: the same stages, files and bits as of Gaussians."""
+import common
+from common import FolderTest, run
+
+
+class Fields(FolderTest):
+    def test_flash_nerf(self):
+        scene, out = self.dir / "scene", self.dir / "out"
+        made = run("synth", "-o", scene, "--width", 96, "--height", 64, "--photos", 8, "--held-out", 1, "--seed", 5)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        share = ["--preset", "flash-nerf", "--long-edge", 96, "--steps", 40]
+        job = ["run", scene / "capture/raw", "-o", out, "--poses", scene / "truth/sparse", *share, "--progress-every", 40]
+        self.assert_fails(run(*job, "--separation", "linear"), 2, "--model field")
+        done = run(*job, "--threads", 2)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for name in ("T_N", "T_F", "R", "beta", "I_F", "depth_R"):
+            self.assertEqual(len([*(out / "renders" / name).iterdir()]), 8, name)
+        self.assertTrue((out / "progress/00040.png").is_file() and (out / "sheet.png").is_file())
+        self.assertFalse((out / "report/scene.js").exists(), "a viewer without Gaussians")
+        self.assertIn("radiance fields", done.stdout + done.stderr)
+        field = (out / "clouds/field.bin").read_bytes()
+        train = ["train", out, *share, "--force", "--threads"]
+        for more in (1,), (2, "--resume"):  # the second has nothing left to do, from the checkpoint
+            again = run(*train, *more)
+            self.assertEqual(again.returncode, 0, again.stderr)
+            self.assertEqual((out / "clouds/field.bin").read_bytes(), field, more)
+        moments = out / "checkpoint/field_m.bin"
+        moments.write_bytes(moments.read_bytes()[:-4])
+        self.assert_fails(run(*train, 1, "--resume"), 1, moments)
+        self.assertEqual((out / "clouds/field.bin").read_bytes(), field)
+
+
+common.main()
