@@ -6,15 +6,17 @@ from common import FolderTest, run
 class Fields(FolderTest):
     def test_flash_nerf(self):
         scene, out = self.dir / "scene", self.dir / "out"
-        made = run("synth", "-o", scene, "--width", 96, "--height", 64, "--photos", 8, "--held-out", 1, "--seed", 5)
+        made = run("synth", "-o", scene, "--width", 144, "--height", 96, "--photos", 10,
+                   "--held-out", 1, "--seed", 31)
         self.assertEqual(made.returncode, 0, made.stderr)
-        share = ["--preset", "flash-nerf", "--long-edge", 96, "--steps", 40]
-        job = ["run", scene / "capture/raw", "-o", out, "--poses", scene / "truth/sparse", *share, "--progress-every", 40]
+        share = ["--preset", "flash-nerf", "--steps", 40]
+        job = ["run", scene / "capture/raw", "-o", out, "--poses", scene / "truth/sparse", *share, "--long-edge", 96,
+               "--progress-every", 40]
         self.assert_fails(run(*job, "--separation", "linear"), 2, "--model field")
         done = run(*job, "--threads", 2)
         self.assertEqual(done.returncode, 0, done.stderr)
         for name in ("T_N", "T_F", "R", "beta", "I_F", "depth_R"):
-            self.assertEqual(len([*(out / "renders" / name).iterdir()]), 8, name)
+            self.assertEqual(len([*(out / "renders" / name).iterdir()]), 10, name)
         self.assertTrue((out / "progress/00040.png").is_file() and (out / "sheet.png").is_file())
         self.assertFalse((out / "report/scene.js").exists(), "a viewer without Gaussians")
         self.assertIn("radiance fields", done.stdout + done.stderr)
