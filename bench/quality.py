@@ -30,9 +30,9 @@ VARIANTS = {  # name: (options of `run`, layers it has)
     "no-smoothness": ([*PAPER, "--depth-smooth", "0", "--beta-smooth", "0"], LAYERS),
     "no-cue": ([*PAPER, "--no-flash-cue"], LAYERS),  # all points start both scenes
     "separate-poses": ([*PAPER, "--align", "separate"], LAYERS),  # of flash and no-flash photos, where COLMAP finds them
-    "nerf": (["--model", "field", "--separation", "none"], "T_N T_F I_N I_F".split()),
-    "nerfren": (["--model", "field", "--separation", "flashless"], LAYERS),
-    "flash-nerf": (["--model", "field"], LAYERS),
+    "nerf": (["--preset", "nerf"], "T_N T_F I_N I_F".split()),
+    "nerfren": (["--preset", "nerfren"], LAYERS),
+    "flash-nerf": (["--preset", "flash-nerf"], LAYERS),
     "pseudo-pair": (None, ["T_N"]),  # gamma(F - N) of two scenes, one trained on flash photos only, one on the others
     "true-pair": (None, ["T_N"]),  # gamma(I_F - I_N) of the true composites: no training
 }
