@@ -1,5 +1,6 @@
 #include "engine/volume_march.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -42,7 +43,7 @@ static void direction_of(const VolumeMarch *m, int x, int y, float d[3])
 
 static float within(float x)
 {
-    return x < 0 ? 0 : x > 1 ? 1 : x;
+    return !(x > 0) ? 0 : x > 1 ? 1 : x; // NaN: 0
 }
 
 static bool is_occupied(const VolumeMarch *m, const float at[3])
@@ -68,7 +69,7 @@ int fs_volume_march_ray(const VolumeMarch *m, int x, int y, const VolumePlaces *
     for (int k = 0; k < m->samples; k += m->every) {
         float s = ((float)k + offset * (float)m->every) / (float)m->samples, z = m->near / (1 - s * m->closing);
         float depth = m->origin[2] + z * d[2];
-        if (!(depth > 0)) continue;
+        if (!(depth > 0 && depth < FLT_MAX)) continue;
         float per = 1 / depth, at[3];
         for (int i = 0; i < 2; i++) at[i] = within(((m->origin[i] + z * d[i]) * per - m->low[i]) * m->scale[i]);
         at[2] = within((1 - m->near * per) / m->closing);

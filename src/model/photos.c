@@ -3,7 +3,6 @@
 
 #include <ctype.h>
 #include <errno.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -220,6 +219,18 @@ static void drop_copies(Photos *photos, const Log *log)
     fs_photos_close_gaps(photos);
 }
 
+// Arrays beside pictures are not photos but something about them: depth, features.
+static void drop_arrays(Photos *photos, const Log *log)
+{
+    int arrays = 0;
+    for (int i = 0; i < photos->n; i++) arrays += photos->photo[i].kind == PHOTO_NPY;
+    if (arrays == 0 || arrays == photos->n) return;
+    for (int i = 0; i < photos->n; i++)
+        if (photos->photo[i].kind == PHOTO_NPY) free_photo(&photos->photo[i]);
+    fs_photos_close_gaps(photos);
+    fs_log_info(log, "%d .npy files beside photos are not taken for photos", arrays);
+}
+
 int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *err)
 {
     *photos = (Photos){.folder = strdup(folder), .white_balance = {1, 1, 1}};
@@ -229,6 +240,7 @@ int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *
     if (fs_file_exists(folder) && !fs_file_is_dir(folder))
         TRY(fs_error_input(err, "%s: is a file, expected the folder that holds the photos", folder));
     TRY(fs_photos_list(photos, log, err));
+    drop_arrays(photos, log);
     qsort(photos->photo, (size_t)photos->n, sizeof *photos->photo, compare_photos);
     drop_copies(photos, log); // while the JPEGs they may be copies of are there
     drop_pairs(photos, log);
@@ -275,7 +287,7 @@ int fs_photos_levels(SensorLevels *npy, const Settings *set, FsError *err)
     npy->black = set->npy_black;
     npy->white = set->npy_white;
     if (sscanf(set->npy_gains, "%lf,%lf,%lf%n", &g[0], &g[1], &g[2], &end) != 3 || set->npy_gains[end] ||
-        !(fmin(g[0], fmin(g[1], g[2])) > 1e-3 && fmax(g[0], fmax(g[1], g[2])) < 1e3))
+        !(g[0] > 1e-3 && g[1] > 1e-3 && g[2] > 1e-3 && g[0] < 1e3 && g[1] < 1e3 && g[2] < 1e3))
         return fs_error_set(err, FS_ERR_USAGE, "--npy-gains: '%s' is not three numbers above 0: R,G,B", set->npy_gains);
     if (!(npy->white > npy->black))
         return fs_error_set(err, FS_ERR_USAGE, "--npy-white %g is not above --npy-black %g", npy->white, npy->black);

@@ -85,7 +85,7 @@ static int make_field(Scene *scene, FsError *err)
         .log2_rows = 16,
         .coarsest = 16,
         .finest = 512,
-        .hidden = 64,
+        .hidden = 32,
         .grid = 64,
         .samples = 256,
         .colors = {scene->separation == SEPARATION_FULL ? 6 : 3, scene->separation == SEPARATION_NONE ? 0 : 3}};

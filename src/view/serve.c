@@ -207,8 +207,8 @@ static void read_request(Client *c, const char *dir)
         if (c->have == sizeof c->head - 1) answer(c, "431 Request Header Fields Too Large", "text/plain", 0, "");
         return;
     }
-    char method[8], path[256];
-    bool whole = sscanf(c->head, "%7s %255s HTTP/1.", method, path) == 2;
+    char method[8], path[1024];
+    bool whole = sscanf(c->head, "%7s %1023s HTTP/1.", method, path) == 2;
     bool get = whole && strcmp(method, "GET") == 0, head_only = whole && strcmp(method, "HEAD") == 0;
     if (!get && !head_only) {
         answer(c, "405 Method Not Allowed", "text/plain", 0, "");

@@ -40,6 +40,10 @@ static void test_subfolders(void **state)
     expect_good("photos", NULL, "1 photos are there as RAW and as JPEG");
     assert_non_null(
         strstr(said, "W 1 photos are left out for their names alone (e.g. jpeg/IMG_1.JPG beside raw/IMG_1.D"));
+    // what other programs left beside them
+    FILL({"flash.dng", "IMG_1.DNG"}, {"ambient.dng", "IMG_2.DNG"}, {"make.py", "IMG_1.npy"});
+    expect_good("photos", NULL, "1 .npy files beside photos are not taken for photos");
+    expect_view("IMG_1", "IMG_1.DNG", true);
     FILL({"make.py", "a/notes.txt"}, {"flash.dng", "a/b/c/d/too deep.dng"});
     expect_error("photos", NULL, "no photos");
 }
