@@ -32,7 +32,7 @@ static void point_args(ImageState *s)
     Planes *p = s->plane;
     s->compose = (ComposeArgs){&p[T],        &p[R],   &p[BETA], &p[I],   &p[T_LINEAR], &p[R_LINEAR],
                                &p[I_LINEAR], &p[D_I], &p[D_T],  &p[D_R], &p[D_BETA]};
-    s->photometric = (PhotometricArgs){&p[I], &p[Y], &p[MU], &p[VAR], &p[MASK], 0, 0.05f, 1.0f, &p[D_I], s->scratch};
+    s->photometric = (PhotometricArgs){&p[I], &p[Y], &p[MU], &p[VAR], &p[MASK], 0, 0.1f, 1.0f, &p[D_I], s->scratch};
     s->pearson = (PearsonArgs){&p[T], &p[R], &p[T_LINEAR], &p[R_LINEAR], &p[D_T], &p[D_R], 0.1f};
     s->smooth = (SmoothArgs){&p[BETA], 2.0f, 0.1f, &p[D_BETA]};
 }

@@ -147,7 +147,7 @@ static void loss_job(void *context, int strip, int worker)
                             .Y = &s->photo,
                             .mu_Y = &s->mu,
                             .var_Y = &s->var,
-                            .kappa = 0.05f,
+                            .kappa = 0.1f,
                             .weight = 1,
                             .d_I = &s->task.d_feature,
                             .scratch = s->scratch[worker]};

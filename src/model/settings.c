@@ -108,7 +108,7 @@ static const FsOption table[] = {
          "keep an exact budget by relocation, or clone, split and prune by thresholds (the paper's way)"),
     FLOAT("rgb-weight", rgb_weight, TRAIN, "1", 0, 1000, "X", "weight of the photo term"),
     FLOAT("dssim", dssim, TRAIN, "0", 0, 1, "X", "share of DSSIM in the photo term"),
-    FLOAT("contrast", contrast, TRAIN, "0.05", 0, 1, "X",
+    FLOAT("contrast", contrast, TRAIN, "0.1", 0, 1, "X",
           "share of the errors' local variance, as part of the photo's, in the photo term; the rest is L1"),
     FLOAT("linearity", linearity, TRAIN, "0", 0, 1000, "X",
           "weight of Pearson's correlation of T_N and T_F (separate geometry)"),

@@ -226,7 +226,7 @@ static void test_black(void **state)
 {
     (void)state;
     World *w = make_world(false, true, 0.1);
-    w->photo.lambda = 0, w->photo.kappa = 0.05; // as trained
+    w->photo.lambda = 0, w->photo.kappa = 0.1; // as trained
     for (int i = 0; i < 3 * HEIGHT * w->Y.stride; i++) w->value[T_N].px[i] = 0;
     photo_term(w, true);
     for (int x = 0; x < WIDTH; x++) {
