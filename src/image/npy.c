@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 
 #include "base/file.h"
-#include "image/half.h"
+#include "image/number.h"
 
 #define MAX_FILE ((size_t)8 << 30)
 #define MAX_HEADER 65536
@@ -148,21 +148,7 @@ void fs_npy_free(NpyArray *array)
 
 double fs_npy_value(const NpyArray *array, const char *at)
 {
-    union {
-        unsigned char byte[8];
-        int8_t i8;
-        uint8_t u8;
-        int16_t i16;
-        uint16_t u16;
-        int32_t i32;
-        uint32_t u32;
-        float f32;
-        double f64;
-    } v;
-    for (int i = 0; i < array->size; i++) v.byte[i] = (unsigned char)at[array->swapped ? array->size - 1 - i : i];
-    if (array->kind == 'i') return array->size == 1 ? v.i8 : array->size == 2 ? v.i16 : v.i32;
-    if (array->kind == 'u') return array->size == 1 ? v.u8 : array->size == 2 ? v.u16 : v.u32;
-    return array->size == 2 ? (double)half_to_float(v.u16) : array->size == 4 ? (double)v.f32 : v.f64;
+    return fs_number_read(at, array->kind, array->size, array->swapped);
 }
 
 // ---- photos ----

@@ -97,15 +97,6 @@ enum {
 #define PANE_F0_MAX 0.5               // -
 #define PANE_RETURN 0.2               // -          of the flash comes back by the mirrored room; learned
 // Radiance fields (first_field.c).
-enum {
-    FIELD_LEVELS = 12,    // -
-    FIELD_LOG2_ROWS = 16, // -
-    FIELD_COARSEST = 16,  // Mueller et al. 2022
-    FIELD_HIDDEN = 32,    // -          half of Mueller et al.
-    FIELD_GRID = 64,      // -          half the cells of Mueller et al. along an axis
-    FIELD_SAMPLES = 256,  // -          a step is a pixel of parallax or less
-};
-#define FIELD_CELLS_PER_PIXEL 1.7 // -   of the finest level, along the photos' longer edge
 #define FIELD_POINTS_OUT 0.005    // -   share of the points that may lie out of the fields at either end
 #define FIELD_NEARER 0.6          // -   the fields begin so much nearer than the points,
 #define FIELD_FARTHER 3.0         // -   and end so much farther

@@ -8,19 +8,11 @@
 #include "base/order.h"
 #include "initialise/constants.h"
 
-// The shape of the fields: chosen on small made captures by quality and time (docs/fields.md).
 static RadianceShape shape_of(Separation separation, const SmallViews *views)
 {
     const Camera *camera = &views->view[0].camera;
-    int edge = camera->width > camera->height ? camera->width : camera->height;
-    return (RadianceShape){.levels = FIELD_LEVELS,
-                           .log2_rows = FIELD_LOG2_ROWS,
-                           .coarsest = FIELD_COARSEST,
-                           .finest = (int)(FIELD_CELLS_PER_PIXEL * edge),
-                           .hidden = FIELD_HIDDEN,
-                           .grid = FIELD_GRID,
-                           .samples = FIELD_SAMPLES,
-                           .colors = {separation == SEPARATION_FULL ? 6 : 3, separation == SEPARATION_NONE ? 0 : 3}};
+    return fs_radiance_shape(separation == SEPARATION_FULL, separation != SEPARATION_NONE,
+                             camera->width > camera->height ? camera->width : camera->height);
 }
 
 // Nearest and farthest depth along the middle direction of view, of nearly all points.

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "image/number.h"
 #include "model/ply_header.h"
 
 #define MAX_FILE ((size_t)8 << 30)
@@ -30,29 +31,9 @@ static int find_places(const char *path, const PlyHeader *ply, const PlyProperty
 
 static double number(const char *at, PlyType type, bool swapped)
 {
-    union {
-        char byte[8];
-        int8_t i8;
-        uint8_t u8;
-        int16_t i16;
-        uint16_t u16;
-        int32_t i32;
-        uint32_t u32;
-        float f32;
-        double f64;
-    } v;
-    size_t n = fs_ply_header_bytes(type);
-    for (size_t i = 0; i < n; i++) v.byte[i] = at[swapped ? n - 1 - i : i];
-    switch (type) {
-    case PLY_I8: return v.i8;
-    case PLY_U8: return v.u8;
-    case PLY_I16: return v.i16;
-    case PLY_U16: return v.u16;
-    case PLY_I32: return v.i32;
-    case PLY_U32: return v.u32;
-    case PLY_F32: return (double)v.f32;
-    default: return v.f64;
-    }
+    static const char kinds[] = {[PLY_I8] = 'i',  [PLY_U8] = 'u',  [PLY_I16] = 'i', [PLY_U16] = 'u',
+                                 [PLY_I32] = 'i', [PLY_U32] = 'u', [PLY_F32] = 'f', [PLY_F64] = 'f'};
+    return fs_number_read(at, kinds[type], (int)fs_ply_header_bytes(type), swapped);
 }
 
 static void keep(const double p[3], float *xyz, int *n)

@@ -15,6 +15,19 @@ const RadiancePartInfo fs_radiance_parts[RADIANCE_PARTS] = {
     [RADIANCE_GRID] = {"grid", 0, 0, false},        [RADIANCE_PACE] = {"pace", 0, 0, false},
 };
 
+// Chosen on small made captures by quality and time (docs/fields.md).
+RadianceShape fs_radiance_shape(bool lit, bool mirrored, int long_edge)
+{
+    return (RadianceShape){.levels = 12,
+                           .log2_rows = 16,
+                           .coarsest = 16,                   // Mueller et al. 2022
+                           .finest = (int)(1.7 * long_edge), // cells a pixel
+                           .hidden = 32,                     // half of Mueller et al.
+                           .grid = 64,                       // half of Mueller et al. along an axis
+                           .samples = 256,                   // a step is a pixel of parallax or less
+                           .colors = {lit ? 6 : 3, mirrored ? 3 : 0}};
+}
+
 RadianceLevel fs_radiance_level(const RadianceShape *shape, int level)
 {
     RadianceLevel l = {0};

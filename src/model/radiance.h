@@ -65,6 +65,9 @@ typedef struct RadiancePartInfo {
 } RadiancePartInfo;
 extern const RadiancePartInfo fs_radiance_parts[RADIANCE_PARTS];
 
+// What training makes them of, for photos of `long_edge` pixels. lit: T has a colour with flash too; mirrored: there is
+// R.
+RadianceShape fs_radiance_shape(bool lit, bool mirrored, int long_edge);
 int fs_radiance_new(Radiance *field, const RadianceShape *shape, const RadianceFrame *frame, uint64_t seed,
                     FsError *err);
 void fs_radiance_free(Radiance *field);

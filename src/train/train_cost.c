@@ -77,18 +77,11 @@ static bool has_cloud(const Settings *set, Layer layer)
     }
 }
 
-// As initialise makes them (initialise/constants.h); a step takes as many samples whatever they are like.
+// As initialise makes them; a step takes as many samples whatever they are like.
 static int make_field(Scene *scene, FsError *err)
 {
-    const RadianceShape shape = {
-        .levels = 12,
-        .log2_rows = 16,
-        .coarsest = 16,
-        .finest = 512,
-        .hidden = 32,
-        .grid = 64,
-        .samples = 256,
-        .colors = {scene->separation == SEPARATION_FULL ? 6 : 3, scene->separation == SEPARATION_NONE ? 0 : 3}};
+    const RadianceShape shape =
+        fs_radiance_shape(scene->separation == SEPARATION_FULL, scene->separation != SEPARATION_NONE, 300);
     const RadianceFrame frame = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-0.6, -0.6}, {0.6, 0.6}, 1, 10};
     scene->pane_beta = false;
     return fs_radiance_new(&scene->field, &shape, &frame, 1, err);
