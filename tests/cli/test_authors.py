@@ -62,9 +62,21 @@ class Authors(FolderTest):
         method = json.loads((renders.with_suffix(".json")).read_text())["methods"]["flashsplat"]
         return method["layers"][layer]["psnr_gain"]
 
+    def largest_difference(self, out, raw):
+        """Of the photos as they are trained on: of the folder and of the RAW files it was made of."""
+        photos = sorted(out.glob("linear/*.tif"))
+        self.assertEqual(len(photos), 12)
+        largest = 0
+        for photo in photos:
+            names = photo, raw / f"linear/{photo.stem.rsplit('_', 1)[0]}.tif"
+            a, b = (cv2.imread(str(name), cv2.IMREAD_UNCHANGED) for name in names)
+            largest = max(largest, abs(a - b).max())
+        return largest
+
     def test_as_good_as_the_raw_files(self):
-        # the same start: the points that the RAW run found, in a model of the folder's own names. Floats: rounded
-        # values lead training to another end, as far from the true one, which a small capture's figures show.
+        # the same start: the points that the RAW run found, in a model of the folder's own names. The photos are the
+        # same to a float's last bits; those lead training to another end, as far from the true one: T_N of so small a
+        # capture moves by 0.15 dB, as with another --seed.
         scene = self.dir / "scene"
         authors_folder.make_authors(common.PROGRAM, self.capture, scene, ">f4", "F")
         shutil.rmtree(scene / "sparse")
@@ -76,9 +88,10 @@ class Authors(FolderTest):
         said = process.stdout + process.stderr
         self.assertIn("a scene folder: photos from images_npy, poses from", said)
         self.assertIn("12 photos: 6 with flash, 6 without (their names)", said)
+        self.assertLess(self.largest_difference(self.dir / "out", self.raw), 2e-7)
         raw, npy = self.psnr(self.raw), self.psnr(self.dir / "out")
         self.assertGreater(raw, 20)
-        self.assertLess(abs(raw - npy), 0.1)
+        self.assertLess(abs(raw - npy), 0.4)
 
     def test_all_in_the_folder_is_understood(self):
         out = self.dir / "out"
@@ -108,10 +121,8 @@ class Authors(FolderTest):
     def test_values_are_those_of_the_raw_files(self):
         self.good("ingest", self.scene, "-o", self.dir / "out", *self.balance)
         self.good("ingest", self.capture / "capture/raw", "-o", self.dir / "raw")
-        for npy in sorted(self.dir.glob("out/linear/*.tif")):
-            a = cv2.imread(str(npy), cv2.IMREAD_UNCHANGED)
-            b = cv2.imread(str(self.dir / f"raw/linear/{npy.stem.rsplit('_', 1)[0]}.tif"), cv2.IMREAD_UNCHANGED)
-            self.assertLess(abs(a - b).max(), 1e-4)  # half of a step of 13047, by the largest gain
+        # half of a step of 13047, by the largest gain
+        self.assertLess(self.largest_difference(self.dir / "out", self.dir / "raw"), 1e-4)
 
     def test_other_cameras(self):
         defaults = run("ingest", self.scene, "-o", self.dir / "a", "--long-edge", 96)
