@@ -159,7 +159,7 @@ def published(args):
 
 def row_of(name, title, result, found, pictures):
     return {"method": name, "title": title, "figures": found, "pictures": pictures, "seconds": result.get("seconds"),
-            "bytes": result.get("bytes"), "splats": result.get("splats", ""), "warnings": result.get("warnings", [])}
+            "cpu_seconds": result.get("cpu_seconds"), "bytes": result.get("bytes"), "splats": result.get("splats", ""), "warnings": result.get("warnings", [])}
 
 
 def run_method(args, case, name):
@@ -242,8 +242,9 @@ def means(scenes):
                 continue
             chosen = [of[s] for s in sorted(common)]
             row = rows.setdefault(method, row_of(method, chosen[0]["title"], {}, {}, {}))
-            times = [r["seconds"] for r in chosen if r["seconds"] is not None]
-            row["seconds"] = sum(times) / len(times) if times else None
+            for kind in ("seconds", "cpu_seconds"):
+                times = [r[kind] for r in chosen if r[kind] is not None]
+                row[kind] = sum(times) / len(times) if times else None
             row["bytes"] = max((r["bytes"] or 0 for r in chosen), default=0)
             row["scenes"] = sorted(common)
             for layer in quality.LAYERS:
@@ -258,11 +259,11 @@ def means(scenes):
 def write_csv(path, args, scenes):
     with open(path, "w", newline="") as f:
         w = csv.writer(f)
-        w.writerow(["scene", "method", "title", "views", "layer", "kind", *METRICS, "seconds", "megabytes", "splats",
-                    "commit"])
+        w.writerow(["scene", "method", "title", "views", "layer", "kind", *METRICS, "seconds", "cpu_seconds", "megabytes",
+                    "splats", "commit"])
         for scene, rows in scenes.items():
             for r in rows:
-                end = [f"{r['seconds']:.1f}" if r["seconds"] is not None else "",
+                end = [*(f"{r[k]:.1f}" if r[k] is not None else "" for k in ("seconds", "cpu_seconds")),
                        f"{r['bytes'] / 1e6:.0f}" if r["bytes"] else "", r["splats"], args.commit]
                 for views, layers in r["figures"].items():
                     for layer, kinds in layers.items():
@@ -290,12 +291,12 @@ def tex_rows(rows, views):
             lpips = next((f" / {m[k]:.3f}" for k in ("lpips_vgg", "lpips_alex") if m and k in m), "")
             psnr = m and (f"\\textbf{{{m['psnr']:.2f}}}" if m["psnr"] == best[layer] else f"{m['psnr']:.2f}")
             cells.append(f"{psnr} / {m['ssim']:.3f}{lpips}" if m and "ssim" in m else psnr or "--")
-        seconds = f"{r['seconds']:.0f}" if r["seconds"] is not None else "--"
+        seconds = f"{r['cpu_seconds']:.0f}" if r["cpu_seconds"] is not None else "--"
         yield " & ".join([tex(r["title"]), *cells, seconds]) + r" \\"
 
 
 def write_tex(path, args, scenes, mean_rows):
-    lines = ["% PSNR in dB / SSIM (/ LPIPS), gain-fitted; s: seconds of the whole run. Needs \\usepackage{booktabs}.",
+    lines = ["% PSNR in dB / SSIM (/ LPIPS), gain-fitted; s: CPU seconds of the whole run. Needs \\usepackage{booktabs}.",
              f"% Commit {args.commit}, options: {args.options}"]
     for title, rows in [("Mean", mean_rows), *scenes.items()]:
         for views in VIEWS:

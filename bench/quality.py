@@ -115,7 +115,8 @@ class Failed(Exception):
 
 
 def call(args, log, most=None):
-    """Runs the program, all it says into a file; its warnings are returned. most["bytes"]: the most memory it had."""
+    """Runs the program, all it says into a file; its warnings are returned. most: the most "bytes" of memory it had, and
+    the "cpu_seconds" of all such calls, which other programs beside it hardly change."""
     with open(log, "ab") as f:
         begin = f.seek(0, os.SEEK_END)
         process = subprocess.Popen([str(a) for a in args], stdout=f, stderr=f)
@@ -123,6 +124,7 @@ def call(args, log, most=None):
         rc = process.returncode = os.waitstatus_to_exitcode(status)
     if most is not None:
         most["bytes"] = max(most.get("bytes", 0), 1024 * usage.ru_maxrss)
+        most["cpu_seconds"] = most.get("cpu_seconds", 0) + usage.ru_utime + usage.ru_stime
     text = pathlib.Path(log).read_bytes()[begin:].decode(errors="replace")
     if rc:
         raise Failed(f"{' '.join(str(a) for a in args[:3])}: {text.strip().splitlines()[-1] if text.strip() else rc}")
@@ -146,7 +148,7 @@ class Case:
         self.base = pathlib.Path(args.out)
         self.out = self.base / f"{name}-{self.poses}"
         self.log = self.base / f"{name}-{self.poses}.log"
-        self.most = {}  # of memory, in the last run
+        self.most = {}  # memory and CPU time of the last variant's runs
 
     def views(self, variant):
         """Where it is measured."""
@@ -204,7 +206,7 @@ def splats(out):
 
 def train(args, case, options, renders):
     """One whole run and its renders; (seconds, splat counts, warnings)."""
-    begin, case.most = time.monotonic(), {}
+    begin = time.monotonic()
     # --poses may be off by a capture's pose noise; the views to render are exact.
     poses = ["--poses", case.lens_model()] if case.true_poses else []
     warnings = call([args.flashsplat, "run", case.photos, "-o", case.out, *poses, *args.options.split(), *options,
@@ -275,10 +277,11 @@ def measure(args, case, variant):
         shutil.rmtree(case.out, ignore_errors=True)
     case.out.mkdir(parents=True, exist_ok=True)
     mark.write_text(args.program)
+    case.most = {}
     seconds, count, warnings = run_variant(args, case, variant)
     views = case.views(variant)
-    result = {"key": key, "commit": args.commit, "seconds": seconds, "bytes": case.most.get("bytes", 0), "splats": count,
-              "warnings": warnings, "views": {v: evaluate(args, case, variant, v) for v in views}}
+    result = {"key": key, "commit": args.commit, "seconds": seconds, "cpu_seconds": case.most.get("cpu_seconds", 0),
+              "bytes": case.most.get("bytes", 0), "splats": count, "warnings": warnings, "views": {v: evaluate(args, case, variant, v) for v in views}}
     kept.write_text(json.dumps(result, indent=1))
     if cv2 is not None and views:
         sheet(case, variant, case.base / f"{case.name}-{case.poses}-{variant}.png")
