@@ -246,7 +246,7 @@ def means(scenes):
                 times = [r[kind] for r in chosen if r[kind] is not None]
                 row[kind] = sum(times) / len(times) if times else None
             row["bytes"] = max((r["bytes"] or 0 for r in chosen), default=0)
-            row["scenes"] = sorted(common)
+            row.setdefault("scenes", {})[views] = sorted(common)
             for layer in quality.LAYERS:
                 for kind in KINDS:
                     values = [r["figures"][views].get(layer, {}).get(kind) for r in chosen]
@@ -303,7 +303,7 @@ def write_tex(path, args, scenes, mean_rows):
             body = list(tex_rows(rows, views))
             if not body:
                 continue
-            named = f"{title} over scenes: {', '.join(rows[0]['scenes'])}" if title == "Mean" else title
+            named = f"{title} over scenes: {', '.join(next(r['scenes'][views] for r in rows if views in r['figures']))}" if title == "Mean" else title
             lines += [r"\begin{table}\centering", rf"\caption{{{tex(named)}, {VIEWS[views]}}}",
                       r"\begin{tabular}{l" + "c" * len(quality.LAYERS) + "r}", r"\toprule",
                       " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s"]) + r" \\",

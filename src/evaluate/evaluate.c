@@ -75,7 +75,13 @@ static int evaluate_layer(Evaluation *e, int l, FsError *err)
         TRY(fs_log_cancelled(&e->project->log) ? fs_error_set(err, FS_ERR_CANCELLED, "evaluate: stopped") : 0);
         fs_log_progress(&e->project->log, "evaluate", l * e->n + i, FS_EVALUATE_LAYERS * e->n, name);
         Encoding encoding = i ? fs_truth_encoding(e->project->set.method_encoding) : ENCODING_GAMMA;
-        LayerTask task = {name, e->truth, e->method[i].dir.text, &views, layers[l].transmitted, encoding};
+        LayerTask task = {.layer = name,
+                          .truth = e->truth,
+                          .dir = e->method[i].dir.text,
+                          .views = &views,
+                          .cameras = i ? &e->cameras : NULL,
+                          .paired = layers[l].transmitted,
+                          .encoding = encoding};
         TRY(fs_score_layer(&e->method[i].layer[l], &task, &e->context, &e->project->log, err));
     }
 fail:

@@ -156,7 +156,10 @@ static void make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks)
                           .paired = layer->paired,
                           .encoding = layer->encoding,
                           .score = view};
-        view->missing = !fs_truth_find_estimate(layer->dir, layer->layer, view->name, &tasks[i].estimate);
+        FilePath *path = &tasks[i].estimate;
+        view->missing = layer->cameras
+                            ? !fs_truth_find_estimate(layer->dir, layer->layer, layer->cameras, view->name, path)
+                            : !fs_truth_find(layer->dir, layer->layer, view->name, "png|jpg|jpeg|tif|tiff", path);
         score->missing += view->missing;
     }
     score->n = views->n - score->missing;

@@ -30,13 +30,14 @@ typedef struct LayerScore {
 typedef struct LayerTask { // what to compare; borrowed
     const char *layer, *truth, *dir;
     const TruthViews *views;
+    const Dataset *cameras; // of the truth, where files may be named as other programs do; NULL: they are ours
     bool paired;
     Encoding encoding; // of the estimate
 } LayerTask;
 
-// Compares <dir>/<layer>/<view>.png (or as fs_truth_find_estimate) with the truth's views. With `paired`, also in the
-// paper's convention: the reference is the paired difference gamma(I_F - I_N) of the true composites, and both it and
-// the estimate are stretched so that their smallest value is 0 and their largest 1.
+// Compares <dir>/<layer>/<view>.png (others' as fs_truth_find_estimate) with the truth's views. With `paired`, also in
+// the paper's convention: the reference is the paired difference gamma(I_F - I_N) of the true composites, and both it
+// and the estimate are stretched so that their smallest value is 0 and their largest 1.
 int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContext *context, const Log *log,
                    FsError *err);
 void fs_score_free(LayerScore *score);

@@ -66,7 +66,23 @@ Encoding fs_truth_encoding(const char *name)
     return strcmp(name, "srgb") == 0 ? ENCODING_SRGB : strcmp(name, "linear") == 0 ? ENCODING_LINEAR : ENCODING_GAMMA;
 }
 
-bool fs_truth_find_estimate(const char *dir, const char *layer, const char *view, FilePath *path)
+// Whether a file's name is that of the view, or that and more.
+static bool begins_with(const char *stem, const char *view)
+{
+    size_t n = strlen(view);
+    return strncmp(stem, view, n) == 0 && (!stem[n] || strchr("_-. ", stem[n]));
+}
+
+// IMG_1_flash_out is what came of IMG_1_flash where there is one, not of IMG_1.
+static bool is_of_another(const char *stem, const char *view, const Dataset *cameras)
+{
+    for (int i = 0; i < cameras->n; i++)
+        if (strlen(cameras->view[i].name) > strlen(view) && begins_with(stem, cameras->view[i].name)) return true;
+    return false;
+}
+
+bool fs_truth_find_estimate(const char *dir, const char *layer, const Dataset *cameras, const char *view,
+                            FilePath *path)
 {
     if (fs_truth_find(dir, layer, view, "png|jpg|jpeg|tif|tiff", path)) return true;
     FilePath folder = fs_file_at("%s/%s", dir, layer);
@@ -76,7 +92,7 @@ bool fs_truth_find_estimate(const char *dir, const char *layer, const char *view
     if (fs_file_list(folder.text, &list, NULL) < 0) return false;
     for (int i = 0; i < list.n && !exact; i++) {
         char *stem = fs_photo_kind(list.name[i]) > PHOTO_NPY ? fs_file_stem(list.name[i]) : NULL;
-        bool begins = stem && strncmp(stem, view, n) == 0 && (!stem[n] || strchr("_-. ", stem[n]));
+        bool begins = stem && begins_with(stem, view) && !is_of_another(stem, view, cameras);
         exact = begins && !stem[n];
         if (begins) *path = fs_file_at("%s/%s", folder.text, list.name[i]);
         found += begins;

@@ -246,19 +246,13 @@ fail:
 }
 
 // Projects of earlier versions do not say by which lens a photo was taken.
-static int check_lenses(const CleanArgs *args, FsError *err)
+static int check_lens(const char *out, const char *name, FsError *err)
 {
-    const char *out = args->project->out;
     Image a = {0}, b = {0};
-    bool told = false, same = true;
-    for (int v = 0; v < args->views->n; v++) told |= args->views->view[v].distorted;
-    if (told || args->views->n == 0) return 0;
-    const char *name = args->views->view[0].name;
     int rc;
     TRY(fs_tiff_read(fs_file_at("%s/linear/%s.tif", out, name).text, &a, err));
     TRY(fs_tiff_read(fs_file_at("%s/images/%s.tif", out, name).text, &b, err));
-    same = fs_image_values(&a) == fs_image_values(&b) && memcmp(a.px, b.px, fs_image_values(&a) * sizeof *a.px) == 0;
-    if (!same)
+    if (fs_image_values(&a) != fs_image_values(&b) || memcmp(a.px, b.px, fs_image_values(&a) * sizeof *a.px) != 0)
         TRY(fs_error_input(err,
                            "%s/views.json: does not tell the lens of photos that are distorted: rerun the stage "
                            "poses with --force",
@@ -267,6 +261,15 @@ fail:
     fs_image_free(&a);
     fs_image_free(&b);
     return rc;
+}
+
+// All views: each may have a camera of its own.
+static int check_lenses(const CleanArgs *args, FsError *err)
+{
+    for (int v = 0; v < args->views->n; v++)
+        if (args->views->view[v].distorted) return 0; // told
+    for (int v = 0; v < args->views->n; v++) MUST(check_lens(args->project->out, args->views->view[v].name, err));
+    return 0;
 }
 
 int fs_clean_run(const CleanArgs *args, FsError *err)

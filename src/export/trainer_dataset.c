@@ -68,7 +68,7 @@ static int add_photo(Trainer *t, const View *view, FsError *err)
     return t->photos ? encode_photo(t, view, path.text, err) : render_transmitted(t, view, path.text, err);
 }
 
-// Of each flash photo the nearest without.
+// Of each flash photo the nearest without, between tabs: names may have spaces.
 static int write_pairs(const Trainer *t, FsError *err)
 {
     const Dataset *photos = t->args->photos;
@@ -84,7 +84,7 @@ static int write_pairs(const Trainer *t, FsError *err)
             least = v3_distance2(a, b);
             nearest = &photos->view[j];
         }
-        if (nearest) fprintf(file.f, "%s.png %s.png %.6g\n", flash->name, nearest->name, sqrt(least));
+        if (nearest) fprintf(file.f, "%s.png\t%s.png\t%.6g\n", flash->name, nearest->name, sqrt(least));
     }
     return fs_file_commit(&file, err);
 }

@@ -141,17 +141,23 @@ static void to_little(unsigned char *value, uint16_t type, size_t size)
         }
 }
 
+// What is taken along must leave room in 64 KB for what the new file says of itself (in a TIFF up to 32 KB of strips).
+// What is longer than half of it is left out for the sake of all others.
+enum { MOST_TAKEN = 20000 };
+
 static void keep_entry(const Ifd *ifd, const Entry *e, TagFolder folder, Tags *tags)
 {
     size_t each = fs_tags_value_size(e->type), size = each * e->count;
-    if (!each || e->count > MOST_VALUES || (folder == TAGS_GPS ? e->tag > 31 : !is_kept(e->tag, &folder))) return;
+    if (!each || e->count > MOST_VALUES || size > MOST_TAKEN / 2 || size > MOST_TAKEN - tags->used ||
+        (folder == TAGS_GPS ? e->tag > 31 : !is_kept(e->tag, &folder)))
+        return;
     unsigned char *value = malloc(size + 1);
     bool there = value && (size > 4 ? fs_ifd_read_at(ifd->block, get32(ifd, e->value), value, size) : true);
     if (!value) fs_error_memory(NULL);
     if (there && size <= 4) memcpy(value, e->value, size);
     if (there && ifd->big) to_little(value, e->type, size);
     const Tag tag = {.folder = folder, .id = e->tag, .type = e->type, .count = e->count};
-    if (there) fs_tags_put(tags, &tag, value, NULL); // one that is too large is left out
+    if (there) fs_tags_put(tags, &tag, value, NULL);
     free(value);
 }
 

@@ -179,9 +179,22 @@ static bool is_done(FsProject *project, const char *folder)
     return fs_project_done(project, FS_STAGE_INGEST);
 }
 
+// Where the photos are now; of a folder that is only looked at any more, as read-only ones are, it need not be known.
+static int remember_again(const FsProject *project, const char *folder, FsError *err)
+{
+    FsError why = {0};
+    int rc = fs_file_exists(folder) ? fs_originals_remember(project, folder, &why) : 0;
+    if (rc == FS_ERR_INPUT) {
+        fs_log_warn(&project->log, "%s; `export --clean` needs --originals DIR", why.message);
+        return 0;
+    }
+    if (rc < 0) *err = why;
+    return rc;
+}
+
 int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
 {
-    if (is_done(project, folder)) return fs_file_exists(folder) ? fs_originals_remember(project, folder, err) : 0;
+    if (is_done(project, folder)) return remember_again(project, folder, err);
     int rc = 0;
     const Log *log = &project->log;
     Photos photos = {0};

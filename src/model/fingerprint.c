@@ -15,7 +15,7 @@
 // but for the stages it steers by name. Who is held out stands in views.json, which poses brings up to date.
 static bool changes_result(const char *name, unsigned stage)
 {
-    static const char *const ignored[] = {"threads",        "force", "resume",    "checkpoint-every",
+    static const char *const ignored[] = {"threads",        "force", "resume",     "checkpoint-every",
                                           "progress-every", "json",  "test-every", "originals"};
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++)
         if (strcmp(name, ignored[i]) == 0) return false;
@@ -111,14 +111,25 @@ char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage)
 
 // ---- comparing ----
 
+static void say_value(char text[100], const json_t *value)
+{
+    if (!value)
+        snprintf(text, 100, "unknown"); // to an earlier version
+    else if (json_is_boolean(value))
+        snprintf(text, 100, "%s", json_is_true(value) ? "on" : "off");
+    else if (json_is_string(value))
+        snprintf(text, 100, "%s", *json_string_value(value) ? json_string_value(value) : "none");
+    else
+        snprintf(text, 100, "%.9g", json_number_value(value));
+}
+
+// As a setting, not as an option: it may follow from a preset or be the default.
 static void say_setting(char *text, size_t size, const char *name, const json_t *was, const json_t *now)
 {
-    char *was_text = was ? json_dumps(was, JSON_ENCODE_ANY | JSON_REAL_PRECISION(9)) : NULL,
-         *now_text = json_dumps(now, JSON_ENCODE_ANY | JSON_REAL_PRECISION(9));
-    snprintf(text, size, "--%s was %s and is %s now", name, was_text ? was_text : "not there",
-             now_text ? now_text : "?");
-    free(was_text);
-    free(now_text);
+    char was_text[100], now_text[100];
+    say_value(was_text, was);
+    say_value(now_text, now);
+    snprintf(text, size, "the setting %s was %s and is %s now", name, was_text, now_text);
 }
 
 // Where a file lies does not matter, its content is among the inputs; nor what the steps were chosen by.
@@ -129,6 +140,12 @@ static bool is_same_setting(const char *name, const json_t *a, const json_t *b)
     return json_equal(a, b) || strcmp(name, "minutes") == 0 || (file && json_string_length(a) && json_string_length(b));
 }
 
+// What explains most comes first: a preset sets others, and with --minutes the steps follow from them.
+static int rank_of(const char *name)
+{
+    return strcmp(name, "preset") == 0 ? 0 : strcmp(name, "steps") == 0 ? 2 : 1;
+}
+
 bool fs_fingerprint_differs(const char *was_text, const char *now_text, char *text, size_t size)
 {
     json_t *was = was_text ? json_loads(was_text, 0, NULL) : NULL,
@@ -137,11 +154,10 @@ bool fs_fingerprint_differs(const char *was_text, const char *now_text, char *te
     bool differs = !now || !json_is_object(settings) || !json_is_object(inputs);
     const char *name;
     snprintf(text, size, "nothing says what it was made from");
-    for (int steps = 0; steps < 2 && !differs; steps++) // these last: with --minutes they follow from the others
-        json_object_foreach(json_object_get(now, "settings"), name, value)
+    for (int rank = 0; rank < 3 && !differs; rank++) json_object_foreach(json_object_get(now, "settings"), name, value)
         {
             const json_t *then = json_object_get(settings, name);
-            if ((strcmp(name, "steps") == 0) != steps || is_same_setting(name, value, then)) continue;
+            if (rank_of(name) != rank || is_same_setting(name, value, then)) continue;
             say_setting(text, size, name, then, value);
             differs = true;
             break;

@@ -186,11 +186,10 @@ fail:
 int fs_photos_list(Photos *photos, const Log *log, FsError *err)
 {
     Search s = {.photos = photos};
-    MUST(search(&s, "", -1, err));
     SceneFolder scene;
-    if (photos->n == 0 && fs_scene_folder_find(&scene, photos->folder)) {
-        MUST(search(&s, fs_file_at("%s/", scene.photos).text, -1, err));
-    } else if (photos->n == 0) {
+    bool published = fs_scene_folder_find(&scene, photos->folder);
+    MUST(search(&s, published ? fs_file_at("%s/", scene.photos).text : "", -1, err));
+    if (photos->n == 0 && !published) {
         MUST(search_below(&s, "", -1, MAX_DEPTH, err));
         if (photos->n) fs_log_info(log, "%s: no photos; %d in its subfolders are taken", photos->folder, photos->n);
     }

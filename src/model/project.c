@@ -101,7 +101,7 @@ int fs_project_check(FsProject *project, unsigned stage, const char *was, const 
     const char *now = fs_project_fingerprint(project, stage);
     if (!now) return fs_error_memory(err);
     if (!fs_fingerprint_differs(was, now, what, sizeof what)) return 0;
-    return fs_error_input(err, "%s: %s; leave --resume to begin anew", path, what);
+    return fs_error_input(err, "%s: %s; run with what it was, or without --resume to begin anew", path, what);
 }
 
 // `was`: settings and inputs of a training.

@@ -13,18 +13,20 @@ static bool holds(const char *folder, const char *name, FilePath *path)
     return fs_file_exists(path->text);
 }
 
+#define MOST_STRAY 3 // pictures beside the folder of photos that are none of them: previews, renders of the scene
+
 // Photos of the kind wanted (-1: any) right in a folder, or in a subfolder of it.
-static bool has_photos(const char *folder, const char *below, int wanted)
+static int count_photos(const char *folder, const char *below, int wanted)
 {
     FileList list = {0};
-    bool found = false;
-    if (fs_file_list(*below ? fs_file_at("%s/%s", folder, below).text : folder, &list, NULL) < 0) return false;
-    for (int i = 0; i < list.n && !found; i++) {
+    int n = 0;
+    if (fs_file_list(*below ? fs_file_at("%s/%s", folder, below).text : folder, &list, NULL) < 0) return 0;
+    for (int i = 0; i < list.n; i++) {
         int kind = fs_photo_kind(list.name[i]);
-        found = wanted < 0 ? kind >= 0 && strcmp(list.name[i], FS_SCENE_FOLDER_BOUNDS) != 0 : kind == wanted;
+        n += wanted < 0 ? kind >= 0 && strcmp(list.name[i], FS_SCENE_FOLDER_BOUNDS) != 0 : kind == wanted;
     }
     fs_file_list_free(&list);
-    return found;
+    return n;
 }
 
 static void find_poses(SceneFolder *scene, const char *folder)
@@ -59,14 +61,15 @@ bool fs_scene_folder_find(SceneFolder *scene, const char *folder)
 {
     *scene = (SceneFolder){0};
     bool ours = fs_file_exists(fs_file_at("%s/" FS_OWNED_DIR, folder).text);
-    if (ours || has_photos(folder, "", -1)) return false;
+    int stray = count_photos(folder, "", -1), n;
+    if (ours || stray > MOST_STRAY) return false;
     find_poses(scene, folder);
-    if (has_photos(folder, "images_npy", PHOTO_NPY))
+    if ((n = count_photos(folder, "images_npy", PHOTO_NPY)) > 0)
         scene->photos = "images_npy";
-    else if (*scene->poses.text && has_photos(folder, "images", -1))
+    else if (*scene->poses.text && (n = count_photos(folder, "images", -1)) > 0)
         scene->photos = "images";
-    else
-        return false;
+    if (n <= stray) return false;
+    scene->stray = stray;
     find_points(scene, folder);
     return true;
 }
@@ -82,6 +85,9 @@ int fs_scene_folder_take(Settings *set, const char *folder, const Log *log, FsEr
                 : *scene.poses.text ? "from "
                                     : "by COLMAP",
                 given ? "" : scene.poses.text);
+    if (scene.stray)
+        fs_log_info(log, "%s: %d picture%s beside %s/ %s not taken", folder, scene.stray, scene.stray > 1 ? "s" : "",
+                    scene.photos, scene.stray > 1 ? "are" : "is");
     if (*scene.points.text && !*set->points)
         fs_log_info(log, "%s: a dense cloud is there too; --points %s starts from it", folder, scene.points.text);
     return 0;

@@ -13,6 +13,7 @@ typedef struct SceneFolder {
     const char *photos; // "images_npy" or "images"
     FilePath poses;     // "": none there
     FilePath points;    // a dense cloud; "": none there
+    int stray;          // pictures beside them that are not taken
 } SceneFolder;
 
 bool fs_scene_folder_find(SceneFolder *scene, const char *folder); // false: it is none of these

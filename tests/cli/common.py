@@ -1,4 +1,6 @@
 """What the command-line tests share: the program under test and temporary folders."""
+import importlib
+import os
 import pathlib
 import subprocess
 import sys
@@ -12,6 +14,22 @@ def run(*arguments, timeout=120, **options):
     """Runs flashsplat, returns the finished process with text output."""
     return subprocess.run([PROGRAM, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, text=True, timeout=timeout, check=False, **options)
+
+
+def need(*modules, also=None):
+    """Goes on where these can be imported: in Debian's Python, which may have what another one in PATH lacks. Else the
+    test is skipped, as it is for the reason `also`."""
+    try:
+        for module in modules:
+            importlib.import_module(module)
+    except ImportError as missing:
+        system = "/usr/bin/python3"
+        if os.path.exists(system) and not os.path.samefile(system, sys.executable):
+            os.execv(system, [system, *sys.argv])
+        also = missing
+    if also:
+        print(f"skipped: {also}")
+        sys.exit(77)
 
 
 class FolderTest(unittest.TestCase):

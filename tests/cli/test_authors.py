@@ -1,27 +1,18 @@
 """Folders as Flash-Splat's authors and NeRFReN's published theirs: known when seen, as good as the RAW files they were
 made of; dense clouds to start from. Needs Debian's python3-numpy and python3-opencv; skipped without."""
 import json
-import os
 import pathlib
 import re
 import shutil
-import sys
 import tempfile
 
 import common
 from common import FolderTest, run
 
-try:
-    import cv2
-    import numpy
-
-    import authors_folder
-except ImportError as missing:
-    system = "/usr/bin/python3"  # may have what another Python in PATH lacks
-    if os.path.exists(system) and not os.path.samefile(system, sys.executable):
-        os.execv(system, [system, *sys.argv])
-    print(f"skipped: {missing}")
-    sys.exit(77)
+common.need("cv2", "numpy")
+import cv2
+import numpy
+import authors_folder
 
 QUICK = ["--preset", "preview", "--long-edge", 192, "--steps", 150, "--init-count", 4000, "--max-splats", 5000,
          "--threads", 2]

@@ -6,15 +6,12 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
-import unittest
 
 import common
 
-try:
-    import cv2
-    import numpy as np
-except ImportError:
-    cv2 = None
+common.need("cv2", "numpy", also=not shutil.which("exiftool") and "exiftool is not here (libimage-exiftool-perl)")
+import cv2
+import numpy as np
 
 GAMMA = 0.22
 WIDTH, HEIGHT, EDGE = 480, 320, 120
@@ -52,7 +49,6 @@ def picture(path):
     return cv2.imread(str(path), cv2.IMREAD_UNCHANGED)[..., ::-1].astype(np.float32)
 
 
-@unittest.skipUnless(cv2 and shutil.which("exiftool"), "needs python3-opencv and libimage-exiftool-perl")
 class Clean(common.FolderTest):
     @classmethod
     def setUpClass(cls):
@@ -158,6 +154,30 @@ class Clean(common.FolderTest):
         process = common.run("export", out, "--clean", "jpeg", "--originals", folder, timeout=300)
         self.assert_fails(process, 1, "IMG_0001.DNG", "another picture")
 
+    def test_lens_of_an_earlier_version(self):
+        """Whose photos are distorted was not told then: one camera of several is enough."""
+        out = self.dir / "out"
+        shutil.copytree(self.out, out)
+        views = json.loads((out / "views.json").read_text())
+        for view in views["views"]:
+            del view["lens"]
+        (out / "views.json").write_text(json.dumps(views))
+        for name in ("IMG_0001", "IMG_0002"):
+            shutil.copy(out / f"linear/{name}.tif", out / f"images/{name}.tif")
+        process = common.run("export", out, "--clean", "jpeg", "--force", timeout=300)
+        self.assert_fails(process, 1, "views.json", "lens")
+
+    def test_folder_that_is_only_looked_at(self):
+        """A run of an earlier version, which did not note where the photos are, in a place that cannot be written."""
+        out = self.dir / "out"
+        shutil.copytree(self.out, out)
+        (out / "originals.json").unlink()
+        (out / "originals.json").mkdir()
+        process = common.run("ingest", self.photos, "-o", out, "--long-edge", EDGE, timeout=300)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertIn("done already", process.stdout)
+        self.assertIn("--originals", process.stderr)
+
     def test_users_file_stays(self):
         out = self.dir / "out"
         shutil.copytree(self.out, out)
@@ -170,7 +190,6 @@ class Clean(common.FolderTest):
         self.assert_fails(self.export("--clean", "jpeg,gif"), 2, "--clean", "gif")
 
 
-@unittest.skipUnless(cv2 and shutil.which("exiftool"), "needs python3-opencv and libimage-exiftool-perl")
 class Turned(common.FolderTest):
     def test_jpegs_that_lie(self):
         """JPEGs stored on their side, as their EXIF says, come back upright, and where nothing mirrors as they were."""
@@ -183,6 +202,9 @@ class Turned(common.FolderTest):
             cv2.imwrite(str(photos / path.name), cv2.rotate(upright, cv2.ROTATE_90_COUNTERCLOCKWISE),
                         [cv2.IMWRITE_JPEG_QUALITY, 98])
             exiftool("-q", "-overwrite_original", "-TagsFromFile", path, "-all:all", "-Orientation#=6", photos / path.name)
+        (self.dir / "words").write_text(50000 * "x")  # of a program that keeps its settings there
+        first = sorted(photos.iterdir())[0]
+        exiftool("-q", "-overwrite_original", f"-UserComment<={self.dir / 'words'}", "-Artist=somebody", first)
         fine("run", photos, "-o", self.dir / "out", "--poses", self.dir / "cap/truth/sparse", "--preset", "preview",
              "--long-edge", "144", "--steps", "60", "--progress-every", "0", "--separation", "none", "--clean", "jpeg")
         for path in sorted(photos.iterdir()):
@@ -192,6 +214,7 @@ class Turned(common.FolderTest):
             now = picture(clean)
             self.assertEqual(now.shape, upright.shape)
             self.assertLess(np.abs(now - upright).mean(), 4, path.name)  # there is no R: the photo as it was
+        self.assertEqual(tags(self.dir / "out/export/photos" / first.name.replace("JPG", "jpg"))["Artist"], "somebody")
 
 
 if __name__ == "__main__":

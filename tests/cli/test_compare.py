@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+import types
 
 import common
 from common import FolderTest, run
@@ -70,6 +71,7 @@ class Compare(FolderTest):
         found = [r["method"] for r in data["scenes"]["small"]]
         self.assertEqual(found, ["truth", "full", "plain", "copy", "published"])
         self.assertEqual([r["method"] for r in data["means"]], ["full", "plain", "copy"])
+        self.assertEqual(data["means"][0]["scenes"], {views: ["small"] for views in ("held_out", "capture")})
         shown = [path for of in data["scenes"].values() for r in of for views in r["pictures"].values()
                  for path in views.values()]
         self.assertGreater(len(shown), 20)
@@ -86,6 +88,23 @@ class Compare(FolderTest):
         self.assertEqual((self.dir / "out/small-true/clouds/T_N.ply").stat().st_mtime_ns, before)  # kept, not trained
         self.assertEqual({p: p.stat().st_size for p in (self.dir / "out").glob("*.json")}, logs)
         self.assertEqual(self.data()["scenes"], data["scenes"])
+
+
+class Means(FolderTest):
+    def test_scenes_of_each(self):
+        """What has no held-out views is in the mean of the photos' places only, and the captions say so."""
+        sys.dont_write_bytecode = True
+        sys.path.insert(0, str(COMPARE.parent))
+        import compare  # pylint: disable=import-outside-toplevel
+        figures = {"T_N": {"gain": {"psnr": 30.0, "ssim": 0.9}}}
+        with_both, without = {"held_out": figures, "capture": figures}, {"capture": figures}
+        scenes = {name: [compare.row_of("full", "full", {}, of, {})] for name, of in (("a", with_both), ("b", without))}
+        means = compare.means(scenes)
+        self.assertEqual(means[0]["scenes"], {"held_out": ["a"], "capture": ["a", "b"]})
+        args = types.SimpleNamespace(commit="x", options="")
+        compare.write_tex(self.dir / "t.tex", args, scenes, means)
+        captions = re.findall("over scenes: (.*?)}", (self.dir / "t.tex").read_text())
+        self.assertEqual(captions, ["a, held-out views", "a, b, the photos' views"])
 
 
 if __name__ == "__main__":

@@ -255,7 +255,7 @@ class Export(common.FolderTest):
         process = common.run("export", out, "--formats", "ply", "--dataset", "--dataset-of", "photos")
         self.assertEqual(process.returncode, 0, process.stderr)
         data = out / "export/dataset"
-        lines = [line.split() for line in (data / "pairs.txt").read_text().splitlines()]
+        lines = [line.split("\t") for line in (data / "pairs.txt").read_text().splitlines()]
         self.assertEqual(lines, [["a.png", "c.png", "0.1"]])
         srgb = lambda v: round(255 * (1.055 * v ** (1 / 2.4) - 0.055))
         for i, v in enumerate(views):

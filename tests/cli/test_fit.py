@@ -64,7 +64,7 @@ class Fit(FolderTest):
             self.assertIn("train: done already", run(*same).stdout)
         (out / "done/train.json").unlink()
         self.assertEqual(self.steps_said(run(*train, "--resume"), r"from the checkpoint at step (\d+)"), steps)
-        self.assert_fails(run(*train, "--resume", "--dssim", 0.3), 1, "--dssim was 0.0 and is 0.3")
+        self.assert_fails(run(*train, "--resume", "--dssim", 0.3), 1, "the setting dssim was 0 and is 0.3 now")
         self.least_minutes(*train[:-2])  # other minutes are another training
 
     def test_run_fits(self):

@@ -319,7 +319,8 @@ class Layouts(FolderTest):
         self.copy()
         more = ["train", self.out, *TRAIN, "--dssim", 0.5]
         process = run(*more, "--resume")
-        self.assert_fails(process, 1, self.out / "checkpoint", "--dssim was 0.0 and is 0.5 now")
+        self.assert_fails(process, 1, self.out / "checkpoint", "the setting dssim was 0 and is 0.5 now",
+                          "without --resume")
         self.assertEqual(clouds(self.out), clouds(self.done))
         self.assertNotIn("0.5", (self.out / "done/train.json").read_text())
         self.assertEqual(run(*more).returncode, 0)
@@ -328,7 +329,7 @@ class Layouts(FolderTest):
         self.assertEqual(mark["settings"]["dssim"], 0.5)
         self.assertNotEqual(mark["settings"]["cpu"], "best")
         if mark["settings"]["cpu"] != "scalar":
-            self.assert_fails(run(*more, "--resume", "--cpu", "scalar"), 1, "--cpu was")
+            self.assert_fails(run(*more, "--resume", "--cpu", "scalar"), 1, "the setting cpu was")
         self.assertEqual(run(*more, "--resume").returncode, 0)  # nothing differs
         self.works(self.job())
 

@@ -3,7 +3,6 @@
 import collections
 import io
 import json
-import os
 import pathlib
 import pickle
 import shutil
@@ -11,22 +10,14 @@ import struct
 import subprocess
 import sys
 import types
-import unittest
 import zipfile
 
 import common
 
-try:
-    import cv2
-    import numpy as np
-
-    import lpips_numpy
-except ImportError as missing:
-    system = "/usr/bin/python3"  # may have what another Python in PATH lacks
-    if os.path.exists(system) and not os.path.samefile(system, sys.executable):
-        os.execv(system, [system, *sys.argv])
-    print(f"skipped: {missing}")
-    sys.exit(77)
+common.need("cv2", "numpy")
+import cv2
+import numpy as np
+import lpips_numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FIXTURE = ROOT / "tests" / "data" / "evaluate"

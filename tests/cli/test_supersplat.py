@@ -19,22 +19,10 @@ import common
 from made_scene import read_ply
 
 VIEWER = pathlib.Path(__file__).resolve().parent.parent / "npm/node_modules/@playcanvas/supersplat-viewer/public"
-MISSING = None
-try:
-    import cv2
-    import numpy
-except ImportError as missing:
-    SYSTEM = "/usr/bin/python3"  # may have what another Python in PATH lacks
-    if os.path.exists(SYSTEM) and not os.path.samefile(SYSTEM, sys.executable):
-        os.execv(SYSTEM, [SYSTEM, *sys.argv])
-    MISSING = str(missing)
-if not shutil.which("chromium"):
-    MISSING = "chromium is not here"
-elif not VIEWER.exists():
-    MISSING = "@playcanvas/supersplat-viewer is not here: tools/npm.sh fetches it"
-if MISSING:
-    print(f"skipped: {MISSING}")
-    sys.exit(77)
+common.need("cv2", "numpy", also="chromium is not here" if not shutil.which("chromium") else not VIEWER.exists() and
+            "@playcanvas/supersplat-viewer is not here: tools/npm.sh fetches it")
+import cv2
+import numpy
 
 SCREENSHOTS = os.environ.get("FLASHSPLAT_SCREENSHOTS")
 WIDTH, HEIGHT = 192, 128

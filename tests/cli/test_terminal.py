@@ -69,7 +69,7 @@ class Terminal(FolderTest):
         process = run(*self.words)
         self.assertIn("ingest: done already, skipped", process.stdout)
         process = run(*self.words, "--long-edge", 20)
-        self.assertIn("--long-edge was 1200 and is 20 now", process.stdout)
+        self.assertIn("the setting long-edge was 1200 and is 20 now", process.stdout)
 
     def test_output_that_cannot_be_written(self):
         with open("/dev/full", "w", encoding="ascii") as full:

@@ -13,18 +13,9 @@ import unittest
 import browsers
 import common
 
-try:
-    import cv2
-    import numpy
-    MISSING = not browsers.found() and "no browser here: install chromium, or firefox-esr and xvfb"
-except ImportError as missing:
-    SYSTEM = "/usr/bin/python3"  # may have what another Python in PATH lacks
-    if os.path.exists(SYSTEM) and not os.path.samefile(SYSTEM, sys.executable):
-        os.execv(SYSTEM, [SYSTEM, *sys.argv])
-    MISSING = str(missing)
-if MISSING:
-    print(f"skipped: {MISSING}")
-    sys.exit(77)
+common.need("cv2", "numpy", also=not browsers.found() and "no browser here: install chromium, or firefox-esr and xvfb")
+import cv2
+import numpy
 
 LEAST_PSNR = 38  # dB
 LAYERS = {"T_N": {"layer": "T", "flash": 0}, "T_F": {"layer": "T", "flash": 1}, "R": {"layer": "R", "flash": 0},

@@ -184,6 +184,43 @@ static void test_tags(void **state)
     fs_tags_free(&copy);
 }
 
+// Of a photo that says more of itself than a JPEG holds, what is long is left out, and the new file holds the rest.
+static void test_long_tags(void **state)
+{
+    FilePath path = fs_file_at("%s/long.tif", (const char *)*state);
+    static unsigned char much[45000];
+    Image small = image(2, 2, 3);
+    memset(much, 'x', sizeof much);
+    for (int shape = 0; shape < 2; shape++) {
+        Tags tags = some_tags(), back;
+        unsigned char *block;
+        size_t size;
+        for (int i = 0; i < (shape ? 3 : 1); i++) {
+            const Tag tag = {.folder = TAGS_EXIF,
+                             .id = (uint16_t)(0x9286 + i), // comments and such
+                             .type = TAG_UNDEFINED,
+                             .count = shape ? 9000 : sizeof much};
+            assert_int_equal(fs_tags_put(&tags, &tag, much, NULL), 0);
+        }
+        FsError why = {0};
+        if (fs_tiff_deep_write(path.text, &small, &tags, NULL, 0, &why) < 0) fail_msg("%s", why.message);
+        fs_tags_free(&tags);
+        assert_int_equal(fs_exif_read_tags(path.text, &back, NULL), 0);
+        assert_int_equal(back.n, 4 + (shape ? 2 : 0));
+        for (int i = 0; i < 20; i++) // what the new file says of itself
+            assert_int_equal(fs_tags_put_text(&back, TAGS_EXIF, (uint16_t)(0xa000 + i), (char[200]){"sixty"}, NULL), 0);
+        assert_int_equal(fs_tags_build(&back, 8, &block, &size, NULL), 0);
+        assert_true(size < 65000);
+        const JpegExtras extras = {.exif = block, .exif_size = size};
+        FsError err = {0};
+        if (fs_jpeg_write(fs_file_at("%s/long.jpg", (const char *)*state).text, &small, 95, &extras, &err) < 0)
+            fail_msg("%s", err.message);
+        free(block);
+        fs_tags_free(&back);
+    }
+    fs_image_free(&small);
+}
+
 static Image noisy(int width, int height)
 {
     Image made = image(width, height, 3);
@@ -266,6 +303,7 @@ int main(void)
         cmocka_unit_test(test_detail_goes_where_it_belongs),
         cmocka_unit_test(test_clipped),
         cmocka_unit_test(test_tags),
+        cmocka_unit_test_setup_teardown(test_long_tags, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_tiff, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_dng, temp_dir_make, temp_dir_remove),
     };

@@ -202,6 +202,35 @@ static void test_other_programs(void **state)
     assert_true(n == 0); // which one is meant?
 }
 
+// A file of others is that of the longest name that it begins with.
+static void test_names_that_begin_alike(void **state)
+{
+    static const char *const names[] = {"IMG_1", "IMG_1_flash", "IMG_2"};
+    static const struct {
+        const char *file, *of;
+    } cases[] = {{"IMG_1_flash.png", "IMG_1_flash"},
+                 {"IMG_1_flash_out.JPEG", "IMG_1_flash"},
+                 {"IMG_1_out.tif", "IMG_1"},
+                 {"IMG_2_flash.png", "IMG_2"},
+                 {"IMG_11.png", NULL}};
+    Dataset cameras = {0};
+    FilePath dir = fs_file_at("%s/alike/T_N", (char *)*state), path;
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(fs_dataset_append(&cameras, &(View){.name = (char *)names[i]}, NULL), 0);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        fs_file_remove_tree(dir.text);
+        assert_int_equal(fs_file_mkdirs(dir.text, NULL), 0);
+        assert_int_equal(fs_file_write(fs_file_at("%s/%s", dir.text, cases[i].file).text, "x", 1, NULL), 0);
+        for (int k = 0; k < 3; k++) {
+            FilePath top = fs_file_at("%s/alike", (char *)*state);
+            bool found = fs_truth_find_estimate(top.text, "T_N", &cameras, names[k], &path);
+            if (found != (cases[i].of && strcmp(cases[i].of, names[k]) == 0))
+                fail_msg("%s for %s", cases[i].file, names[k]);
+        }
+    }
+    fs_dataset_free(&cameras);
+}
+
 static void copy_file(const char *from, const char *to)
 {
     char *data;
@@ -333,9 +362,11 @@ static void test_scales(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_agrees),  cmocka_unit_test(test_more_metrics),   cmocka_unit_test(test_depth_tiff),
-        cmocka_unit_test(test_threads), cmocka_unit_test(test_errors),         cmocka_unit_test(test_truncated),
-        cmocka_unit_test(test_scales),  cmocka_unit_test(test_other_programs),
+        cmocka_unit_test(test_agrees),         cmocka_unit_test(test_more_metrics),
+        cmocka_unit_test(test_depth_tiff),     cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_errors),         cmocka_unit_test(test_truncated),
+        cmocka_unit_test(test_scales),         cmocka_unit_test(test_names_that_begin_alike),
+        cmocka_unit_test(test_other_programs),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }

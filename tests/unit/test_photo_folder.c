@@ -111,6 +111,17 @@ static void test_scene_folder(void **state)
          {"rgb16.tif", "30_views/dense/images/a_flash.tif"});
     expect_good("photos", NULL, "2 photos: 1 with flash, 1 without (their names)");
     expect_view("a_flash", "images/a_flash.tif", true);
+    // a picture beside them is none of them; as many as they are would be the photos
+    FILL({"rgb16.tif", "images/a_flash.tif"}, {"rgb16.tif", "images/a_noflash.tif"}, {"make.py", "poses_bounds.npy"},
+         {"rgb16.tif", "trimesh.tif"});
+    expect_good("photos", NULL, "2 photos: 1 with flash, 1 without (their names)");
+    FILL({"rgb16.tif", "images/a_flash.tif"}, {"rgb16.tif", "images/a_noflash.tif"}, {"make.py", "poses_bounds.npy"},
+         {"rgb16.tif", "b_flash.tif"}, {"rgb16.tif", "b_noflash.tif"});
+    expect_good("photos", NULL, "2 photos: 1 with flash, 1 without (their names)");
+    expect_view("b_flash", "b_flash.tif", true);
+    FILL({"rgb16.tif", "images/a_flash.tif"}, {"rgb16.tif", "images/a_noflash.tif"}, {"make.py", "poses_bounds.npy"},
+         {"rgb16.tif", "images_4/a_flash.tif"}, {"rgb16.tif", "images_4/a_noflash.tif"},
+         {"rgb16.tif", "30_views/dense/images/a_flash.tif"});
     // without poses it is a folder with subfolders like any other
     fs_file_remove_tree(temp("photos/poses_bounds.npy"));
     fs_file_remove_tree(temp("photos/30_views"));
