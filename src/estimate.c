@@ -6,6 +6,7 @@
 
 #include "base/clock.h"
 #include "base/file.h"
+#include "export/export.h"
 #include "ingest/ingest.h"
 #include "train/train.h"
 
@@ -24,7 +25,7 @@ enum { LEAST_STEPS = 200 }; // of a run that is worth a trial
 
 typedef struct Estimate {
     RunSize size;
-    RunCost ingest, poses, initialise, train, render;
+    RunCost ingest, poses, initialise, train, render, export;
     int steps;
 } Estimate;
 
@@ -44,7 +45,18 @@ static double find_bytes(const FsProject *project, Estimate *e)
     e->train.bytes = fs_train_bytes(&project->set, size);
     e->initialise.bytes = PROGRAM_BYTES + INITIALISE_BYTES * size->photos * initialise_pixels(size);
     e->poses.bytes = (POSES_BYTES * size->photos + COLMAP_BYTES * threads_of(project)) * size->picture_pixels;
-    return fmax(fmax(e->ingest.bytes, e->poses.bytes), fmax(e->initialise.bytes, e->train.bytes));
+    double first = fmax(fmax(e->ingest.bytes, e->poses.bytes), e->initialise.bytes);
+    return fmax(first, fmax(e->train.bytes, PROGRAM_BYTES + e->export.bytes));
+}
+
+// Of --clean, before the time of its renders is known.
+static int find_export(const FsProject *project, const char *photos, Estimate *e, FsError *err)
+{
+    FsError why = {0};
+    int rc = fs_export_estimate(project, photos, &e->export, &why);
+    if (rc == FS_ERR_INPUT) return 0; // ingest, or export itself, will say it
+    if (rc < 0) *err = why;
+    return rc;
 }
 
 // What training and the pictures after it take, the first by as many steps as fit into the minutes that are wanted,
@@ -56,7 +68,8 @@ static int find_steps(const FsProject *project, Estimate *e, double step, double
     MUST(fs_train_time(project, &e->size, &pace, err));
     if (step > 0)
         e->render.seconds = e->size.photos * (pace.render + step * WRITE_STEPS * e->size.width * e->size.height);
-    double left = 60 * set->minutes - spent - e->render.seconds;
+    if (e->export.seconds > 0) e->export.seconds += e->size.photos * pace.render;
+    double after = e->render.seconds + e->export.seconds, left = 60 * set->minutes - spent - after;
     e->steps = set->minutes > 0 ? fs_train_steps(set, &e->size, &pace, left) : set->steps;
     e->train.seconds = fs_train_seconds(set, &e->size, &pace, e->steps);
     if (set->minutes == 0 || e->train.seconds <= left) return 0;
@@ -64,7 +77,7 @@ static int find_steps(const FsProject *project, Estimate *e, double step, double
                         "--minutes %g: with no more than %d steps, photos of %d x %d pixels take %.2f minutes; give so "
                         "many, or a smaller --long-edge",
                         set->minutes, e->steps, e->size.width, e->size.height,
-                        0.01 + (spent + e->render.seconds + e->train.seconds) / 60);
+                        0.01 + (spent + after + e->train.seconds) / 60);
 }
 
 static int find_seconds(const FsProject *project, Estimate *e, double begin, FsError *err)
@@ -100,21 +113,23 @@ int fs_estimate_run(FsProject *project, const char *photos, double begin, FsErro
         *err = why;
         return rc;
     }
+    MUST(find_export(project, photos, &e, err));
     double seconds = 0, bytes = find_bytes(project, &e);
     MUST(fs_cost_check(&e.size, bytes, err));
     MUST(find_seconds(project, &e, begin, err));
-    const RunCost *part[] = {&e.ingest, &e.poses, &e.initialise, &e.train, &e.render};
-    char text[6][24];
-    for (int i = 0; i < 5; i++) {
+    const RunCost *part[] = {&e.ingest, &e.poses, &e.initialise, &e.train, &e.render, &e.export};
+    char text[7][24];
+    for (int i = 0; i < 6; i++) {
         seconds += part[i]->seconds;
         clock_text(part[i]->seconds, text[i]);
     }
     fs_log_info(
         &project->log,
         "estimate: %d photos as %d x %d pixels: about %s (ingest %s, poses %s%s, initialise %s, train %s for %d "
-        "steps, render %s) and %.1f GB of memory",
-        e.size.photos, e.size.width, e.size.height, clock_text(seconds, text[5]), text[0], text[1],
-        *project->set.poses ? "" : " roughly, by COLMAP", text[2], text[3], e.steps, text[4], bytes / 1e9);
+        "steps, render %s%s%s) and %.1f GB of memory",
+        e.size.photos, e.size.width, e.size.height, clock_text(seconds, text[6]), text[0], text[1],
+        *project->set.poses ? "" : " roughly, by COLMAP", text[2], text[3], e.steps, text[4],
+        e.export.seconds > 0 ? ", cleaned photos " : "", e.export.seconds > 0 ? text[5] : "", bytes / 1e9);
     return 0;
 }
 
@@ -127,6 +142,7 @@ int fs_estimate_steps(FsProject *project, double begin, FsError *late, FsError *
     bool alone = !(project->planned & FS_STAGE_RENDER);
     MUST(fs_train_size(project, &e.size, err));
     MUST(fs_cost_check(&e.size, fs_train_bytes(&project->set, &e.size), err)); // before trials of that size
+    if (!alone) MUST(find_export(project, NULL, &e, err));
     if (!alone) MUST(fs_train_reference(project, &step, err));
     int rc = find_steps(project, &e, step, fs_clock_seconds() - begin, late);
     if (rc < 0 && (rc != FS_ERR_INPUT || alone || !e.steps)) {

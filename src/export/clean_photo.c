@@ -189,10 +189,11 @@ static void clean_row(const Job *job, int y, float *rows)
         bool clipped = job->clipped->px[(size_t)y * (size_t)job->photo->width + (size_t)x] > 0;
         for (int c = 0; c < 3; c++) {
             float T = fs_tone_decode(along(T_row, &job->column[x], c));
-            float whole = fmaxf(fmaxf(fs_tone_decode(along(whole_row, &job->column[x], c)), T), DARK);
+            float whole = fmaxf(fs_tone_decode(along(whole_row, &job->column[x], c)), T);
+            float share = whole > T ? (T + DARK) / (whole + DARK) : 1; // also of what is none, as colours beyond sRGB's
             float light = clipped && px[c] > NEARLY_FULL * g->full[c] ? fmaxf(px[c], whole) : px[c];
             float level = fs_bilinear_value(&b, g->level.px, 3, c);
-            px[c] = (1 - gate) * level * T + gate * (T / whole) * light;
+            px[c] = (1 - gate) * level * T + gate * share * light;
         }
     }
 }

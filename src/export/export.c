@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "export/clean.h"
+#include "export/clean_trial.h"
 #include "export/colors.h"
 #include "export/formats.h"
 #include "export/pane_place.h"
@@ -173,9 +174,20 @@ static int export_room(const Export *x, FsError *err)
     return export_piece(x, &room, err);
 }
 
-static bool is_cleaned(const Export *x)
+static bool is_cleaned(const bool clean[CLEAN_FORMATS])
 {
-    return x->clean[CLEAN_JPEG] || x->clean[CLEAN_TIFF] || x->clean[CLEAN_DNG];
+    return clean[CLEAN_JPEG] || clean[CLEAN_TIFF] || clean[CLEAN_DNG];
+}
+
+int fs_export_estimate(const FsProject *project, const char *folder, RunCost *cost, FsError *err)
+{
+    bool clean[CLEAN_FORMATS];
+    FilePath found;
+    *cost = (RunCost){0};
+    MUST(fs_clean_parse(project->set.clean, clean, err));
+    if (!is_cleaned(clean)) return 0;
+    if (!folder) MUST(fs_originals_folder(project, &found, err));
+    return fs_clean_trial_run(project, folder ? folder : found.text, clean, cost, err);
 }
 
 // Before anything of an earlier export goes.
@@ -183,7 +195,7 @@ static int find_originals(Export *x, FsError *err)
 {
     Dataset views = {0};
     int rc;
-    if (!is_cleaned(x)) return 0;
+    if (!is_cleaned(x->clean)) return 0;
     TRY(fs_dataset_read(&views, fs_file_at("%s/views.json", x->project->out).text, err));
     TRY(fs_originals_open(&x->originals, x->project, &views, err));
 fail:
@@ -218,7 +230,7 @@ int fs_export_run(FsProject *project, FsError *err)
     const TrainerArgs trainer = {project, &x.scene, &x.photos, &x.development};
     if (project->set.dataset) TRY(fs_trainer_dataset_run(&trainer, err));
     const CleanArgs clean = {project, &x.scene, &x.photos, &x.originals, &x.development, x.clean};
-    if (is_cleaned(&x)) TRY(fs_clean_run(&clean, err));
+    if (is_cleaned(x.clean)) TRY(fs_clean_run(&clean, err));
     fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");
     TRY(fs_project_mark_done(project, FS_STAGE_EXPORT, err));
 fail:

@@ -35,7 +35,7 @@ void fs_originals_free(Originals *o)
     *o = (Originals){0};
 }
 
-static int find_folder(const FsProject *project, FilePath *folder, FsError *err)
+int fs_originals_folder(const FsProject *project, FilePath *folder, FsError *err)
 {
     json_t *root = NULL;
     *folder = fs_file_at("%s", project->set.originals);
@@ -98,7 +98,7 @@ int fs_originals_open(Originals *o, const FsProject *project, const Dataset *vie
     FilePath folder;
     int rc;
     FsError why = {0};
-    TRY(find_folder(project, &folder, err));
+    TRY(fs_originals_folder(project, &folder, err));
     if ((rc = fs_photos_scan(&o->photos, folder.text, &(Log){0}, &why)) < 0) {
         fs_error_set(err, rc, "%s; --originals DIR says where the photos are now", why.message);
         goto fail;

@@ -6,6 +6,7 @@
 
 // Writes the folder down, unless that is what stands there.
 int fs_originals_remember(const FsProject *project, const char *folder, FsError *err);
+int fs_originals_folder(const FsProject *project, FilePath *folder, FsError *err); // or as the setting "originals" says
 
 // The photos of all views, as ingest levelled them: Photos.white_balance, PhotoFile.gain. From the setting "originals",
 // or where they were. An error where one is not there.

@@ -4,6 +4,7 @@ truth, what other programs read in them, and what happens where the photos are n
 import json
 import pathlib
 import shutil
+import struct
 import subprocess
 import tempfile
 
@@ -31,6 +32,27 @@ def tags(path):
 def fine(*arguments, **options):
     process = common.run(*arguments, timeout=300, **options)
     assert process.returncode == 0, process.stderr
+    return process.stdout
+
+
+def display_p3():
+    """An ICC profile (version 4) as telephones' photos have it: P3's primaries at D65, sRGB's curve."""
+    fixed = lambda *values: b"".join(struct.pack(">i", round(65536 * v)) for v in values)
+    text = lambda words: b"mluc\0\0\0\0" + struct.pack(">II2s2sII", 1, 12, b"en", b"US", 2 * len(words), 28) + \
+        words.encode("utf-16-be")
+    xyz = lambda *values: b"XYZ \0\0\0\0" + fixed(*values)
+    curve = b"para\0\0\0\0" + struct.pack(">HH", 3, 0) + fixed(2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045)
+    parts = [(b"desc", text("Display P3")), (b"cprt", text("CC0")), (b"wtpt", xyz(0.9642, 1, 0.8249)),
+             (b"rXYZ", xyz(0.51512, 0.2412, -0.00105)), (b"gXYZ", xyz(0.29198, 0.69225, 0.04189)),
+             (b"bXYZ", xyz(0.1571, 0.06657, 0.78407))] + [(name, curve) for name in (b"rTRC", b"gTRC", b"bTRC")]
+    table, body, at = struct.pack(">I", len(parts)), b"", 132 + 12 * len(parts)
+    for name, data in parts:
+        data += bytes(-len(data) % 4)
+        table += struct.pack(">4sII", name, at + len(body), len(data))
+        body += data
+    head = struct.pack(">I4sI4s4s4s", at + len(body), b"\0" * 4, 0x04000000, b"mntr", b"RGB ", b"XYZ ") + bytes(12) + \
+        b"acsp" + bytes(28) + fixed(0.9642, 1, 0.8249) + bytes(48)
+    return head + table + body
 
 
 def linear_dng(path):
@@ -60,8 +82,9 @@ class Clean(common.FolderTest):
         fine("synth", "-o", cls.top / "cap", "--seed", "31", "--width", WIDTH, "--height", HEIGHT, "--photos", "12",
              "--held-out", "0", "--field", "distortion")
         shutil.copytree(cls.top / "cap/capture/raw", cls.photos)
-        fine("run", cls.photos, "-o", cls.out, "--poses", cls.top / "cap/truth/sparse_opencv", "--preset", "preview",
-             "--long-edge", EDGE, "--steps", "500", "--progress-every", "0", "--clean", "jpeg,tiff,dng")
+        said = fine("run", cls.photos, "-o", cls.out, "--poses", cls.top / "cap/truth/sparse_opencv", "--preset",
+                    "preview", "--long-edge", EDGE, "--steps", "500", "--progress-every", "0", "--clean", "jpeg,tiff,dng")
+        assert "cleaned photos 0:" in said, said  # in the estimate
         cls.made = cls.out / "export/photos"
         cls.cameras = {image["name"]: image
                        for image in json.loads((cls.top / "cap/truth/cameras.json").read_text())["images"]}
@@ -192,28 +215,37 @@ class Clean(common.FolderTest):
 
 class Turned(common.FolderTest):
     def test_jpegs_that_lie(self):
-        """JPEGs stored on their side, as their EXIF says, come back upright, and where nothing mirrors as they were."""
+        """JPEGs stored on their side, as their EXIF says, come back upright, and where nothing mirrors as they were; in
+        Display P3 where they are, with a red that sRGB has not."""
         fine("synth", "-o", self.dir / "cap", "--seed", "31", "--width", "288", "--height", "192", "--photos", "10",
              "--held-out", "0")
         photos = self.dir / "photos"
         photos.mkdir()
         for path in sorted((self.dir / "cap/capture/jpeg").iterdir()):
             upright = cv2.imread(str(path))
+            upright[:32, :32] = (0, 0, 250)
             cv2.imwrite(str(photos / path.name), cv2.rotate(upright, cv2.ROTATE_90_COUNTERCLOCKWISE),
                         [cv2.IMWRITE_JPEG_QUALITY, 98])
             exiftool("-q", "-overwrite_original", "-TagsFromFile", path, "-all:all", "-Orientation#=6", photos / path.name)
         (self.dir / "words").write_text(50000 * "x")  # of a program that keeps its settings there
-        first = sorted(photos.iterdir())[0]
+        (self.dir / "p3.icc").write_bytes(display_p3())
+        first, *others = sorted(photos.iterdir())
+        wide = others[::2]
+        exiftool("-q", "-overwrite_original", f"-ICC_Profile<={self.dir / 'p3.icc'}", *wide)
         exiftool("-q", "-overwrite_original", f"-UserComment<={self.dir / 'words'}", "-Artist=somebody", first)
         fine("run", photos, "-o", self.dir / "out", "--poses", self.dir / "cap/truth/sparse", "--preset", "preview",
              "--long-edge", "144", "--steps", "60", "--progress-every", "0", "--separation", "none", "--clean", "jpeg")
         for path in sorted(photos.iterdir()):
             clean = self.dir / "out/export/photos" / (path.stem + ".jpg")
             self.assertEqual(tags(clean)["Orientation"], 1)
+            self.assertEqual(tags(clean)["ProfileDescription"], "Display P3" if path in wide else "sRGB")
             upright = picture(self.dir / "cap/capture/jpeg" / path.name)
             now = picture(clean)
             self.assertEqual(now.shape, upright.shape)
-            self.assertLess(np.abs(now - upright).mean(), 4, path.name)  # there is no R: the photo as it was
+            off = np.abs(now - upright)[32:, 32:]
+            self.assertLess(off.mean(), 4, path.name)  # there is no R: the photo as it was
+            red = np.abs(now[8:24, 8:24] - [250, 0, 0]).mean((0, 1))
+            self.assertLess(red.max(), 8, path.name)
         self.assertEqual(tags(self.dir / "out/export/photos" / first.name.replace("JPG", "jpg"))["Artist"], "somebody")
 
 
