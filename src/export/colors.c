@@ -11,22 +11,31 @@ const Cloud *fs_colors_cloud(const Scene *scene, Layer layer)
     return cloud->n ? cloud : NULL;
 }
 
-// The flash's gain on Gaussian i at the distance where its falloff is 1.
-static float flash_gain(const Scene *scene, const Cloud *cloud, int i, int channel)
+static double eye_distance2(const Development *development, const float mean[3])
 {
-    return 1.0f + (float)scene->gain_color[channel] * expf(cloud->field[CLOUD_GAINS][i]);
+    double length = 0;
+    for (int k = 0; k < 3; k++) {
+        double ray = (double)mean[k] - development->eye[k];
+        length += ray * ray;
+    }
+    return length;
+}
+
+// What the flash makes of Gaussian i, from the middle of the photos' cameras: near things are brighter by it, as
+// in photos (kernels/shade_body.h). Without that the falloff is 1.
+static double flash_falloff(const Scene *scene, const float mean[3], const Development *development)
+{
+    if (!development->has_eye || scene->separation == SEPARATION_LINEAR) return 1;
+    double unit = scene->flash_distance * scene->flash_distance;
+    return unit / fmax(eye_distance2(development, mean), 1e-4 * unit);
 }
 
 // Schlick's Fresnel on the ray from the eye to the Gaussian.
 static float pane_beta(const Pane *pane, const float mean[3], const Development *development)
 {
     if (!development->has_eye) return (float)pane->f0;
-    double dot = 0, length = 0;
-    for (int k = 0; k < 3; k++) {
-        double ray = (double)mean[k] - development->eye[k];
-        dot += ray * pane->normal[k];
-        length += ray * ray;
-    }
+    double dot = 0, length = eye_distance2(development, mean);
+    for (int k = 0; k < 3; k++) dot += ((double)mean[k] - development->eye[k]) * pane->normal[k];
     double cosine = length > 0 ? fmin(fabs(dot) / sqrt(length), 1) : 1;
     return (float)fs_pane_beta(pane, cosine);
 }
@@ -37,12 +46,15 @@ void fs_colors_linear(const Scene *scene, Layer layer, const Development *develo
     int width = cloud->width[CLOUD_COLORS];
     for (int i = 0; i < cloud->n; i++) {
         const float *color = cloud->field[CLOUD_COLORS] + (size_t)i * (size_t)width;
+        const float *mean = cloud->field[CLOUD_MEANS] + (size_t)i * 3;
+        bool lit = layer == LAYER_T_F && fs_scene_lit(scene);
+        double flash = lit ? flash_falloff(scene, mean, development) * exp((double)cloud->field[CLOUD_GAINS][i]) : 0;
         for (int c = 0; c < 3; c++) {
             float *to = &linear[(size_t)i * 3 + (size_t)c];
             *to = layer == LAYER_BETA ? 1.0f / (1.0f + expf(-color[0])) : fs_tone_decode(color[width == 3 ? c : 0]);
-            if (layer == LAYER_T_F && fs_scene_lit(scene)) *to *= flash_gain(scene, cloud, i, c);
+            if (lit) *to *= (float)(1 + scene->gain_color[c] * flash);
             if (layer == LAYER_R && scene->pane_beta && !development->room)
-                *to *= pane_beta(&scene->pane, cloud->field[CLOUD_MEANS] + (size_t)i * 3, development);
+                *to *= pane_beta(&scene->pane, mean, development);
         }
     }
 }

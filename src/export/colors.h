@@ -11,7 +11,7 @@ typedef struct Development {
     bool has_matrix;            // the capture says what its camera RGB means
     double srgb_from_camera[9]; // (3, 3) row-major, linear
     bool has_eye;
-    double eye[3]; // mean centre of the photos' cameras: where a pane's beta is taken from
+    double eye[3]; // mean centre of the photos' cameras: where a pane's beta is taken from, and where the flash is
     bool room;     // R is the mirrored room itself, before the pane dims it
 } Development;
 

@@ -26,7 +26,7 @@ import numpy
 
 SCREENSHOTS = os.environ.get("FLASHSPLAT_SCREENSHOTS")
 WIDTH, HEIGHT = 192, 128
-LAYERS = {"T_N": {"layer": "T", "flash": 0}, "R": {"layer": "R", "flash": 0}}
+LAYERS = {"T_N": {"layer": "T", "flash": 0}, "T_F": {"layer": "T", "flash": 1}, "R": {"layer": "R", "flash": 0}}
 # dB between theirs and ours: they blend display values, we blend light^0.22, so that edges of Gaussians differ.
 LEAST_PSNR = 28
 LEAST_SAME = 38  # of the same Gaussians out of a glTF, sorted in steps that begin elsewhere
@@ -175,7 +175,7 @@ class SuperSplat(unittest.TestCase):
         mine, theirs = self.camera()
         (self.site / "settings.json").write_text(json.dumps(self.settings(theirs)))
         ours = self.ours(mine)
-        for name in ("T_N.ply", "R.ply", "T_N.sog", "R.compressed.ply"):
+        for name in ("T_N.ply", "T_F.ply", "R.ply", "T_N.sog", "R.compressed.ply"):
             picture, want = self.theirs(name), ours[name.split(".")[0]]
             self.keep(name, want, picture)
             found, off = psnr(picture, want), (picture.astype(float) - want).mean((0, 1))

@@ -310,6 +310,32 @@ static double decode(float encoded)
     return pow(fmax(encoded, 0), 1 / 0.22);
 }
 
+// Where the photos' poses are known, the flash is in their middle and its light falls off from there.
+static void test_flash_falls_off(void **state)
+{
+    (void)state;
+    Scene scene = {.shared_geometry = true, .gain_color = {1, 0.8, 0.5}, .flash_distance = 2};
+    const Development development = {.exposure = 1, .has_eye = true, .eye = {0.5, 0, 0}};
+    Cloud *cloud = &scene.cloud[LAYER_T_N];
+    float dark[6], lit[6];
+    fill(cloud, 2, 3, 1, 3);
+    for (int i = 0; i < 2; i++) {
+        const float mean[3] = {0.5f, 0, i ? 4.0f : 1.0f}; // at half and at twice the flash distance
+        memcpy(cloud->field[CLOUD_MEANS] + 3 * i, mean, sizeof mean);
+    }
+    for (int s = SEPARATION_FULL; s <= SEPARATION_LINEAR; s += SEPARATION_LINEAR - SEPARATION_FULL) {
+        scene.separation = (Separation)s;
+        fs_colors_linear(&scene, LAYER_T_N, &development, dark);
+        fs_colors_linear(&scene, LAYER_T_F, &development, lit);
+        for (int i = 0; i < 6; i++) {
+            double falloff = s == SEPARATION_LINEAR ? 1 : i < 3 ? 4 : 0.25;
+            double gain = scene.gain_color[i % 3] * exp((double)cloud->field[CLOUD_GAINS][i / 3]) * falloff;
+            assert_float_equal(lit[i], dark[i] * (1 + gain), 1e-5 * (1 + (double)lit[i]));
+        }
+    }
+    fs_scene_free(&scene);
+}
+
 // One geometry: T_F is T_N's Gaussians with 1 + alpha the light; R is dimmed by the pane.
 static void test_run_shared(void **state)
 {
@@ -420,9 +446,16 @@ static void test_run_errors(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_inria),   cmocka_unit_test(test_splat),      cmocka_unit_test(test_splats),
-        cmocka_unit_test(test_formats), cmocka_unit_test(test_run_shared), cmocka_unit_test(test_run_separate),
-        cmocka_unit_test(test_matrix),  cmocka_unit_test(test_run_errors), cmocka_unit_test(test_codebook),
+        cmocka_unit_test(test_inria),
+        cmocka_unit_test(test_splat),
+        cmocka_unit_test(test_splats),
+        cmocka_unit_test(test_formats),
+        cmocka_unit_test(test_flash_falls_off),
+        cmocka_unit_test(test_run_shared),
+        cmocka_unit_test(test_run_separate),
+        cmocka_unit_test(test_matrix),
+        cmocka_unit_test(test_run_errors),
+        cmocka_unit_test(test_codebook),
         cmocka_unit_test(test_mesh),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
