@@ -227,7 +227,7 @@ static const struct {
 static const struct {
     const char *preset, *name, *value;
 } preset_values[] = {
-    {"preview", "steps", "3000"},    {"preview", "long-edge", "300"},    {"preview", "init-count", "12000"},
+    {"preview", "steps", "2700"},    {"preview", "long-edge", "300"},    {"preview", "init-count", "12000"},
     {"paper", "steps", "5000"},      {"paper", "levels", "1"},           {"paper", "geometry", "separate"},
     {"paper", "beta", "cloud"},      {"paper", "init-count", "350000"},  {"paper", "max-splats", "500000"},
     {"paper", "densify", "fsgs"},    {"paper", "rgb-weight", "2"},       {"paper", "linearity", "0.001"},

@@ -76,7 +76,7 @@ static void test_minutes_or_steps(void **state)
     set(other, "steps", "500");
     assert_int_equal(fs_settings_set(other, "minutes", "2.5", &err), FS_ERR_USAGE);
     assert_non_null(strstr(err.message, "--steps"));
-    assert_true(other->minutes == 0 && other->steps == 500 && ((FsSettings *)*state)->steps == 3000);
+    assert_true(other->minutes == 0 && other->steps == 500 && ((FsSettings *)*state)->steps == 2700);
     fs_settings_free(other);
 }
 
