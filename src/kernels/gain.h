@@ -10,8 +10,8 @@
 #define FS_KERNELS_GAIN_H
 
 #define FS_GAIN_EPSILON 0.05f
-#define FS_GAIN_SHADE 2 // e^2 times the usual gain
-#define FS_GAIN_SHADE_PUSH 0.2f
+#define FS_GAIN_SHADE 3 // e^3 times the usual gain
+#define FS_GAIN_SHADE_PUSH 0.5f
 
 // Each edge stands with both its ends.
 typedef struct GainGraph {

@@ -73,7 +73,7 @@ static void check_push(void)
     double want = 0, slope;
     int kinds[3] = {0};
     for (int i = 0; i < N; i++) {
-        gains[i] *= 3; // some in shade
+        gains[i] *= 4; // some in shade
         want += stated_push((double)gains[i], &slope);
         kinds[slope == 0 ? 0 : slope == -1 ? 1 : 2]++;
     }
