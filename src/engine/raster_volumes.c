@@ -10,6 +10,7 @@
 #include "engine/scratch.h"
 
 #define WEIGHS 2e-4f // samples that weigh less have no colours
+#define HIDDEN 1e-3f // of the light arrives: samples behind learn nothing, which saves time
 enum { GROUP = 32, WAYS = 3, BETA = RADIANCE_COLORS_MOST, CHANNELS = RADIANCE_COLORS_MOST + 1 };
 
 // What a ray of a volume shows; and its gradient.
@@ -349,6 +350,11 @@ static void ray_back(const VolumePass *p, const RayGroup *g, int r, int ray, flo
     k->blend_backward(&beta, d.color + BETA, d_color + (size_t)p->net.color_rows * v->kept_stride + g->kept[r], d_w);
     if (d.spread != 0) k->spread_backward(v->w + at, v->places.s + at, n, step_of(p), d.spread, d_w);
     k->weights_backward(v->w + at, n, false, d_w, d.passes, v->d_tau + at);
+    float left = 1;
+    for (int i = 0; i < n; i++) {
+        if (left < HIDDEN) v->d_tau[at + i] = 0;
+        left -= v->w[at + i];
+    }
     if (d.far_s == 0) return;
     for (int i = 0; i < n; i++) d_w[i] = d.far_s * v->places.s[at + i];
     k->weights_backward(v->w_far + at, n, true, d_w, 0, v->d_tau + at);

@@ -59,25 +59,31 @@ static bool is_occupied(const VolumeMarch *m, const float at[3])
 
 int fs_volume_march_ray(const VolumeMarch *m, int x, int y, const VolumePlaces *places)
 {
-    float d[3], offset = 0.5f;
+    float d[3], offset = 0.5f, way[4][RADIANCE_SAMPLES_MOST]; // x, y, disparity in the cube; depth
     int n = 0;
     direction_of(m, x, y, d);
     if (m->jitter) {
         Rng rng = fs_rng_new(m->jitter ^ (uint64_t)y << 32 ^ (uint64_t)x << 8);
         offset = fs_rng_uniform(&rng);
     }
-    for (int k = 0; k < m->samples; k += m->every) {
-        float s = ((float)k + offset * (float)m->every) / (float)m->samples, z = m->near / (1 - s * m->closing);
-        float depth = m->origin[2] + z * d[2];
-        if (!(depth > 0 && depth < FLT_MAX)) continue;
-        float per = 1 / depth, at[3];
-        for (int i = 0; i < 2; i++) at[i] = within(((m->origin[i] + z * d[i]) * per - m->low[i]) * m->scale[i]);
-        at[2] = within((1 - m->near * per) / m->closing);
+    const int steps = (m->samples + m->every - 1) / m->every;
+    const float length = (float)m->every / (float)m->samples;
+    for (int k = 0; k < steps; k++) { // without branches: a compiler makes vectors of it
+        float s = ((float)k + offset) * length, z = m->near / (1 - s * m->closing), depth = m->origin[2] + z * d[2];
+        float per = 1 / depth;
+        way[0][k] = ((m->origin[0] + z * d[0]) * per - m->low[0]) * m->scale[0];
+        way[1][k] = ((m->origin[1] + z * d[1]) * per - m->low[1]) * m->scale[1];
+        way[2][k] = depth > 0 && depth < FLT_MAX ? (1 - m->near * per) / m->closing : -1e30f;
+        way[3][k] = z;
+    }
+    for (int k = 0; k < steps; k++) {
+        if (!(way[2][k] > -1e30f)) continue; // behind the cube's camera
+        const float at[3] = {within(way[0][k]), within(way[1][k]), within(way[2][k])};
         if (!is_occupied(m, at)) continue;
         if (places) {
             for (int i = 0; i < 3; i++) places->at[i][n] = at[i];
-            places->z[n] = z;
-            places->s[n] = s;
+            places->z[n] = way[3][k];
+            places->s[n] = ((float)k + offset) * length;
         }
         n++;
     }

@@ -3,7 +3,14 @@
 #include <math.h>
 #include <string.h>
 
-#define THIN -5.5f // added to the logarithm of a step's optical thickness, so that fields begin as thin fog
+// Added to the logarithm of a step's optical thickness, so that fields begin as thin fog. Of two fields, T begins in
+// the near half of what there is and R in the far one: photos hardly tell which scene is which, and of fog that is both
+// each takes some colours.
+#define THIN -5.5f
+#define THIN_R -4.0f     // which has less room
+#define ELSEWHERE -6.0f  // for T among what is far, R among what is near
+#define APART 0.1f       // of disparity, over which that sets in
+#define FIRST_BETA -1.5f // logit: light is T's at first
 
 VolumeNet fs_volume_net(const Kernels *kernels, const Radiance *field, Volume volume, int every)
 {
@@ -14,7 +21,12 @@ VolumeNet fs_volume_net(const Kernels *kernels, const Radiance *field, Volume vo
                      .volume = volume,
                      .table = fs_radiance_part(field, volume, RADIANCE_TABLE),
                      .color_rows = colors,
-                     .thin = THIN + logf((float)every)};
+                     .thin = (volume == VOLUME_R ? THIN_R : THIN) + logf((float)every)};
+    if (s->colors[VOLUME_R]) {
+        net.parts = (float)field->frame.parts;
+        net.apart = (volume == VOLUME_R ? -1 : 1) / APART;
+        net.beta = FIRST_BETA;
+    }
     for (int l = 0; l < s->levels; l++) net.level[l] = fs_radiance_level(s, l);
     const int size[RADIANCE_LEARNED][2] = {{0, 0},
                                            {s->hidden, code},
@@ -96,7 +108,11 @@ void fs_volume_net_density(const VolumeNet *net, VolumeSamples *v)
     MlpLayer density = layer_of(net, RADIANCE_DENSITY, v->stride), body = layer_of(net, RADIANCE_BODY, v->stride);
     mlp->forward(&density, true, v->code, v->hidden);
     mlp->forward(&body, false, v->hidden, v->body);
-    for (size_t i = 0; i < v->stride; i++) v->body[i] += net->thin;
+    for (size_t i = 0; i < v->stride; i++) {
+        float past = (v->places.at[2][i] - net->parts) * net->apart;
+        v->body[i] += net->thin + ELSEWHERE * (past < 0 ? 0 : past > 1 ? 1 : past);
+        v->body[v->stride + i] += net->beta;
+    }
     net->kernels->volume->thickness(v->body, v->n, v->tau);
 }
 

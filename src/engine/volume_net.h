@@ -14,7 +14,9 @@ typedef struct VolumeNet {
     RadianceLevel level[RADIANCE_LEVELS_MOST];
     MlpLayer layer[RADIANCE_LEARNED]; // of the parts that are matrices; without stride
     int color_rows;
-    float thin; // added to the logarithm of a sample's optical thickness
+    float thin;         // added to the logarithm of a sample's optical thickness
+    float parts, apart; // disparity from where on less is added; by the slope 1 / apart
+    float beta;         // added to the logit of beta
 } VolumeNet;
 
 // Samples of some rays. Those that weigh nothing have no colours: `of` says which have.

@@ -15,6 +15,25 @@ static RadianceShape shape_of(Separation separation, const SmallViews *views)
                              camera->width > camera->height ? camera->width : camera->height);
 }
 
+// The disparity that parts points, by depth, into two kinds that each are most alike (Otsu 1979).
+static double part_depths(const RadianceFrame *f, const float *z, int n)
+{
+    double sum = 0, before = 0, best = -1, parts = 0.5, last = 0;
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < n; i++) {
+            double s = fmin(fmax((1 - f->near / (double)z[i]) / (1 - f->near / f->far), 0), 1);
+            if (!pass) {
+                sum += s;
+                continue;
+            }
+            double apart = i ? sum / n * i - before : 0, between = i ? apart * apart / ((double)i * (n - i)) : 0;
+            if (between > best && s > last) best = between, parts = (last + s) / 2;
+            before += s;
+            last = s;
+        }
+    return fmin(fmax(parts, 0.05), 0.95);
+}
+
 // Nearest and farthest depth along the middle direction of view, of nearly all points.
 static int find_depths(const Start *start, RadianceFrame *frame, FsError *err)
 {
@@ -32,6 +51,7 @@ static int find_depths(const Start *start, RadianceFrame *frame, FsError *err)
     fs_order_floats(z, (size_t)n);
     frame->near = n ? FIELD_NEARER * (double)z[(int)(FIELD_POINTS_OUT * n)] : 0;
     frame->far = n ? FIELD_FARTHER * (double)z[(int)((1 - FIELD_POINTS_OUT) * (n - 1))] : 0;
+    if (n && frame->near > 0) frame->parts = part_depths(frame, z, n);
     free(z);
     if (n && frame->near > 0) return 0;
     return fs_error_set(err, FS_ERR_INPUT,
@@ -80,7 +100,8 @@ int fs_first_field_make(const Start *start, const Settings *set, Scene *scene, F
     MUST(find_depths(start, &frame, err));
     find_range(v, &frame);
     RadianceShape shape = shape_of(scene->separation, v);
-    fs_log_info(start->log, "initialise: fields from %.3g to %.3g units of depth, %.1f million numbers", frame.near,
-                frame.far, (double)fs_radiance_floats(&shape) / 1e6);
+    fs_log_info(start->log, "initialise: fields from %.3g to %.3g units of depth, parted at %.3g, %.1f million numbers",
+                frame.near, frame.far, frame.near / (1 - frame.parts * (1 - frame.near / frame.far)),
+                (double)fs_radiance_floats(&shape) / 1e6);
     return fs_radiance_new(&scene->field, &shape, &frame, start->seed, err);
 }

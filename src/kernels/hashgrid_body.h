@@ -52,6 +52,7 @@ static inline void scatter_as(const HashLevel *level, int hashed, const HashPlac
 {
     for (int i = 0; i < places->n; i++) {
         float fx, fy, fz, a = d_out[i], b = d_out[stride + (size_t)i];
+        if (a == 0 && b == 0) continue; // behind what is opaque
         uint32_t x = (uint32_t)cell_of(level, places->at[0][i], &fx),
                  y = (uint32_t)cell_of(level, places->at[1][i], &fy),
                  z = (uint32_t)cell_of(level, places->at[2][i], &fz);

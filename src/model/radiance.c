@@ -19,12 +19,12 @@ const RadiancePartInfo fs_radiance_parts[RADIANCE_PARTS] = {
 RadianceShape fs_radiance_shape(bool lit, bool mirrored, int long_edge)
 {
     return (RadianceShape){.levels = 12,
-                           .log2_rows = 16,
+                           .log2_rows = 17,
                            .coarsest = 16,                   // Mueller et al. 2022
                            .finest = (int)(1.7 * long_edge), // cells a pixel
                            .hidden = 32,                     // half of Mueller et al.
                            .grid = 64,                       // half of Mueller et al. along an axis
-                           .samples = 256,                   // a step is a pixel of parallax or less
+                           .samples = mirrored ? 128 : 256,  // a step is a pixel of parallax or less
                            .colors = {lit ? 6 : 3, mirrored ? 3 : 0}};
 }
 
@@ -142,11 +142,14 @@ int fs_radiance_check(const RadianceShape *s, const RadianceFrame *f, const char
                  (s->colors[VOLUME_T] == 3 || s->colors[VOLUME_T] == 6) &&
                  (s->colors[VOLUME_R] == 0 || s->colors[VOLUME_R] == 3);
     if (!shape) return fs_error_input(err, "%s: field: not the shape of radiance fields that this program makes", path);
-    bool frame = fs_camera_is_rotation(f->w2c, 1e-3) && f->near > 1e-12 && f->far > f->near && f->far < 1e15;
+    bool frame = fs_camera_is_rotation(f->w2c, 1e-3) && f->near > 1e-12 && f->far > f->near && f->far < 1e15 &&
+                 f->parts > 0 && f->parts < 1;
     for (int k = 0; k < 2; k++)
         frame = frame && fabs(f->low[k]) < 1e6 && fabs(f->high[k]) < 1e6 && f->low[k] < f->high[k];
     for (int k = 0; k < 3; k++) frame = frame && fabs(f->w2c[4 * k + 3]) < 1e15;
-    if (!frame) return fs_error_input(err, "%s: field: expected a rotation, low < high and 0 < near < far", path);
+    if (!frame)
+        return fs_error_input(err, "%s: field: expected a rotation, low < high, 0 < near < far and 0 < parts < 1",
+                              path);
     return 0;
 }
 

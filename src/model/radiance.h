@@ -48,6 +48,7 @@ typedef struct RadianceFrame {
     double w2c[12];
     double low[2], high[2];
     double near, far;
+    double parts; // s between the near and the far one of two scenes, of which nothing else is known at first
 } RadianceFrame;
 
 typedef struct Radiance {

@@ -95,8 +95,9 @@ static json_t *field_to_json(const Radiance *field)
     for (size_t i = 0; i < N_SHAPE; i++)
         json_object_set_new(shape, shape_numbers[i].name,
                             json_integer(*(const int *)((const char *)&field->shape + shape_numbers[i].offset)));
-    return json_pack("{s:o, s:o, s:o, s:o, s:f, s:f}", "shape", shape, "w2c", numbers_to_json(f->w2c, 12), "low",
-                     numbers_to_json(f->low, 2), "high", numbers_to_json(f->high, 2), "near", f->near, "far", f->far);
+    return json_pack("{s:o, s:o, s:o, s:o, s:f, s:f, s:f}", "shape", shape, "w2c", numbers_to_json(f->w2c, 12), "low",
+                     numbers_to_json(f->low, 2), "high", numbers_to_json(f->high, 2), "near", f->near, "far", f->far,
+                     "parts", f->parts);
 }
 
 static json_t *to_json(const Scene *scene)
@@ -275,7 +276,8 @@ static int read_field(Scene *scene, const json_t *field, const char *dir, FsErro
     FilePath model = fs_file_at("%s/model.json", dir);
     RadianceShape shape = {0};
     RadianceFrame f = {.near = json_number_value(json_object_get(field, "near")),
-                       .far = json_number_value(json_object_get(field, "far"))};
+                       .far = json_number_value(json_object_get(field, "far")),
+                       .parts = json_number_value(json_object_get(field, "parts"))};
     for (size_t i = 0; i < N_SHAPE; i++) {
         json_int_t x = json_integer_value(json_object_get(json_object_get(field, "shape"), shape_numbers[i].name));
         *(int *)((char *)&shape + shape_numbers[i].offset) = x >= 0 && x <= 1 << 20 ? (int)x : -1;

@@ -92,7 +92,9 @@ void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArg
     if (scene->separation != SEPARATION_FULL) args->rate[CLOUD_GAINS] = 0;
     if (strcmp(set->densify, "relocate") == 0) args->explore = EXPLORE * args->rate[CLOUD_MEANS];
     args->field_rate = field_rate(set, step);
-    args->blind = step < FIELD_BLIND * set->steps;
-    args->every = step < FIELD_COARSE * set->steps ? 4 : step < 2 * FIELD_COARSE * set->steps ? 2 : 1;
+    bool two = scene->separation != SEPARATION_NONE;
+    double coarse = (two ? FIELDS_COARSE : FIELD_COARSE) * set->steps;
+    args->blind = two || step < FIELD_BLIND * set->steps;
+    args->every = step < coarse ? 4 : step < 2 * coarse ? 2 : 1;
     for (int l = 0; l < LAYERS; l++) args->darkest[l] = l == LAYER_R ? set->darkest : set->darkest / 2;
 }

@@ -38,8 +38,11 @@ enum {
 #define FIELD_FALLS_FROM 0.25 // -           share of the steps
 #define FIELD_FALL 0.02       // -           of the rate, from there to the end
 #define FIELD_COARSE 0.15     // -           share of the steps with a quarter of the samples, and again with a half
-#define FIELD_BLIND 0.6       // NeRFReN     share of the steps before colours may depend on the direction of view
-enum { FIELD_WARM_UP = 50 };  // -
+#define FIELDS_COARSE 0.35    // -           the same for two fields
+#define FIELD_BLIND                                                                                                    \
+    0.6 // NeRFReN     share of the steps before colours may depend on the direction of view; of two fields
+//                           they never do
+enum { FIELD_WARM_UP = 50 }; // -
 
 // The photographer's mirror image (photographer.c).
 #define OCCLUSION_COST 0.01f   // experiment

@@ -82,7 +82,7 @@ static int make_field(Scene *scene, FsError *err)
 {
     const RadianceShape shape =
         fs_radiance_shape(scene->separation == SEPARATION_FULL, scene->separation != SEPARATION_NONE, 300);
-    const RadianceFrame frame = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-0.6, -0.6}, {0.6, 0.6}, 1, 10};
+    const RadianceFrame frame = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-0.6, -0.6}, {0.6, 0.6}, 1, 10, 0.7};
     scene->pane_beta = false;
     return fs_radiance_new(&scene->field, &shape, &frame, 1, err);
 }

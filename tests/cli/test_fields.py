@@ -1,4 +1,6 @@
 """Scenes of radiance fields from photos to the page: the same stages, files and bits as of Gaussians."""
+import json
+
 import common
 from common import FolderTest, run
 
@@ -7,7 +9,7 @@ class Fields(FolderTest):
     def test_flash_nerf(self):
         scene, out = self.dir / "scene", self.dir / "out"
         made = run("synth", "-o", scene, "--width", 144, "--height", 96, "--photos", 10,
-                   "--held-out", 1, "--seed", 31)
+                   "--held-out", 1, "--seed", 31, "--hard", "picture")
         self.assertEqual(made.returncode, 0, made.stderr)
         share = ["--preset", "flash-nerf", "--steps", 40]
         job = ["run", scene / "capture/raw", "-o", out, "--poses", scene / "truth/sparse", *share, "--long-edge", 96,
@@ -18,6 +20,9 @@ class Fields(FolderTest):
         for name in ("T_N", "T_F", "R", "beta", "I_F", "depth_R"):
             self.assertEqual(len([*(out / "renders" / name).iterdir()]), 10, name)
         self.assertTrue((out / "progress/00040.png").is_file() and (out / "sheet.png").is_file())
+        frame = json.loads((out / "clouds/model.json").read_text())["field"]
+        middle = frame["near"] / (1 - frame["parts"] * (1 - frame["near"] / frame["far"]))
+        self.assertTrue(1.5 < middle < 3.5, f"{middle}: pictures are nearer than 2.2 m, the mirrored room is farther")
         self.assertFalse((out / "report/scene.js").exists(), "a viewer without Gaussians")
         self.assertIn("radiance fields", done.stdout + done.stderr)
         field = (out / "clouds/field.bin").read_bytes()

@@ -20,7 +20,7 @@ static const char *const devices[] = {"cpu", "reference"};
 static const Separation kinds[] = {SEPARATION_NONE, SEPARATION_FLASHLESS, SEPARATION_FULL};
 #define FOR_KINDS(k) for (int k = 0; k < 3; k++)
 
-static const RadianceFrame frame = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-0.5, -0.4}, {0.6, 0.5}, 1, 8};
+static const RadianceFrame frame = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-0.5, -0.4}, {0.6, 0.5}, 1, 8, 0.8};
 
 static Scene make_scene(Separation kind)
 {
