@@ -39,10 +39,8 @@ enum {
 #define FIELD_FALL 0.02       // -           of the rate, from there to the end
 #define FIELD_COARSE 0.15     // -           share of the steps with a quarter of the samples, and again with a half
 #define FIELDS_COARSE 0.35    // -           the same for two fields
-#define FIELD_BLIND                                                                                                    \
-    0.6 // NeRFReN     share of the steps before colours may depend on the direction of view; of two fields
-//                           they never do
-enum { FIELD_WARM_UP = 50 }; // -
+#define FIELD_BLIND 0.6       // NeRFReN     share before colours know the direction of view; of two fields never
+enum { FIELD_WARM_UP = 50 };  // -
 
 // The photographer's mirror image (photographer.c).
 #define OCCLUSION_COST 0.01f   // experiment
