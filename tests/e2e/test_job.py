@@ -108,7 +108,7 @@ class Job(unittest.TestCase):
         self.assertNotIn("skipped", text)
         self.assertEqual(plys(copy), plys(self.out))
         text = run("train", copy, *TRAIN, "--steps", 3)
-        self.assertIn("--steps", text)
+        self.assertIn("the setting steps was 300 and is 3 now", text)
         self.assertFalse((copy / "done/render.json").exists())
         self.assertFalse((copy / "done/export.json").exists())
 
