@@ -10,8 +10,6 @@
 #define FS_KERNELS_GAIN_H
 
 #define FS_GAIN_EPSILON 0.05f
-#define FS_GAIN_SHADE 3 // e^3 times the usual gain
-#define FS_GAIN_SHADE_PUSH 0.5f
 
 // Each edge stands with both its ends.
 typedef struct GainGraph {
@@ -25,10 +23,8 @@ typedef struct GainKernels {
     // gains, d_gains (N, 1), for i in [begin, end): adds weight * dL/dg_i; returns these rows' part of L: half of their
     // edges.
     double (*smooth)(const GainGraph *graph, const float *gains, int begin, int end, float weight, float *d_gains);
-    // Where light that the flash does not brighten is rather mirrored, unless the photos insist. Gains below 0, of
-    // which there are few, are all such light; what the flash brightens far more than usual lies in shade, and hardly
-    // anything but its gain tells how little light without flash is its own. Adds the gradient of weight * L; returns
-    //   L = sum of phi(g_i),   phi(g) = -g below 0, -FS_GAIN_SHADE_PUSH (g - FS_GAIN_SHADE) above FS_GAIN_SHADE, else 0
+    // Against gains below 0, of which there are few: what the flash hardly brightens is mirrored, unless the photos
+    // insist. Adds the gradient of weight * sum of max(0, -g_i); returns the sum.
     double (*push)(const float *gains, int begin, int end, float weight, float *d_gains);
 } GainKernels;
 

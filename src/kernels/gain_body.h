@@ -22,9 +22,9 @@ static double push(const float *gains, int begin, int end, float weight, float *
 {
     double sum = 0;
     for (int i = begin; i < end; i++) {
-        float g = gains[i], slope = g < 0 ? -1 : g > FS_GAIN_SHADE ? -FS_GAIN_SHADE_PUSH : 0;
-        d_gains[i] += weight * slope;
-        sum += (double)(slope * (g < 0 ? g : g - FS_GAIN_SHADE));
+        if (!(gains[i] < 0)) continue;
+        d_gains[i] -= weight;
+        sum -= (double)gains[i];
     }
     return sum;
 }
