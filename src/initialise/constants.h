@@ -28,8 +28,6 @@ enum {
     STEREO_STEPS_MIN = 32,        // -          of depth
     STEREO_STEPS_MAX = 128,       // -
     COLORS_TURNS = 3,             // -          in which the two scenes are freed from each other
-    STEREO_VOTES = 2,             // -          of other views that a point needs (each that agrees has two),
-    STEREO_VOTES_SURE = 12,       // experiment and from which on it is kept wherever it lies
     SEEDS_SURFACE_POINTS = 25000, // -          that a surface is drawn from at most
     COLORED_FEWEST = 8,           // -          points of a kind below which its depth is guessed
     ADVISE_FEW_POINTS = 50,       // captures
@@ -74,8 +72,6 @@ enum {
 #define STEREO_SURE_R 0.1f          // -
 #define STEREO_SAME_DEPTH 0.04f     // -          relative; within this two views agree
 #define STEREO_APART 0.08f          // -          relative; how much nearer or farther the mirrored surface of a ray is
-#define RESIDUAL_DEPTH_ODDS 0.4f    // experiment share of what depths tell, where the other scene was subtracted
-#define RESIDUAL_APART 0.12f        // experiment STEREO_APART there
 #define OUTLIERS_FARTHER_T 1.5f     // experiment times as far from points of its own scene as from the other's
 #define OUTLIERS_FARTHER_R 6.0f     // experiment
 #define SURFACE_SAME 0.05f          // -          relative depth within which points are of one surface

@@ -1,7 +1,5 @@
 #include "initialise/start.h"
 
-#include <limits.h>
-
 #include "initialise/constants.h"
 #include "initialise/outliers.h"
 #include "initialise/stereo.h"
@@ -20,9 +18,8 @@ static int find_again(const Start *start, bool reflected, DepthMaps *maps, Point
     TRY(fs_first_colors_subtract(start->views, other, without, with, &residual, start->threads, err));
     TRY(fs_stereo_renew(start, &residual, reflected, maps, err));
     fs_points_list_free(&dense[reflected]);
-    TRY(fs_stereo_fuse(maps, reflected, STEREO_VOTES, STEREO_VOTES_SURE, &dense[reflected], err));
+    TRY(fs_stereo_fuse(maps, reflected, &dense[reflected], err));
     TRY(fs_outliers_drop(start->points, reflected, start->threads, &dense[reflected], err));
-    TRY(fs_stereo_fuse(maps, reflected, STEREO_VOTES_SURE, INT_MAX, &dense[reflected], err));
 fail:
     fs_small_views_free(&residual);
     fs_colored_seeds_free(&seeds);
@@ -40,7 +37,7 @@ int fs_residual_stereo_find(const Start *start, PointList dense[2], FsError *err
     }
     TRY(fs_stereo_find(start, &maps, err));
     for (int k = 0; k < 2; k++) {
-        TRY(fs_stereo_fuse(&maps, k, STEREO_VOTES, INT_MAX, &dense[k], err));
+        TRY(fs_stereo_fuse(&maps, k, &dense[k], err));
         TRY(fs_outliers_drop(start->points, k, start->threads, &dense[k], err));
     }
     TRY(find_again(&with_dense, true, &maps, dense, err));

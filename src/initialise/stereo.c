@@ -53,7 +53,6 @@ typedef struct Match { // the maps of swept views, a job each
     PlaneSweep *sweep;
     DepthMap *map;
     bool renew[2]; // transmitted, reflected
-    float apart;   // relative: how much nearer or farther the mirrored surface of a ray is
     bool failed;   // out of memory
 } Match;
 
@@ -70,7 +69,7 @@ static void keep_sure(const PlaneSweep *sweep, const float *score, float sure, f
     }
 }
 
-static bool match_layer(PlaneSweep *s, bool reflected, float apart, DepthMap *map)
+static bool match_layer(PlaneSweep *s, bool reflected, DepthMap *map)
 {
     static const struct {
         float small, large, sure;
@@ -79,7 +78,7 @@ static bool match_layer(PlaneSweep *s, bool reflected, float apart, DepthMap *ma
     float *score = s->score[reflected], *layer = map->layer[reflected];
     for (int i = 0; reflected && i < width * height; i++) // what is near the transmitted surface is that surface
         for (int d = 0; d < s->steps; d++)
-            if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < apart * map->guess[i])
+            if (fabsf(s->inverse_min + (float)d * s->inverse_step - map->guess[i]) < STEREO_APART * map->guess[i])
                 score[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
     const ScoreVolume volume = {score, width, height, s->steps};
     if (fs_semiglobal_choose(&volume, costs[reflected].small, costs[reflected].large, layer, NULL) < 0) return false;
@@ -102,7 +101,7 @@ static void match_job(void *context, int job, int worker)
     if (!map->guess) map->guess = malloc(sizeof(float) * n);
     bool done = map->layer[0] && map->layer[1] && map->guess;
     for (int k = 0; k < 2 && done; k++)
-        if (w->renew[k]) done = match_layer(s, k, w->apart, map);
+        if (w->renew[k]) done = match_layer(s, k, map);
     if (!done) __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
 }
 
@@ -137,9 +136,10 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
     return sum;
 }
 
-int fs_stereo_fuse(const DepthMaps *maps, bool reflected, int least, int below, PointList *points, FsError *err)
+int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsError *err)
 {
     int rc = 0;
+    *points = (PointList){0};
     for (int k = 0; k < maps->n; k++) {
         const DepthMap *map = &maps->map[k];
         const float *layer = map->layer[reflected];
@@ -150,17 +150,17 @@ int fs_stereo_fuse(const DepthMaps *maps, bool reflected, int least, int below, 
             if (!(layer[i] > 0)) continue;
             fs_small_views_unproject(&map->camera, i % width + 0.5, (double)(i / width) + 0.5, 1 / (double)layer[i],
                                      xyz);
-            int sum = votes(maps->map, maps->n, k, reflected, xyz);
-            if (sum >= least && sum < below) TRY(fs_points_append(points, xyz, err));
+            if (votes(maps->map, maps->n, k, reflected, xyz) >= 2) TRY(fs_points_append(points, xyz, err));
         }
     }
+    return 0;
 fail:
+    fs_points_list_free(points);
     return rc;
 }
 
-// Sweeps the views in the photos of `views`, with the odds that depths have there, and matches the scenes wanted.
-static int sweep_all(const Start *start, const SmallViews *views, const DepthOdds *odds, Match match, DepthMaps *maps,
-                     FsError *err)
+// Sweeps the views and matches the scenes wanted, in the photos of `views`.
+static int sweep_all(const Start *start, const SmallViews *views, const bool renew[2], DepthMaps *maps, FsError *err)
 {
     int rc = 0;
     PlaneSweep sweep[STEREO_VIEWS] = {0};
@@ -169,10 +169,10 @@ static int sweep_all(const Start *start, const SmallViews *views, const DepthOdd
     for (int k = 0; k < maps->n; k++) {
         if (fs_log_cancelled(start->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "initialise: stopped"));
         if (maps->range[k].steps > 0)
-            TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], odds, start->threads, &sweep[k], err));
+            TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], start->odds, start->threads, &sweep[k],
+                                   err));
     }
-    match.sweep = sweep;
-    match.map = maps->map;
+    Match match = {sweep, maps->map, {renew[0], renew[1]}, false};
     fs_threads_for(start->threads, maps->n, match_job, &match);
     if (match.failed) rc = fs_error_memory(err);
 fail:
@@ -183,7 +183,7 @@ fail:
 
 int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
 {
-    const Match both = {.renew = {true, true}, .apart = STEREO_APART};
+    static const bool both[2] = {true, true};
     const SmallViews *views = start->views;
     int rc = 0, *order = malloc(sizeof(int) * ((size_t)views->n + 1));
     if (!order) return fs_error_memory(err);
@@ -193,7 +193,7 @@ int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
         maps->view[k] = order[k];
         TRY(find_range(start, order[k], &maps->range[k], err));
     }
-    TRY(sweep_all(start, views, start->odds, both, maps, err));
+    TRY(sweep_all(start, views, both, maps, err));
 fail:
     free(order);
     if (rc < 0) fs_stereo_free(maps);
@@ -202,8 +202,6 @@ fail:
 
 int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, DepthMaps *maps, FsError *err)
 {
-    const Match one = {.renew = {!reflected, reflected}, .apart = RESIDUAL_APART};
-    DepthOdds odds = *start->odds;
-    for (int i = 0; i < DEPTH_ODDS_STEPS; i++) odds.odds[i] *= RESIDUAL_DEPTH_ODDS;
-    return sweep_all(start, residual, &odds, one, maps, err);
+    const bool renew[2] = {!reflected, reflected};
+    return sweep_all(start, residual, renew, maps, err);
 }

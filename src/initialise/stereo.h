@@ -25,7 +25,7 @@ void fs_stereo_free(DepthMaps *maps);
 int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err);
 // Finds one scene's surfaces once more, in photos that the other scene was subtracted from.
 int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, DepthMaps *maps, FsError *err);
-// Depth fusion: appends the points on which views agree, with at least so many votes and fewer than `below`.
-int fs_stereo_fuse(const DepthMaps *maps, bool reflected, int least, int below, PointList *points, FsError *err);
+// Depth fusion: the points on which views agree.
+int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsError *err);
 
 #endif

@@ -4,7 +4,6 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <cmocka.h>
-#include <limits.h>
 #include <string.h>
 
 #include "initialise/constants.h"
@@ -166,15 +165,8 @@ static void find_both(unsigned char *kind, Threads *threads, PointList *T, Point
     SparsePoints all = sparse(kind);
     const Start start = {.views = &views, .points = &all, .odds = &odds, .threads = threads, .log = &quiet};
     assert_int_equal(fs_stereo_find(&start, &maps, NULL), 0);
-    *T = *R = (PointList){0};
-    assert_int_equal(fs_stereo_fuse(&maps, false, STEREO_VOTES, INT_MAX, T, NULL), 0);
-    assert_int_equal(fs_stereo_fuse(&maps, true, STEREO_VOTES, INT_MAX, R, NULL), 0);
-    PointList some = {0}; // each point is in one of two ranges of votes
-    assert_int_equal(fs_stereo_fuse(&maps, false, STEREO_VOTES, 6, &some, NULL), 0);
-    assert_true(T->n == 0 || (some.n > 0 && some.n < T->n));
-    assert_int_equal(fs_stereo_fuse(&maps, false, 6, INT_MAX, &some, NULL), 0);
-    assert_int_equal(some.n, T->n);
-    fs_points_list_free(&some);
+    assert_int_equal(fs_stereo_fuse(&maps, false, T, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&maps, true, R, NULL), 0);
     fs_stereo_free(&maps);
 }
 
