@@ -104,8 +104,10 @@ static int write_json(const char *path, const Photos *photos, const Findings *fi
     json_t *list = json_array(), *found = json_array();
     for (int i = 0; i < photos->n; i++) {
         json_t *photo = photo_json(&photos->photo[i]);
-        int beside = photos->photo[i].beside;
+        int beside = photos->photo[i].beside, twin = photos->photo[i].twin_of;
         json_object_set_new(photo, "beside", beside < 0 ? json_null() : json_string(photos->photo[beside].name));
+        json_object_set_new(photo, "twin_of", twin < 0 ? json_null() : json_string(photos->photo[twin].name));
+        json_object_set_new(photo, "stranger", json_boolean(photos->photo[i].stranger));
         json_array_append_new(list, photo);
     }
     for (int i = 0; i < findings->n; i++)
@@ -152,6 +154,7 @@ int fs_check_run(const char *folder, const FsSettings *settings, const Log *log,
     TRY(look_at_all(&photos, settings->threads, log, err));
     TRY(fs_photos_mark_flash(&photos, settings, log, err));
     TRY(fs_photos_drop_failed(&photos, log, err));
+    fs_photos_drop_copies(&photos);
     TRY(fs_findings_make(&findings, &photos, err));
     if (*settings->json) TRY(write_json(settings->json, &photos, &findings, err));
     rc = say(&photos, &findings, log, err);

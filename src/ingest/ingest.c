@@ -60,6 +60,20 @@ static int develop_all(const FsProject *project, Photos *photos, const char *dir
     return 0;
 }
 
+// With what was made of them.
+static void drop_copies(Photos *photos, const char *dir)
+{
+    for (int i = 0; i < photos->n; i++) {
+        const char *name = photos->photo[i].name;
+        if (!fs_photos_is_copy(photos, &photos->photo[i])) continue;
+        fs_owned_remove(fs_file_at("%s/%s.tif", dir, name).text);
+        fs_owned_remove(fs_file_at("%s/%s_mask.png", dir, name).text);
+        fs_owned_remove(fs_file_at("%s/features/%s.png", dir, name).text);
+        fs_owned_remove(fs_file_at("%s/features_masks/%s.png.png", dir, name).text);
+    }
+    fs_photos_drop_copies(photos);
+}
+
 // What the pictures themselves give away.
 static void check_pictures(const Photos *photos, const Log *log)
 {
@@ -92,7 +106,8 @@ static void check_pictures(const Photos *photos, const Log *log)
 // What `check` says, as far as the warnings above do not.
 static int warn_of_findings(Photos *photos, const Log *log, FsError *err)
 {
-    static const char *const kinds[] = {"misfire", "wrong-flash", "gap", "blur", "zoom", "clipped", "dark", "untold"};
+    static const char *const kinds[] = {"misfire", "wrong-flash", "gap",  "blur", "zoom", "clipped",
+                                        "dark",    "untold",      "copy", "both", "twin", "stranger"};
     Findings findings;
     MUST(fs_findings_make(&findings, photos, err));
     for (int i = 0; i < findings.n; i++)
@@ -211,6 +226,7 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     TRY(begin(project, &photos, dir.text, err));
     TRY(develop_all(project, &photos, dir.text, threads, err));
     TRY(fs_photos_drop_failed(&photos, log, err));
+    drop_copies(&photos, dir.text);
     TRY(fs_photos_check_groups(&photos, project, err));
     check_pictures(&photos, log);
     TRY(warn_of_findings(&photos, log, err));

@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "base/order.h"
+#include "model/alike.h"
 
 enum {
     FEWEST = FS_PHOTOS_FOR_COLMAP,
@@ -60,6 +61,19 @@ static int count(const bool *marked, int n)
     return sum;
 }
 
+// The value most photos have, within a share; 0: unknown.
+static double commonest(const double *value, int n, double share)
+{
+    double best = 0;
+    int most = 0;
+    for (int i = 0; i < n; i++) {
+        int same = 0;
+        for (int k = 0; k < n && value[i] > 0; k++) same += fabs(value[k] / value[i] - 1) < share;
+        if (same > most) most = same, best = value[i];
+    }
+    return best;
+}
+
 // The photos nearest in order, of one lighting (-1: any), without i itself.
 static int neighbours(const Photos *photos, int i, int flash, int at[NEIGHBOURS])
 {
@@ -89,7 +103,7 @@ static void find_blur(Findings *f, Photos *photos, bool *marked)
             double m = fs_order_median(usual, (size_t)n);
             photo->sharpness = fmin(photo->sharpness, m > 0 ? photo->look.detail[k] / m : 1);
         }
-        marked[i] = photo->sharpness < BLURRED;
+        marked[i] = photo->sharpness < BLURRED && !photo->stranger;
         worst = fmin(worst, photo->sharpness);
     }
     if (count(marked, photos->n))
@@ -154,8 +168,9 @@ static void find_wrong_flash(Findings *f, Photos *photos, double *light, bool *m
         for (int i = 0; i < photos->n; i++) {
             double other = (flash ? 1 : -1) * brighter_than(photos, light, i, !flash);
             double own = brighter_than(photos, light, i, flash);
-            marked[i] = photos->photo[i].flash == flash && photos->photo[i].look.clipped < CLIPPED &&
-                        other < TOO_LITTLE * usual && fabs(other) < fabs(own);
+            marked[i] = photos->photo[i].flash == flash && !photos->photo[i].stranger &&
+                        photos->photo[i].look.clipped < CLIPPED && other < TOO_LITTLE * usual &&
+                        fabs(other) < fabs(own);
             if (marked[i]) photos->photo[i].odd_light = true;
         }
         if (count(marked, photos->n))
@@ -186,16 +201,68 @@ static void find_misfires(Findings *f, const Photos *photos, bool *marked)
             names(photos, marked, text));
 }
 
+// Twins count once.
 static void find_few(Findings *f, const Photos *photos)
 {
-    int n[2] = {0, 0};
-    for (int i = 0; i < photos->n; i++) n[photos->photo[i].flash == 1]++;
+    int n[2] = {0, 0}, twins[2] = {0, 0};
+    for (int i = 0; i < photos->n; i++) {
+        const PhotoFile *photo = &photos->photo[i];
+        n[photo->flash == 1] += photo->twin_of < 0 && !photo->stranger;
+        twins[photo->flash == 1] += photo->twin_of >= 0;
+    }
     for (int flash = 0; flash < 2; flash++)
         if (n[flash] < ADVISED)
             add(f, "few", n[flash] < FEWEST ? FINDING_UNUSABLE : FINDING_DOUBT,
-                "only %d photos %s flash: %s; take 10 to 15 of each kind", n[flash], flash ? "with" : "without",
+                "only %d photos %s flash%s: %s; take 10 to 15 of each kind", n[flash], flash ? "with" : "without",
+                twins[flash] ? " from different places" : "",
                 n[flash] < FEWEST ? "COLMAP needs 5 of each to find their poses"
                                   : "what few photos see is left to chance");
+}
+
+// ---- photos that show the same, or something else ----
+
+static void find_copies(Findings *f, const Photos *photos)
+{
+    if (photos->copies)
+        add(f, "copy", FINDING_HINT, "%d photos are others under another name and are left out: %s", photos->copies,
+            photos->copies_names);
+    for (int i = 0; i < photos->n; i++)
+        for (int k = 0; k < i; k++) {
+            const PhotoFile *a = &photos->photo[k], *b = &photos->photo[i];
+            if (!a->look.hash || a->look.hash != b->look.hash || a->flash == b->flash) continue;
+            add(f, "both", FINDING_DOUBT,
+                "%s and %s are one picture that counts as with flash and as without: take the wrong one away", a->file,
+                b->file);
+        }
+}
+
+// "A and B", "A, B and C": who shows the same, each group by itself.
+static void find_twins(Findings *f, const Photos *photos, bool *marked)
+{
+    char text[200];
+    for (int first = 0; first < photos->n; first++) {
+        for (int i = 0; i < photos->n; i++) marked[i] = i == first || photos->photo[i].twin_of == first;
+        if (count(marked, photos->n) > 1)
+            add(f, "twin", FINDING_HINT,
+                "taken from one place: %s: what shows the same again adds nothing; step 5 to 10 cm between photos",
+                names(photos, marked, text));
+    }
+}
+
+// Another zoom is said as such, and a blurred photo is hardly like any other.
+static void find_strangers(Findings *f, const Photos *photos, double *focal, bool *marked)
+{
+    char text[200];
+    int n = photos->n;
+    for (int i = 0; i < n; i++) focal[i] = photos->photo[i].exif.focal_mm;
+    double usual = commonest(focal, n, OTHER_FOCAL);
+    for (int i = 0; i < n; i++)
+        marked[i] = photos->photo[i].stranger && !(focal[i] > 0 && fabs(focal[i] / usual - 1) >= OTHER_FOCAL);
+    if (count(marked, n))
+        add(f, "stranger", FINDING_DOUBT,
+            "nothing in common with the other photos: %s: of another place, or too far from them; leave them out, or "
+            "take more between",
+            names(photos, marked, text));
 }
 
 static void find_unreadable(Findings *f, const Photos *photos)
@@ -273,19 +340,6 @@ static void find_gaps(Findings *f, Photos *photos, double *place, bool *marked)
 }
 
 // ---- camera ----
-
-// The value most photos have, within a share; 0: unknown.
-static double commonest(const double *value, int n, double share)
-{
-    double best = 0;
-    int most = 0;
-    for (int i = 0; i < n; i++) {
-        int same = 0;
-        for (int k = 0; k < n && value[i] > 0; k++) same += fabs(value[k] / value[i] - 1) < share;
-        if (same > most) most = same, best = value[i];
-    }
-    return best;
-}
 
 static void find_zoom(Findings *f, const Photos *photos, double *value, bool *marked)
 {
@@ -370,9 +424,13 @@ int fs_findings_make(Findings *findings, Photos *photos, FsError *err)
     size_t n = (size_t)photos->n + 1;
     bool *marked = calloc(n, sizeof *marked);
     double *value = calloc(2 * n, sizeof *value);
-    if (marked && value) {
+    int rc = marked && value ? fs_alike_compare(photos, err) : fs_error_memory(err);
+    if (rc == 0) {
         find_unreadable(findings, photos);
+        find_copies(findings, photos);
         find_few(findings, photos);
+        find_strangers(findings, photos, value, marked);
+        find_twins(findings, photos, marked);
         find_misfires(findings, photos, marked);
         find_wrong_flash(findings, photos, value, marked);
         find_gaps(findings, photos, value, marked);
@@ -381,7 +439,6 @@ int fs_findings_make(Findings *findings, Photos *photos, FsError *err)
         find_exposure(findings, photos, value, marked);
         find_light(findings, photos, marked);
     }
-    int rc = marked && value ? 0 : fs_error_memory(err);
     free(marked);
     free(value);
     return rc;

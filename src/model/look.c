@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/hash.h"
 #include "image/blur.h"
 
 #define FINE_SIGMA 0.7f // pixels
@@ -46,6 +47,24 @@ fail:
     return rc;
 }
 
+void fs_look_free(Look *look)
+{
+    fs_image_free(&look->small);
+    *look = (Look){0};
+}
+
+static int make_small(Look *look, const Image *grey, FsError *err)
+{
+    int width = grey->width, height = grey->height;
+    fs_image_free(&look->small);
+    look->hash = 0;
+    if (width < FS_LOOK_SMALL && height < FS_LOOK_SMALL) return 0; // tells too little
+    fs_image_limit(FS_LOOK_SMALL, &width, &height);
+    look->hash = fs_hash_bytes(FS_HASH_EMPTY, grey->px, fs_image_pixels(grey) * sizeof *grey->px);
+    if (width == grey->width && height == grey->height) return fs_image_copy(&look->small, grey, err);
+    return fs_image_resize_area(grey, width, height, &look->small, err);
+}
+
 int fs_look_at(Look *look, const Image *rgb, FsError *err)
 {
     static const int direction[LOOK_DIRECTIONS][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
@@ -54,6 +73,7 @@ int fs_look_at(Look *look, const Image *rgb, FsError *err)
     int rc = 0;
     memset(look->detail, 0, sizeof look->detail);
     TRY(make_grey(rgb, &grey, &look->mean, err));
+    TRY(make_small(look, &grey, err));
     if (grey.width < 16 || grey.height < 16) goto fail; // nothing to see
     size_t n = fs_image_pixels(&grey);
     fine = malloc(n * sizeof *fine);

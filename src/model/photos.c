@@ -10,11 +10,14 @@
 #include "base/hash.h"
 #include "image/photo.h"
 
+enum { NAMES = sizeof((Photos *)0)->left_out_names }; // bytes
+
 static void free_photo(PhotoFile *photo)
 {
     free(photo->path);
     free(photo->file);
     free(photo->name);
+    fs_look_free(&photo->look);
     *photo = (PhotoFile){0};
 }
 
@@ -316,11 +319,40 @@ void fs_photos_read_headers(Photos *photos, Threads *threads)
     fs_threads_for(threads, photos->n, read_header, photos);
 }
 
+static void add_name(char names[NAMES], const char *name)
+{
+    size_t used = strlen(names);
+    if (used + strlen(name) + 7 < NAMES)
+        snprintf(names + used, NAMES - used, "%s%s", used ? ", " : "", name);
+    else if (used && names[used - 1] != '.')
+        strcat(names, "...");
+}
+
+bool fs_photos_is_copy(const Photos *photos, const PhotoFile *photo)
+{
+    for (const PhotoFile *of = photos->photo; of < photo; of++)
+        if (of->flash == photo->flash && !of->failure.code && !photo->failure.code && of->look.hash &&
+            of->look.hash == photo->look.hash)
+            return true;
+    return false;
+}
+
+void fs_photos_drop_copies(Photos *photos)
+{
+    int n = photos->n;
+    for (int i = 0; i < n; i++) {
+        if (!fs_photos_is_copy(photos, &photos->photo[i])) continue;
+        photos->copies++;
+        add_name(photos->copies_names, photos->photo[i].file);
+    }
+    for (int i = n - 1; i >= 0; i--) // what they are copies of comes before them
+        if (fs_photos_is_copy(photos, &photos->photo[i])) free_photo(&photos->photo[i]);
+    fs_photos_close_gaps(photos);
+}
+
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
 {
     int n = photos->n, all = n + photos->left_out;
-    char *names = photos->left_out_names;
-    const size_t size = sizeof photos->left_out_names;
     for (int i = 0; i < n; i++) {
         const PhotoFile *photo = &photos->photo[i];
         if (!photo->failure.code) continue;
@@ -329,15 +361,11 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
             return photo->failure.code;
         }
         if (!photos->left_out++) photos->left_out_why = photo->failure;
-        size_t used = strlen(names), length = strlen(photo->file);
-        if (used + length + 7 < size)
-            snprintf(names + used, size - used, "%s%s", used ? ", " : "", photo->file);
-        else if (used && names[used - 1] != '.')
-            strcat(names, "...");
+        add_name(photos->left_out_names, photo->file);
     }
     if (photos->left_out * 3 > all)
         return fs_error_input(err, "%s: %d of %d photos cannot be used: %s (first: %s)", photos->folder,
-                              photos->left_out, all, names, photos->left_out_why.message);
+                              photos->left_out, all, photos->left_out_names, photos->left_out_why.message);
     for (int i = 0; i < n; i++) {
         PhotoFile *photo = &photos->photo[i];
         if (!photo->failure.code) continue;

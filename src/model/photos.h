@@ -35,6 +35,8 @@ typedef struct PhotoFile {
     double sharpness; // detail as a share of its neighbours', in the worst direction
     bool odd_light;   // as bright as photos of the other lighting
     int beside;       // the nearest photo of the other lighting, -1: none
+    int twin_of;      // an earlier photo that shows the same (alike.h), -1: none
+    bool stranger;    // shows another place than the others
 } PhotoFile;
 
 typedef struct Photos {
@@ -47,6 +49,8 @@ typedef struct Photos {
     int left_out;            // photos that were dropped as failed
     char left_out_names[200];
     FsError left_out_why; // of the first
+    int copies;           // photos that were dropped as copies
+    char copies_names[200];
 } Photos;
 
 void fs_photos_free(Photos *photos);
@@ -71,6 +75,10 @@ SensorLevels fs_photos_developed(const Photos *photos); // what all photos are r
 void fs_photos_read_headers(Photos *photos, Threads *threads);
 // Drops the photos that failed, each with a warning; an error when that leaves fewer than two thirds.
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err);
+
+// A photo before it of the same lighting has the same pixels. Looks and flash states must be there.
+bool fs_photos_is_copy(const Photos *photos, const PhotoFile *photo);
+void fs_photos_drop_copies(Photos *photos);
 
 // By EXIF, the name of the folder, the photo's own name where EXIF is silent, or the settings flash-glob and
 // flash-list; photos that do not tell get a failure, but where none needs to.

@@ -2,6 +2,7 @@
 import array
 import json
 import pathlib
+import random
 import shutil
 import struct
 import tempfile
@@ -180,15 +181,71 @@ class Check(FolderTest):
         self.assertRegex(found["weak-flash"], "the flash adds [4-8] % of light: go closer")
 
     def test_damaged(self):
-        for flash in (True, False):  # enough of each kind without it
-            shutil.copy(self.some(flash, 9), self.photos / f"IMG_002{1 + flash}.DNG")
         path = self.some(True, 1)
         path.write_bytes(path.read_bytes()[:9000])
         found = self.check()
-        self.assertEqual(list(found), ["unreadable"])
+        self.assertEqual(set(found) - {"few"}, {"unreadable"})
         self.assertRegex(found["unreadable"], f"left out: {path.name} .*cannot read")
         self.assertEqual(self.result["verdict"], "doubts")
-        self.assertEqual(len(self.result["photos"]), 21)
+        self.assertEqual(len(self.result["photos"]), 19)
+
+    def hint(self, kind):
+        """The one finding of a kind, which is no reason to doubt."""
+        self.assertEqual(self.check(code=0), {})
+        texts = [finding["text"] for finding in self.result["findings"] if finding["kind"] == kind]
+        self.assertEqual(len(texts), 1, self.result["findings"])
+        return texts[0]
+
+    def test_copy(self):
+        """A photo once more under another name, and with another header."""
+        for name, more in (("ZZ.DNG", b""), ("XX.DNG", b"more")):
+            (self.photos / name).write_bytes(self.some(True, 3).read_bytes() + more)
+        self.assertIn("2 photos are others under another name and are left out: XX.DNG, ZZ.DNG", self.hint("copy"))
+        self.assertEqual({photo["name"] for photo in self.result["photos"]}, set(self.flash))
+        process = run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240)
+        self.assertIn("left out: XX.DNG, ZZ.DNG", process.stderr)
+        ingested = json.loads((self.dir / "out/ingest.json").read_text())["photos"]
+        self.assertEqual({photo["name"] for photo in ingested}, set(self.flash))
+        self.assertEqual(sorted(path.stem for path in (self.dir / "out/linear").glob("*.tif")), sorted(self.flash))
+
+        change(self.photos / "ZZ.DNG", 0x9209, 16)  # the same picture as one without flash
+        found = self.check()
+        self.assertIn("both", found)
+        self.assertIn("ZZ.DNG", found["both"])
+        self.assertIn(self.some(True, 3).name, found["both"])
+
+    def test_twin(self):
+        """The same place once more: other noise, a little more light, the hand moved by two pixels."""
+        noise = random.Random(5)
+        twin = self.photos / "IMG_0021.DNG"
+        shutil.copy(self.some(False, 4), twin)
+        change_pixels(twin, lambda row: [1.03 * v + noise.gauss(0, 3 + 0.2 * max(v, 0) ** 0.5)
+                                         for v in row[2:] + row[-2:]])
+        text = self.hint("twin")
+        self.assertIn("taken from one place: " + self.some(False, 4).name + ", IMG_0021.DNG", text)
+        twins = {photo["name"]: photo["twin_of"] for photo in self.result["photos"] if photo["twin_of"]}
+        self.assertEqual(twins, {"IMG_0021": self.some(False, 4).stem})
+        for n in (5, 6):  # the rest of which are not enough then
+            self.some(False, n).unlink()
+        self.assertIn("only 8 photos without flash from different places", self.check()["few"])
+        self.assertIn(text, run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240).stderr)
+
+    def test_stranger(self):
+        """Photos of another place, at the end and between the others."""
+        other = self.dir / "other"
+        process = run("synth", "-o", other, "--seed", 2, "--width", WIDTH, "--height", HEIGHT, "--photos", 4,
+                      "--held-out", 0)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        strangers = sorted((other / "capture/raw").iterdir())[1:3]
+        shutil.copy(strangers[0], self.photos / "IMG_0021.DNG")
+        shutil.copy(strangers[1], self.some(True, 4))
+        found = self.check()
+        self.assertEqual(set(found) - {"few"}, {"stranger"})
+        self.assertIn(f"other photos: {self.some(True, 4).name}, IMG_0021.DNG:", found["stranger"])
+        self.assertEqual({photo["name"] for photo in self.result["photos"] if photo["stranger"]},
+                         {self.some(True, 4).stem, "IMG_0021"})
+        process = run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240)
+        self.assertIn(found["stranger"], process.stderr)
 
     def test_run_says_the_same(self):
         change_pixels(self.some(True, 5), lambda row: shake(shake(row)))
