@@ -203,6 +203,22 @@ fail:
     return rc;
 }
 
+static int64_t pair_id(int id1, int id2)
+{
+    return (id1 < id2 ? id1 : id2) * MAX_IMAGE_ID + (id1 < id2 ? id2 : id1);
+}
+
+int fs_database_verified(Database *d, int id1, int id2)
+{
+    sqlite3_stmt *s;
+    int n = 0;
+    if (prepare(d, "SELECT rows FROM two_view_geometries WHERE pair_id = ?", &s, NULL) < 0) return 0;
+    sqlite3_bind_int64(s, 1, pair_id(id1, id2));
+    if (read_row(d, s, NULL) == 1) n = sqlite3_column_int(s, 0);
+    sqlite3_finalize(s);
+    return n;
+}
+
 int fs_database_add_matches(Database *d, int id1, int id2, const MatchList *list, FsError *err)
 {
     sqlite3_stmt *s;
@@ -215,7 +231,7 @@ int fs_database_add_matches(Database *d, int id1, int id2, const MatchList *list
         data[2 * i + !swap] = (uint32_t)list->match[i].b;
     }
     TRY(prepare(d, "INSERT INTO matches(pair_id, rows, cols, data) VALUES(?, ?, 2, ?)", &s, err));
-    sqlite3_bind_int64(s, 1, (swap ? id2 : id1) * MAX_IMAGE_ID + (swap ? id1 : id2));
+    sqlite3_bind_int64(s, 1, pair_id(id1, id2));
     sqlite3_bind_int(s, 2, list->n);
     sqlite3_bind_blob(s, 3, data, list->n * 2 * (int)sizeof *data, SQLITE_STATIC);
     rc = finish(d, s, err);

@@ -20,6 +20,8 @@ int fs_database_features(Database *database, int image_id, Features *features, F
 void fs_database_features_free(Features *features);
 // The pair must not be there yet. a of a match is a feature of image_id1.
 int fs_database_add_matches(Database *database, int image_id1, int image_id2, const MatchList *matches, FsError *err);
+// How many matches of two photos COLMAP kept; 0 where there are none.
+int fs_database_verified(Database *database, int image_id1, int image_id2);
 // All writes between begin and end are one transaction.
 int fs_database_begin(Database *database, FsError *err);
 int fs_database_end(Database *database, FsError *err);

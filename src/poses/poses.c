@@ -8,27 +8,11 @@
 #include "model/dataset.h"
 #include "model/photos.h"
 #include "poses/match.h"
+#include "poses/missing.h"
 #include "poses/sparse.h"
 
 enum { MATCHED_FEATURES = 3000, FEWEST_MATCHED_FEATURES = 1000 };
 enum { MOST_FOR_ALL_PAIRS = 100, CHOSEN_FEATURES = 1500 }; // of more photos, only pairs that are alike are matched
-
-// Which photos have no pose, as "a, b, c and 4 more".
-static void name_missing(const Sparse *sparse, const Capture *capture, char *text, size_t size)
-{
-    size_t used = 0;
-    int left = 0;
-    text[0] = 0;
-    for (int i = 0; i < capture->n; i++) {
-        if (sparse->pose[i].known) continue;
-        if (used + strlen(capture->photo[i].name) + 24 > size) {
-            left++;
-            continue;
-        }
-        used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "", capture->photo[i].name);
-    }
-    if (left) snprintf(text + used, size - used, " and %d more", left);
-}
 
 static int check_posed(const FsProject *project, const Capture *capture, const Sparse *sparse, FsError *err)
 {
@@ -40,7 +24,7 @@ static int check_posed(const FsProject *project, const Capture *capture, const S
         group[capture->photo[i].flash] += sparse->pose[i].known;
         n += sparse->pose[i].known;
     }
-    name_missing(sparse, capture, missing, sizeof missing);
+    fs_missing_names(sparse, capture, missing, sizeof missing);
     if (3 * n < 2 * capture->n && *known)
         return fs_error_input(
             err,
@@ -65,7 +49,8 @@ static int check_posed(const FsProject *project, const Capture *capture, const S
                         FS_PHOTOS_FOR_COLMAP);
     }
     if (n < capture->n)
-        fs_log_warn(&project->log, "poses: %d of %d photos posed; left out: %s", n, capture->n, missing);
+        fs_log_warn(&project->log, "poses: %d of %d photos have a pose%s%s; left out: %s", n, capture->n,
+                    *known ? " in " : "", known, missing);
     return 0;
 }
 
@@ -136,6 +121,7 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
     TRY(fs_colmap_extract(&colmap, features, err));
     if (!*project->set.poses) {
         TRY(find_poses(&colmap, project, capture, features, sparse, err));
+        fs_missing_explain(&colmap, features, sparse);
         TRY(check_posed(project, capture, sparse, err));
     }
     TRY(fs_sparse_triangulate(sparse, project, capture, features, err));

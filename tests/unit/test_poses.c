@@ -213,6 +213,24 @@ static void test_known(void **state)
     free(model);
 }
 
+static void test_missing(void **state)
+{
+    char *out = fs_file_path("%s/out", (char *)*state), *model = fs_file_path("%s/model", (char *)*state);
+    FsError err = {0};
+    Told told = {0};
+    Dataset views;
+    make_capture(out);
+    make_model(model, PHOTOS - 2, true, &lens);
+    assert_int_equal(run(out, model, "0", &told, &err), 0);
+    assert_non_null(strstr(told.last, "10 of 12 photos have a pose in "));
+    assert_non_null(strstr(told.last, "/model; left out: IMG_10, IMG_11"));
+    read_views(out, &views);
+    assert_int_equal(views.n, PHOTOS - 2);
+    fs_dataset_free(&views);
+    free(out);
+    free(model);
+}
+
 static void assert_refused(const char *out, const char *model, int code, const char *word, const char *other)
 {
     FsError err = {0};
@@ -298,6 +316,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_known, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_missing, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_cameras, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_refused, temp_dir_make, temp_dir_remove),
     };
