@@ -10,6 +10,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/xattr.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -18,6 +19,7 @@
 
 #define LIST FS_OWNED_DIR "/made"
 #define MAX_LIST ((size_t)1 << 30)
+#define MARK "user.flashsplat" // extended attribute of files outside our folders: a line of the list, without name
 
 // Where a path is: the nearest folder of ours above it, and the name below that.
 typedef struct Place {
@@ -144,6 +146,24 @@ static bool is_listed(const Place *place, const char *path)
     return yes;
 }
 
+// Outside our folders the file itself says what we wrote. A disk without such marks leaves all files to the user.
+static void mark(const char *made)
+{
+    char *line = line_of(made, "");
+    if (line) lsetxattr(made, MARK, line, strlen(line), 0);
+    free(line);
+}
+
+static bool is_marked(const char *path)
+{
+    char was[64];
+    ssize_t n = lgetxattr(path, MARK, was, sizeof was);
+    char *now = n > 0 ? line_of(path, "") : NULL;
+    bool yes = now && strlen(now) == (size_t)n && memcmp(was, now, (size_t)n) == 0;
+    free(now);
+    return yes;
+}
+
 bool fs_owned_is_result(const char *path)
 {
     Place place;
@@ -161,7 +181,7 @@ static int check(const Place *place, const char *path, FsError *err)
         rc = fs_error_input(err, "%s: is a link; results are not written through links: remove it", linked);
     else if (lstat(path, &st) != 0)
         rc = errno == ENOTDIR ? fs_error_input(err, "%s: a file is where a folder must be", path) : 0;
-    else if (!place->root || (!is_private(place) && !is_listed(place, path)))
+    else if (place->root ? !is_private(place) && !is_listed(place, path) : !is_marked(path))
         rc = fs_error_input(
             err,
             "%s: is in the way: it is not as flashsplat wrote it, if it did; move it, or let the results go elsewhere",
@@ -217,6 +237,7 @@ int fs_owned_record(const char *made, const char *path, FsError *err)
     Place place;
     char *line = NULL;
     int rc = find(path, false, &place) < 0 ? fs_error_memory(err) : 0;
+    if (rc == 0 && !place.root) mark(made);
     if (rc == 0 && place.root && !is_private(&place)) {
         bool folder = fs_file_is_dir(made); // has its lines, and takes the place of nothing but an empty one
         rc = folder ? 0 : check(&place, path, err);

@@ -58,6 +58,18 @@ static FilePath mark_path(const FsProject *project, unsigned stage)
     return fs_file_at("%s/done/%s.json", project->out, fs_project_stage(stage)->name);
 }
 
+static void say_done(const FsProject *project, const char *stage, const char *mark)
+{
+    json_t *root = json_loads(mark, 0, NULL);
+    const char *version = json_string_value(json_object_get(root, "version"));
+    if (version && strcmp(version, fs_version()) != 0)
+        fs_log_warn(&project->log, "%s: done already by version %.40s (this is %s), skipped (--force redoes it)", stage,
+                    version, fs_version());
+    else
+        fs_log_info(&project->log, "%s: done already, skipped (--force redoes it)", stage);
+    json_decref(root);
+}
+
 static bool is_done(FsProject *project, const ProjectStage *stage)
 {
     const char *now = fs_project_fingerprint(project, stage->stage);
@@ -70,7 +82,7 @@ static bool is_done(FsProject *project, const ProjectStage *stage)
         done = fs_file_read(path.text, MAX_MARK_BYTES, &was, &size, NULL) == 0 &&
                !fs_fingerprint_differs(was, now, what, sizeof what);
         if (done)
-            fs_log_info(&project->log, "%s: done already, skipped (--force redoes it)", stage->name);
+            say_done(project, stage->name, was);
         else
             fs_log_info(&project->log, "%s: done again, %s", stage->name, was ? what : "its mark cannot be read");
     }

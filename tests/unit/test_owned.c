@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -73,6 +74,32 @@ static void test_only_what_is_ours_goes(void **state)
     assert_int_equal(fs_file_read(in(state, "a/theirs"), 10, &text, &size, NULL), 0);
     assert_string_equal(text, "1");
     free(text);
+}
+
+// Files elsewhere tell by themselves; a copy, an edited one, one that was replaced, a link are the user's.
+static void test_outside(void **state)
+{
+    char *file = in(state, "a.json"), *other = in(state, "b.json");
+    put(file, "1");
+    assert_int_equal(fs_owned_check(file, NULL), FS_ERR_INPUT);
+    unlink(file);
+    ours(file, "1");
+    bool marks = lgetxattr(file, "user.flashsplat", NULL, 0) > 0;
+    if (marks) {
+        assert_int_equal(fs_owned_check(file, NULL), 0);
+        ours(file, "2");
+        assert_int_equal(fs_owned_check(file, NULL), 0);
+        assert_int_equal(symlink(file, other), 0);
+        assert_int_equal(fs_owned_check(other, NULL), FS_ERR_INPUT);
+        unlink(other);
+    }
+    put(file, "3"); // keeps the attribute
+    assert_int_equal(fs_owned_check(file, NULL), FS_ERR_INPUT);
+    unlink(file);
+    put(file, "2");
+    assert_int_equal(fs_owned_check(file, NULL), FS_ERR_INPUT);
+    unlink(file);
+    if (!marks) skip(); // a disk without extended attributes
 }
 
 static void test_names_that_begin_alike(void **state)
@@ -249,6 +276,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_only_what_is_ours_goes, make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_outside, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_names_that_begin_alike, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_swapped_folders, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_many_threads, make, temp_dir_remove),

@@ -61,7 +61,10 @@ static void test_difference(void **state)
     assert_int_equal(pair(f, n, out, false, NULL, &said, NULL), 0);
     assert_false(fs_file_exists(tif));
     FsError err = {0};
-    assert_int_equal(pair(f, n, out, true, NULL, &said, &err), FS_ERR_INPUT); // a file is there already
+    FILE *edited = fopen(out, "ab");
+    assert_int_equal(fputc(0, edited), 0);
+    assert_int_equal(fclose(edited), 0);
+    assert_int_equal(pair(f, n, out, true, NULL, &said, &err), FS_ERR_INPUT); // not as it was written
     assert_non_null(strstr(err.message, out));
     unlink(out);
     assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);

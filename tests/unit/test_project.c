@@ -78,6 +78,24 @@ static void test_mark_and_skip(void **state)
     assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
 }
 
+static void test_another_version_is_said(void **state)
+{
+    Fixture *f = *state;
+    FilePath path = fs_file_at("%s/done/train.json", f->out);
+    char *text;
+    size_t size;
+    mark(f, FS_STAGE_TRAIN);
+    assert_int_equal(fs_file_read(path.text, 1 << 20, &text, &size, NULL), 0);
+    char *at = strstr(text, fs_version());
+    assert_non_null(at);
+    *at = '7';
+    assert_int_equal(fs_file_write(path.text, text, size, NULL), 0);
+    free(text);
+    assert_true(fs_project_done(f->project, FS_STAGE_TRAIN));
+    assert_non_null(strstr(f->last_log, "train: done already by version 7"));
+    assert_non_null(strstr(f->last_log, fs_version()));
+}
+
 static void test_changed_setting_is_named(void **state)
 {
     Fixture *f = *state;
@@ -280,6 +298,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_mark_and_skip, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_another_version_is_said, setup, teardown),
         cmocka_unit_test_setup_teardown(test_changed_setting_is_named, setup, teardown),
         cmocka_unit_test_setup_teardown(test_settings_that_do_not_change_results, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rerun_takes_later_marks, setup, teardown),
