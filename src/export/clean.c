@@ -11,7 +11,6 @@
 
 #define CHANGED 0.01 // mean difference to the working image, of its mean: another photo
 #define WIDER 1.5    // a pinhole picture that holds a distorted one is at most so many times as wide
-#define BORDER_STEPS 64
 
 typedef struct Clean {
     const CleanArgs *args;
@@ -115,27 +114,12 @@ static int wide_camera(const Lens *lens, const View *view, Camera *camera, FsErr
 {
     MUST(fs_lens_camera(lens, view->name, camera, err));
     memcpy(camera->w2c, view->camera.w2c, sizeof camera->w2c);
-    double low[2] = {0, 0}, high[2] = {lens->width, lens->height}, most = (WIDER - 1) / 2;
-    const double side[2] = {lens->width, lens->height};
-    for (int i = 0; i < 4 * BORDER_STEPS; i++) {
-        double t = (i / 4 + 0.5) / BORDER_STEPS, ray[2];
-        const double pixel[2] = {i % 4 == 0   ? 0
-                                 : i % 4 == 1 ? side[0]
-                                              : t * side[0],
-                                 i % 4 == 2   ? 0
-                                 : i % 4 == 3 ? side[1]
-                                              : t * side[1]};
-        if (!fs_lens_unproject(lens, pixel, ray)) continue;
-        const double at[2] = {camera->fx * ray[0] + camera->cx, camera->fy * ray[1] + camera->cy};
-        for (int k = 0; k < 2; k++) {
-            low[k] = fmax(fmin(low[k], at[k]), -most * side[k]);
-            high[k] = fmin(fmax(high[k], at[k]), (1 + most) * side[k]);
-        }
-    }
-    camera->cx -= floor(low[0]);
-    camera->cy -= floor(low[1]);
-    camera->width = (int)(ceil(high[0]) - floor(low[0]));
-    camera->height = (int)(ceil(high[1]) - floor(low[1]));
+    double more = fs_lens_widening(lens, WIDER) - 1;
+    double left = ceil(more * camera->cx), top = ceil(more * camera->cy);
+    camera->width += (int)(left + ceil(more * (camera->width - camera->cx)));
+    camera->height += (int)(top + ceil(more * (camera->height - camera->cy)));
+    camera->cx += left;
+    camera->cy += top;
     return 0;
 }
 

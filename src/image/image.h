@@ -52,9 +52,11 @@ int fs_image_orient(Image *image, int exif_orientation, FsError *err);
 // PNG: values 0..1 <-> 8 or 16 bits (rounded, clamped); the encoding (linear or not) is the caller's.
 int fs_png_read(const char *path, Image *image, FsError *err);
 int fs_png_write(const char *path, const Image *image, int bits, FsError *err);
-// TIFF: 8, 16 bit integers as 0..1, 32-bit float as is. Writes 32-bit float, deflate-compressed.
+// TIFF: 8, 16 bit integers as 0..1, float as is. Writes 32-bit float, deflate-compressed, or 16-bit float as it is
+// (half the size, and fast).
 int fs_tiff_read(const char *path, Image *image, FsError *err);
 int fs_tiff_write_float(const char *path, const Image *image, FsError *err);
+int fs_tiff_write_half(const char *path, const Image *image, FsError *err);
 // JPEG: 8 bits as 0..1, encoded values (sRGB), not linearised.
 int fs_jpeg_read(const char *path, Image *image, FsError *err);
 // The same made smaller while it is decoded, by 2, 4 or 8, as long as the longer side stays at least `enough`.

@@ -9,7 +9,7 @@ typedef struct PhotoSize {
     Resize of_rgb, of_clipped;
 } PhotoSize;
 
-enum { PHOTO_SIZES = 2 };
+enum { PHOTO_SIZES = 3 };
 typedef struct PhotoSizes {
     int n;
     PhotoSize size[PHOTO_SIZES]; // long_edge is the caller's, the rest is made

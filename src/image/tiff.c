@@ -169,28 +169,34 @@ fail:
     return rc;
 }
 
-static bool write_all(TIFF *tiff, const Image *image, float *copy, uint32_t rows)
+// bits: 32, compressed, or 16, as they are.
+static bool write_all(TIFF *tiff, const Image *image, int bits, float *copy, uint32_t rows)
 {
-    size_t n = (size_t)image->width * (size_t)image->channels;
+    size_t n = (size_t)image->width * (size_t)image->channels, bytes = (size_t)bits / 8;
     bool ok =
         TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, (uint32_t)image->width) &&
         TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, (uint32_t)image->height) &&
-        TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, image->channels) && TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32) &&
+        TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, image->channels) &&
+        TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, bits) &&
         TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP) &&
         TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) &&
         TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, image->channels == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB) &&
-        TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE) &&
-        TIFFSetField(tiff, TIFFTAG_PREDICTOR, PREDICTOR_FLOATINGPOINT) && TIFFSetField(tiff, TIFFTAG_ZIPQUALITY, 1) &&
+        TIFFSetField(tiff, TIFFTAG_COMPRESSION, bits == 16 ? COMPRESSION_NONE : COMPRESSION_ADOBE_DEFLATE) &&
+        (bits == 16 || (TIFFSetField(tiff, TIFFTAG_PREDICTOR, PREDICTOR_FLOATINGPOINT) &&
+                        TIFFSetField(tiff, TIFFTAG_ZIPQUALITY, 1))) &&
         TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, rows);
     for (uint32_t y = 0, strip = 0; ok && y < (uint32_t)image->height; y += rows, strip++) {
         uint32_t left = (uint32_t)image->height - y, count = rows < left ? rows : left;
-        memcpy(copy, image->px + y * n, count * n * sizeof *copy); // the predictor works in place
-        ok = TIFFWriteEncodedStrip(tiff, strip, copy, (tmsize_t)(count * n * sizeof *copy)) >= 0;
+        if (bits == 16)
+            for (size_t i = 0; i < count * n; i++) ((uint16_t *)copy)[i] = half_from_float(image->px[y * n + i]);
+        else
+            memcpy(copy, image->px + y * n, count * n * bytes); // the predictor works in place
+        ok = TIFFWriteEncodedStrip(tiff, strip, copy, (tmsize_t)(count * n * bytes)) >= 0;
     }
     return ok && TIFFFlush(tiff);
 }
 
-int fs_tiff_write_float(const char *path, const Image *image, FsError *err)
+static int write_floats(const char *path, const Image *image, int bits, FsError *err)
 {
     if (image->channels != 1 && image->channels != 3)
         return fs_error_set(err, FS_ERR_USAGE, "%s: a TIFF of %d channels: expected 1 or 3", path, image->channels);
@@ -198,7 +204,17 @@ int fs_tiff_write_float(const char *path, const Image *image, FsError *err)
     TiffFile t;
     float *copy = malloc((size_t)rows * (size_t)image->width * (size_t)image->channels * sizeof *copy);
     int rc = copy ? fs_tiff_file_begin(&t, path, "", err) : fs_error_memory(err);
-    if (rc == 0) rc = fs_tiff_file_commit(&t, write_all(t.tiff, image, copy, rows), err);
+    if (rc == 0) rc = fs_tiff_file_commit(&t, write_all(t.tiff, image, bits, copy, rows), err);
     free(copy);
     return rc;
+}
+
+int fs_tiff_write_float(const char *path, const Image *image, FsError *err)
+{
+    return write_floats(path, image, 32, err);
+}
+
+int fs_tiff_write_half(const char *path, const Image *image, FsError *err)
+{
+    return write_floats(path, image, 16, err);
 }

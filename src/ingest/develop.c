@@ -5,6 +5,16 @@
 #include "ingest/develop.h"
 #include "ingest/photo_mask.h"
 
+#define FINE 2         // finer than the working image is the one that a lens is undone on
+#define FINE_EDGE 2000 // at most: 16 MB a photo
+#define FINE_LEAST 1.2 // finer: less is not worth a file
+
+// 1 where nothing of a pixel is clipped, 0 elsewhere.
+static void trust(Image *clipped)
+{
+    for (size_t i = 0; i < fs_image_pixels(clipped); i++) clipped->px[i] = clipped->px[i] < 1e-4f;
+}
+
 // Upright working image and mask (1 = trusted).
 static int level(PhotoFile *photo, const PhotoSizes *sizes, Image *working, Image *mask, FsError *err)
 {
@@ -20,10 +30,8 @@ static int level(PhotoFile *photo, const PhotoSizes *sizes, Image *working, Imag
         working->px[i] *= (float)photo->gain;
         sum += working->px[i];
     }
-    for (size_t i = 0; i < fs_image_pixels(mask); i++) {
-        mask->px[i] = mask->px[i] < 1e-4f;
-        lost += 1 - mask->px[i];
-    }
+    trust(mask);
+    for (size_t i = 0; i < fs_image_pixels(mask); i++) lost += 1 - mask->px[i];
     photo->mean = sum / (double)fs_image_values(working);
     photo->clipped = lost / (double)fs_image_pixels(mask);
     return 0;
@@ -48,10 +56,29 @@ static int write_features(const PhotoFile *photo, Image *image, const char *mask
     return fs_png_write(fs_file_at("%s/features/%s.png", dir, photo->name).text, image, 8, err);
 }
 
+static int fine_edge(int long_edge)
+{
+    return FINE * long_edge < FINE_EDGE ? FINE * long_edge : FINE_EDGE;
+}
+
+static int write_fine(const PhotoFile *photo, PhotoSize *fine, const char *dir, FsError *err)
+{
+    if (fine->rgb.width + fine->rgb.height < FINE_LEAST * (photo->width + photo->height)) return 0;
+    MUST(fs_image_orient(&fine->rgb, photo->exif.orientation, err));
+    MUST(fs_image_orient(&fine->clipped, photo->exif.orientation, err));
+    for (size_t i = 0; i < fs_image_values(&fine->rgb); i++) fine->rgb.px[i] *= (float)photo->gain;
+    trust(&fine->clipped);
+    MUST(fs_tiff_write_half(fs_file_at("%s/fine/%s.tif", dir, photo->name).text, &fine->rgb, err));
+    return fs_png_write(fs_file_at("%s/fine/%s_mask.png", dir, photo->name).text, &fine->clipped, 8, err);
+}
+
 void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, int long_edge)
 {
     FsError *err = &photo->failure;
-    PhotoSizes sizes = {.n = 2, .size = {{.long_edge = long_edge}, {.long_edge = FS_DEVELOP_FEATURES_EDGE}}};
+    PhotoSizes sizes = {.n = 3};
+    sizes.size[0].long_edge = long_edge;
+    sizes.size[1].long_edge = FS_DEVELOP_FEATURES_EDGE;
+    sizes.size[2].long_edge = fine_edge(long_edge);
     Image *working = &sizes.size[0].rgb, *mask = &sizes.size[0].clipped, *features = &sizes.size[1].rgb;
     FilePath path = fs_photos_path(photos, photo);
     FilePath mask_path;
@@ -68,6 +95,7 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     photo->look_gain = photo->gain;
     if (masked) TRY(fs_photo_mask_apply(mask_path.text, working, mask, NULL, err));
     TRY(write_features(photo, features, masked ? mask_path.text : NULL, dir, err));
+    TRY(write_fine(photo, &sizes.size[2], dir, err));
     TRY(fs_tiff_write_float(fs_file_at("%s/%s.tif", dir, photo->name).text, working, err));
     TRY(fs_png_write(fs_file_at("%s/%s_mask.png", dir, photo->name).text, mask, 8, err));
 fail:

@@ -40,7 +40,7 @@ static void develop_one(void *context, int i, int worker)
 // Photos at once: no more than fit in some memory.
 static int at_once(const Photos *photos, int threads, double *largest)
 {
-    const double budget = 2e9, results = 80e6;
+    const double budget = 2e9, results = 125e6;
     *largest = 0;
     for (int i = 0; i < photos->n; i++) *largest = fmax(*largest, photos->photo[i].memory + results);
     return (int)fmax(1, fmin(threads, budget / *largest));
@@ -174,6 +174,7 @@ static int begin(FsProject *project, const Photos *photos, const char *dir, FsEr
     if (rc == 0) rc = fs_project_begin(project, FS_STAGE_INGEST, name, photos->n, err);
     if (rc == 0 && *project->set.masks) rc = fs_project_check_input(project, project->set.masks, err);
     if (rc == 0) rc = fs_file_mkdirs(fs_file_at("%s/features", dir).text, err);
+    if (rc == 0) rc = fs_file_mkdirs(fs_file_at("%s/fine", dir).text, err);
     if (rc == 0 && *project->set.masks) rc = fs_file_mkdirs(fs_file_at("%s/features_masks", dir).text, err);
     free(name);
     return rc;

@@ -28,6 +28,7 @@ static const struct {
     {"EQUIRECTANGULAR", 2, 0},
 };
 #define N_MODELS ((int)(sizeof models / sizeof *models))
+#define BORDER_STEPS 32
 
 const char *fs_lens_model_name(int model, int *n_params)
 {
@@ -179,4 +180,20 @@ bool fs_lens_unproject(const Lens *lens, const double pixel[2], double ray[2])
     double f[2];
     distort(lens, ray, f);
     return fabs(f[0] - target[0]) + fabs(f[1] - target[1]) < 1e-7;
+}
+
+double fs_lens_widening(const Lens *lens, double most)
+{
+    const Camera c = intrinsics(lens);
+    const double side[2] = {lens->width, lens->height};
+    double times = 1;
+    for (int i = 0; i < 4 * BORDER_STEPS && !fs_lens_is_pinhole(lens); i++) { // from corner to corner on each side
+        double t = (double)(i / 4) / (BORDER_STEPS - 1), pixel[2], ray[2];
+        pixel[i % 2] = (i & 2 ? 1 : 0) * side[i % 2];
+        pixel[1 - i % 2] = t * side[1 - i % 2];
+        if (!fs_lens_unproject(lens, pixel, ray)) continue;
+        double x = c.fx * ray[0], y = c.fy * ray[1];
+        times = fmax(times, fmax(x / (x > 0 ? side[0] - c.cx : -c.cx), y / (y > 0 ? side[1] - c.cy : -c.cy)));
+    }
+    return fmin(times, most);
 }

@@ -42,3 +42,6 @@ Lens fs_lens_resized(const Lens *lens, int width, int height);
 void fs_lens_project(const Lens *lens, const double ray[2], double pixel[2]);
 // Photo pixel -> ray; false where the model cannot be inverted.
 bool fs_lens_unproject(const Lens *lens, const double pixel[2], double ray[2]);
+// How many times wider and higher than the photo a picture without the distortion is that holds all the photo shows, at
+// the same focal length and about the same centre; 1 to `most`.
+double fs_lens_widening(const Lens *lens, double most);

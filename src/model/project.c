@@ -24,7 +24,7 @@
 const ProjectStage fs_project_stages[PROJECT_STAGES] = {
     {"ingest", FS_STAGE_INGEST, 0, {NULL},
      {"ingest.json", "originals.json", "linear/%.tif", "linear/%_mask.png", "linear/features/%.png",
-      "linear/features_masks/%.png.png"}},
+      "linear/features_masks/%.png.png", "linear/fine/%.tif", "linear/fine/%_mask.png"}},
     {"poses", FS_STAGE_POSES, INGEST, {"ingest.json", "linear"},
      {"views.json", "images/%.tif", "images/%_mask.png", "sparse/*.txt", "sparse/*.bin"}},
     {"initialise", FS_STAGE_INITIALISE, POSES, {"views.json", "images", "sparse"},

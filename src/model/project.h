@@ -2,8 +2,9 @@
 //
 //   ingest.json, linear/<view>.tif, linear/<view>_mask.png      by ingest (working images as shot)
 //   originals.json                                               by ingest (where the photos are)
-//   linear/features_masks/<view>.png.png                             by ingest, where masks were given (for COLMAP)
-//   linear/features/<view>.png                                   by ingest (8 bits, x^0.35, larger: to find features)
+//   linear/fine/<view>.tif, <view>_mask.png                     by ingest (16-bit float, larger: to undo a lens on)
+//   linear/features_masks/<view>.png.png                        by ingest, where masks were given (for COLMAP)
+//   linear/features/<view>.png                                  by ingest (8 bits, x^0.35, larger: to find features)
 //   views.json, images/<view>.tif, images/<view>_mask.png        by poses (undistorted, with cameras)
 //   sparse/{cameras,images,points3D}.txt                         by poses (COLMAP text model of the joint frame)
 //   start/<cloud>.ply, start/{transmitted,reflected}.ply         by initialise

@@ -8,6 +8,9 @@
 #include "base/file.h"
 #include "model/cameras_file.h"
 
+#define MOST_WIDENING 1.25 // of a photo without its distortion: what fisheye lenses see beyond has few pixels a degree
+#define SLIVER 0.002       // of the side: less is not worth other focal lengths than the lens's
+
 int fs_sparse_new(Sparse *sparse, const Capture *capture, FsError *err)
 {
     *sparse = (Sparse){0};
@@ -23,13 +26,6 @@ void fs_sparse_free(Sparse *sparse)
     *sparse = (Sparse){0};
 }
 
-int fs_sparse_camera(const Sparse *sparse, int photo, Camera *camera, FsError *err)
-{
-    int rc = fs_lens_camera(&sparse->pose[photo].lens, "the camera model", camera, err);
-    memcpy(camera->w2c, sparse->pose[photo].w2c, sizeof camera->w2c);
-    return rc;
-}
-
 // The lens at the size of the photo's picture; the model may be of larger or smaller photos of the same frame.
 static int set_pose(Sparse *sparse, const Photo *photo, int at, const Lens *lens, const double w2c[12],
                     const char *file, FsError *err)
@@ -43,11 +39,15 @@ static int set_pose(Sparse *sparse, const Photo *photo, int at, const Lens *lens
                               "be of the same photos",
                               file, photo->name, lens->width, lens->height, photo->picture_width,
                               photo->picture_height);
-    sparse->pose[at].known = true;
-    sparse->pose[at].lens = fs_lens_resized(lens, photo->picture_width, photo->picture_height);
-    memcpy(sparse->pose[at].w2c, w2c, 12 * sizeof *w2c);
-    Camera camera; // the model may be one that cannot be used
-    return fs_lens_camera(&sparse->pose[at].lens, file, &camera, err);
+    Pose *pose = &sparse->pose[at];
+    pose->known = true;
+    pose->lens = fs_lens_resized(lens, photo->picture_width, photo->picture_height);
+    MUST(fs_lens_camera(&pose->lens, file, &pose->camera, err)); // the model may be one that cannot be used
+    double times = fmax(fs_lens_widening(&pose->lens, MOST_WIDENING) - SLIVER, 1);
+    pose->camera.fx /= times;
+    pose->camera.fy /= times;
+    memcpy(pose->camera.w2c, w2c, 12 * sizeof *w2c);
+    return 0;
 }
 
 // The observation of one track element, undistorted, at the size of the picture; false when it is of no use.
@@ -61,11 +61,9 @@ static bool sighting_of(const Sparse *sparse, const Capture *capture, const Colm
     const Pose *pose = &sparse->pose[photo_of[i]];
     const Photo *photo = &capture->photo[photo_of[i]];
     double pixel[2] = {o->x * photo->picture_width / from->width, o->y * photo->picture_height / from->height}, ray[2];
-    Camera camera;
-    if (!isfinite(pixel[0] + pixel[1]) || fs_lens_camera(&pose->lens, "", &camera, NULL) < 0 ||
-        !fs_lens_unproject(&pose->lens, pixel, ray))
-        return false;
-    *s = (Sighting){photo_of[i], camera.fx * ray[0] + camera.cx, camera.fy * ray[1] + camera.cy};
+    const Camera *camera = &pose->camera;
+    if (!isfinite(pixel[0] + pixel[1]) || !fs_lens_unproject(&pose->lens, pixel, ray)) return false;
+    *s = (Sighting){photo_of[i], camera->fx * ray[0] + camera->cx, camera->fy * ray[1] + camera->cy};
     return true;
 }
 
@@ -211,7 +209,7 @@ int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Captur
     if (!threads || arena.failed) TRY(fs_error_memory(err));
     for (int i = 0; i < capture->n; i++) {
         if (!sparse->pose[i].known) continue;
-        TRY(fs_sparse_camera(sparse, i, &camera[n], err));
+        camera[n] = sparse->pose[i].camera;
         photo_of[n] = i;
         posed[n] = features[i];
         posed[n].xy = undistorted(&sparse->pose[i].lens, &camera[n], &features[i], &arena);

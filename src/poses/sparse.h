@@ -10,8 +10,8 @@
 
 typedef struct Pose { // of one photo
     bool known;
-    Lens lens; // at the size of the photo's picture for feature detection
-    double w2c[12];
+    Lens lens;     // at the size of the photo's picture for feature detection
+    Camera camera; // without the distortion, of that size; sees all that the photo shows
 } Pose;
 
 typedef struct Sighting { // an observation, in the pinhole camera of the photo at the size of its picture
@@ -34,8 +34,6 @@ typedef struct Sparse {
 
 int fs_sparse_new(Sparse *sparse, const Capture *capture, FsError *err); // all poses unknown
 void fs_sparse_free(Sparse *sparse);
-// The pinhole camera of a posed photo at the size of its picture.
-int fs_sparse_camera(const Sparse *sparse, int photo, Camera *camera, FsError *err);
 
 // Poses (and points with at least two sightings) out of a COLMAP model or another camera file; other views are ignored.
 int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, bool points, FsError *err);

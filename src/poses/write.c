@@ -1,4 +1,5 @@
 // What poses leaves on disk: undistorted photos and masks, the sparse model, the views.
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,22 +16,52 @@ typedef struct Work {
     FsError *failure; // per photo
 } Work;
 
-static int write_undistorted(const FilePath from[2], const FilePath to[2], const Lens *lens, const Camera *camera,
-                             FsError *err)
+static int read_photo(const char *out, const char *kind, const Photo *photo, Image *rgb, Image *mask, FsError *err)
+{
+    FilePath path = fs_file_at("%s/%s/%s.tif", out, kind, photo->name);
+    MUST(fs_tiff_read(path.text, rgb, err));
+    MUST(fs_png_read(fs_file_at("%s/%s/%s_mask.png", out, kind, photo->name).text, mask, err));
+    if (rgb->channels == 3 && mask->channels == 1 && mask->width == rgb->width && mask->height == rgb->height &&
+        rgb->width >= photo->width && rgb->height >= photo->height)
+        return 0;
+    return fs_error_input(err, "%s: not what the stage ingest writes; rerun it with --force", path.text);
+}
+
+// Both without the distortion, at working size. What `kind` has more pixels is averaged afterwards, which keeps what
+// sampling between the pixels would blur.
+static int undistort(const Work *w, const char *kind, int photo, Image *rgb, Image *mask, FsError *err)
+{
+    const Pose *pose = &w->sparse->pose[photo];
+    const Photo *p = &w->capture->photo[photo];
+    Image fine = {0}, fine_mask = {0};
+    int rc = 0;
+    TRY(read_photo(w->out, kind, p, &fine, &fine_mask, err));
+    Lens lens = fs_lens_resized(&pose->lens, fine.width, fine.height);
+    Camera camera = fs_camera_resized(&pose->camera, fine.width, fine.height);
+    TRY(fs_undistort(&lens, &camera, &fine, &fine_mask, err));
+    TRY(fs_image_resize_area(&fine, p->width, p->height, rgb, err));
+    TRY(fs_image_resize_area(&fine_mask, p->width, p->height, mask, err));
+    for (size_t i = 0; i < fs_image_pixels(mask); i++) mask->px[i] = mask->px[i] > 1 - 1e-4f;
+fail:
+    fs_image_free(&fine);
+    fs_image_free(&fine_mask);
+    return rc;
+}
+
+static int write_undistorted(const Work *w, int photo, const FilePath to[2], FsError *err)
 {
     int rc = 0;
-    Image photo = {0}, mask = {0};
-    TRY(fs_tiff_read(from[0].text, &photo, err));
-    TRY(fs_png_read(from[1].text, &mask, err));
-    if (photo.channels != 3 || mask.channels != 1 || photo.width != camera->width || photo.height != camera->height ||
-        mask.width != photo.width || mask.height != photo.height)
-        TRY(fs_error_input(err, "%s: not what the stage ingest writes; rerun it with --force", from[0].text));
-    TRY(fs_undistort(lens, camera, &photo, &mask, err));
-    TRY(fs_tiff_write_float(to[0].text, &photo, err));
+    const char *name = w->capture->photo[photo].name;
+    Image rgb = {0}, mask = {0}, fine = {0}, fine_mask = {0};
+    TRY(undistort(w, "linear", photo, &rgb, &mask, err));
+    if (fs_file_exists(fs_file_at("%s/linear/fine/%s.tif", w->out, name).text)) {
+        TRY(undistort(w, "linear/fine", photo, &fine, &fine_mask, err));
+        for (size_t i = 0; i < fs_image_pixels(&mask); i++) mask.px[i] = fminf(mask.px[i], fine_mask.px[i]);
+    }
+    TRY(fs_tiff_write_float(to[0].text, fine.px ? &fine : &rgb, err));
     TRY(fs_png_write(to[1].text, &mask, 8, err));
 fail:
-    fs_image_free(&photo);
-    fs_image_free(&mask);
+    for (int i = 0; i < 4; i++) fs_image_free((Image *[]){&rgb, &mask, &fine, &fine_mask}[i]);
     return rc;
 }
 
@@ -41,15 +72,12 @@ static void write_photo(void *context, int job, int worker)
     int i = w->photo[w->first + job];
     const Photo *photo = &w->capture->photo[i];
     FsError *err = &w->failure[i];
-    Lens lens = fs_lens_resized(&w->sparse->pose[i].lens, photo->width, photo->height);
-    Camera camera;
     const FilePath from[2] = {fs_file_at("%s/linear/%s.tif", w->out, photo->name),
                               fs_file_at("%s/linear/%s_mask.png", w->out, photo->name)};
     const FilePath to[2] = {fs_file_at("%s/images/%s.tif", w->out, photo->name),
                             fs_file_at("%s/images/%s_mask.png", w->out, photo->name)};
-    if (fs_lens_camera(&lens, photo->name, &camera, err) < 0) return;
-    if (!fs_lens_is_pinhole(&lens))
-        write_undistorted(from, to, &lens, &camera, err);
+    if (!fs_lens_is_pinhole(&w->sparse->pose[i].lens))
+        write_undistorted(w, i, to, err);
     else if (fs_file_link(from[0].text, to[0].text, err) == 0)
         fs_file_link(from[1].text, to[1].text, err);
 }
@@ -98,15 +126,13 @@ static int write_views(const Sparse *sparse, const FsProject *project, const Cap
     Dataset views = {0};
     for (int i = 0; i < capture->n; i++) {
         if (!sparse->pose[i].known) continue;
-        Camera camera;
-        const Lens *lens = &sparse->pose[i].lens;
-        TRY(fs_sparse_camera(sparse, i, &camera, err));
+        const Pose *pose = &sparse->pose[i];
         View view = {.name = capture->photo[i].name,
                      .flash = capture->photo[i].flash,
                      .flash_gain = capture->photo[i].flash_gain,
                      .encoded = capture->photo[i].encoded,
-                     .camera = fs_camera_resized(&camera, capture->photo[i].width, capture->photo[i].height),
-                     .lens = fs_lens_resized(lens, capture->photo[i].width, capture->photo[i].height)};
+                     .camera = fs_camera_resized(&pose->camera, capture->photo[i].width, capture->photo[i].height),
+                     .lens = fs_lens_resized(&pose->lens, capture->photo[i].width, capture->photo[i].height)};
         view.distorted = !fs_lens_is_pinhole(&view.lens);
         TRY(fs_dataset_append(&views, &view, err));
     }
@@ -145,22 +171,21 @@ static int add_photo(const Build *b, int i, FsError *err)
     const Photo *photo = &b->capture->photo[i];
     const Pose *pose = &b->sparse->pose[i];
     double sx = (double)photo->width / photo->picture_width, sy = (double)photo->height / photo->picture_height;
-    Camera camera;
-    MUST(fs_sparse_camera(b->sparse, i, &camera, err));
-    Camera working = fs_camera_resized(&camera, photo->width, photo->height);
+    const Camera *camera = &pose->camera;
+    Camera working = fs_camera_resized(camera, photo->width, photo->height);
     Lens lens = b->as_taken ? pose->lens : fs_lens_from_camera(&working);
     FilePath name = fs_file_at("%s.%s", photo->name, b->as_taken ? "png" : "tif");
     ColmapImage *image = fs_colmap_model_add_image(b->model, name.text, err);
     if (!image || !(image->camera_id = camera_id(b->model, &lens, err))) return FS_ERR_MEMORY;
     image->id = (uint32_t)i + 1;
-    fs_camera_pose_to_quat(pose->w2c, image->quat, image->t);
+    fs_camera_pose_to_quat(camera->w2c, image->quat, image->t);
     uint32_t n = 0;
     for (int k = 0; k < b->sparse->n_points; k++) {
         const SparsePoint *p = &b->sparse->point[k];
         for (int at = p->first; at < p->first + p->n && p->n >= b->least; at++) {
             const Sighting *s = &b->sparse->sighting[at];
             if (s->photo != i) continue;
-            double ray[2] = {(s->x - camera.cx) / camera.fx, (s->y - camera.cy) / camera.fy};
+            double ray[2] = {(s->x - camera->cx) / camera->fx, (s->y - camera->cy) / camera->fy};
             double pixel[2] = {sx * s->x, sy * s->y};
             if (b->as_taken) fs_lens_project(&pose->lens, ray, pixel);
             MUST(fs_colmap_model_add_observation(b->model, (ColmapObservation){pixel[0], pixel[1], k + 1}, err));

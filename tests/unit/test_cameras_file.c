@@ -320,6 +320,27 @@ static void test_dataset(void **state)
     free(path);
 }
 
+// What lies on the border of the photo lies in the wider picture, some of it near its border.
+static void check_widening(const Lens *lens)
+{
+    Camera c;
+    assert_int_equal(fs_lens_camera(lens, "", &c, NULL), 0);
+    double times = fs_lens_widening(lens, 3), nearest = INFINITY;
+    for (int y = 0; y <= 400; y += 10)
+        for (int x = 0; x <= 600; x += y == 0 || y == 400 ? 10 : 600) {
+            double ray[2];
+            assert_true(fs_lens_unproject(lens, (double[2]){x, y}, ray));
+            double u = c.fx / times * ray[0] + c.cx, v = c.fy / times * ray[1] + c.cy;
+            double in = fmin(fmin(u, 600 - u), fmin(v, 400 - v));
+            assert_true(in > -0.2);
+            nearest = fmin(nearest, in);
+        }
+    if (times > 1) assert_true(nearest < 0.2);
+    if (fs_lens_is_pinhole(lens)) assert_true(times == 1);
+    if (lens->model == LENS_OPENCV || lens->model == LENS_OPENCV_FISHEYE) assert_true(times > 1.02);
+    assert_true(fs_lens_widening(lens, 1.01) == fmin(times, 1.01));
+}
+
 static void test_lenses(void **state)
 {
     (void)state;
@@ -355,6 +376,7 @@ static void test_lenses(void **state)
                 fs_lens_project(&half, ray, pixel);
                 assert_near(pixel[0], 0.5 * x, 1e-6);
             }
+        check_widening(&lens);
     }
 }
 

@@ -1,4 +1,5 @@
 // Images: area resize, orientation, tone curves, and the way through each file format and back.
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,6 +12,7 @@
 
 #include "base/file.h"
 #include "base/rng.h"
+#include "image/half.h"
 #include "image/sizes.h"
 #include "image/tone.h"
 
@@ -206,9 +208,30 @@ static void test_tiff(void **state)
         assert_int_equal(fs_tiff_write_float(temp("a.tif"), &a, NULL), 0);
         assert_int_equal(fs_tiff_read(temp("a.tif"), &b, NULL), 0);
         assert_close(&a, &b, 0); // exact
+        fs_image_free(&b);
+        assert_int_equal(fs_tiff_write_half(temp("a.tif"), &a, NULL), 0);
+        assert_int_equal(fs_tiff_read(temp("a.tif"), &b, NULL), 0);
+        assert_close(&a, &b, 0x1p-10f); // 11 bits of what is below 4
         fs_image_free(&a);
         fs_image_free(&b);
     }
+}
+
+static void test_half(void **state)
+{
+    (void)state;
+    for (uint32_t h = 0; h < 0x10000; h++) {
+        float f = half_to_float((uint16_t)h), next = half_to_float((uint16_t)(h + 1));
+        if ((h & 0x7c00) == 0x7c00) continue; // infinite or no number
+        assert_int_equal(half_from_float(f), h);
+        if ((h & 0x7fff) == 0x7bff) continue; // the largest
+        float middle = 0.5f * (f + next);     // exact; goes to the even one
+        assert_int_equal(half_from_float(middle), h + (h & 1));
+        assert_int_equal(half_from_float(nextafterf(middle, f)), h);
+        assert_int_equal(half_from_float(nextafterf(middle, next)), h + 1);
+    }
+    assert_int_equal(half_from_float(1e9f), 0x7bff);
+    assert_int_equal(half_from_float(-INFINITY), 0xfbff);
 }
 
 static void test_jpeg(void **state)
@@ -266,7 +289,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_limits), cmocka_unit_test(test_resize), cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_orient), cmocka_unit_test(test_tone),   cmocka_unit_test(test_png),
-        cmocka_unit_test(test_tiff),   cmocka_unit_test(test_jpeg),   cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_tiff),   cmocka_unit_test(test_half),   cmocka_unit_test(test_jpeg),
+        cmocka_unit_test(test_errors),
     };
     return cmocka_run_group_tests(tests, make_folder, drop_folder);
 }

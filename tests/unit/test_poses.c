@@ -172,6 +172,37 @@ static void check_sparse(const char *out, const Dataset *views)
     free(dir);
 }
 
+// A finer image of one photo, with a place that is not to be trusted.
+static void put_fine(const char *out)
+{
+    Image photo, mask;
+    char *path = fs_file_path("%s/linear/fine", out);
+    assert_int_equal(fs_file_mkdirs(path, NULL), 0);
+    free(path);
+    assert_int_equal(fs_image_new(&photo, 2 * WIDTH, 2 * HEIGHT, 3, NULL), 0);
+    assert_int_equal(fs_image_new(&mask, 2 * WIDTH, 2 * HEIGHT, 1, NULL), 0);
+    for (size_t k = 0; k < fs_image_values(&photo); k++) photo.px[k] = 0.75f;
+    for (size_t k = 0; k < fs_image_pixels(&mask); k++) mask.px[k] = k != (size_t)(2 * WIDTH * 10 + 41);
+    path = fs_file_path("%s/linear/fine/IMG_04.tif", out);
+    assert_int_equal(fs_tiff_write_half(path, &photo, NULL), 0);
+    free(path);
+    path = fs_file_path("%s/linear/fine/IMG_04_mask.png", out);
+    assert_int_equal(fs_png_write(path, &mask, 8, NULL), 0);
+    free(path);
+    fs_image_free(&photo);
+    fs_image_free(&mask);
+}
+
+// The corner of the photo, which the lens pulls in, is in the frame, and just so.
+static void check_camera(const Camera *camera)
+{
+    double ray[2];
+    assert_true(fs_lens_unproject(&lens, (double[2]){0, 0}, ray));
+    double x = camera->fx * ray[0] + camera->cx;
+    assert_true(x > -0.1 && x < 0.1);
+    assert_true(camera->fx < 24.5 && fabs(camera->fx - camera->fy) < 1e-12);
+}
+
 static void test_known(void **state)
 {
     char *out = fs_file_path("%s/out", (char *)*state), *model = fs_file_path("%s/model", (char *)*state);
@@ -179,6 +210,7 @@ static void test_known(void **state)
     Told told = {0};
     Dataset views;
     make_capture(out);
+    put_fine(out);
     make_model(model, PHOTOS, true, &lens);
     int rc = run(out, model, "0", &told, &err);
     if (rc) print_error("%s\n", err.message);
@@ -190,11 +222,15 @@ static void test_known(void **state)
         Image photo, mask;
         assert_int_equal(views.view[i].flash, i % 2);
         assert_false(views.view[i].held_out);
-        assert_true(fabs(views.view[i].camera.fx - 25) < 1e-12);
+        check_camera(&views.view[i].camera);
         assert_true(fabs(views.view[i].camera.w2c[3] + 0.1 * i) < 1e-12);
         assert_int_equal(fs_dataset_load_view(out, &views.view[i], &photo, &mask, NULL), 0);
-        assert_true(fabsf(photo.px[3 * (10 * WIDTH + 15)] - 0.01f * (float)(i + 1)) < 1e-6f);
+        assert_true(fabsf(photo.px[3 * (10 * WIDTH + 15)] - (i == 4 ? 0.75f : 0.01f * (float)(i + 1))) < 1e-6f);
         assert_true(mask.px[10 * WIDTH + 15] == 1);
+        int lost = 0;
+        for (int y = 3; y < 8; y++)
+            for (int x = 17; x < 24; x++) lost += mask.px[y * WIDTH + x] == 0;
+        assert_true(i == 4 ? lost >= 1 && lost <= 4 : lost == 0);
         fs_image_free(&photo);
         fs_image_free(&mask);
     }
