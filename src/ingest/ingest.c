@@ -70,6 +70,8 @@ static void drop_copies(Photos *photos, const char *dir)
         fs_owned_remove(fs_file_at("%s/%s_mask.png", dir, name).text);
         fs_owned_remove(fs_file_at("%s/features/%s.png", dir, name).text);
         fs_owned_remove(fs_file_at("%s/features_masks/%s.png.png", dir, name).text);
+        fs_owned_remove(fs_file_at("%s/fine/%s.tif", dir, name).text);
+        fs_owned_remove(fs_file_at("%s/fine/%s_mask.png", dir, name).text);
     }
     fs_photos_drop_copies(photos);
 }
@@ -164,6 +166,12 @@ static int write_json(const FsProject *project, const Photos *photos, FsError *e
     return fs_json_file_write(path.text, root, JSON_INDENT(1) | JSON_REAL_PRECISION(9), err);
 }
 
+static int make_folders(const char *dir, FsError *err)
+{
+    MUST(fs_file_mkdirs(fs_file_at("%s/features", dir).text, err));
+    return fs_file_mkdirs(fs_file_at("%s/fine", dir).text, err);
+}
+
 // Nothing has been touched so far.
 static int begin(FsProject *project, const Photos *photos, const char *dir, FsError *err)
 {
@@ -173,8 +181,7 @@ static int begin(FsProject *project, const Photos *photos, const char *dir, FsEr
     if (rc == 0 && *project->set.flash_list) rc = fs_project_check_input(project, project->set.flash_list, err);
     if (rc == 0) rc = fs_project_begin(project, FS_STAGE_INGEST, name, photos->n, err);
     if (rc == 0 && *project->set.masks) rc = fs_project_check_input(project, project->set.masks, err);
-    if (rc == 0) rc = fs_file_mkdirs(fs_file_at("%s/features", dir).text, err);
-    if (rc == 0) rc = fs_file_mkdirs(fs_file_at("%s/fine", dir).text, err);
+    if (rc == 0) rc = make_folders(dir, err);
     if (rc == 0 && *project->set.masks) rc = fs_file_mkdirs(fs_file_at("%s/features_masks", dir).text, err);
     free(name);
     return rc;
@@ -252,7 +259,7 @@ int fs_ingest_estimate(const FsProject *project, const char *folder, RunSize *si
     fs_photos_read_headers(&photos, threads);
     PhotoFile *photo = &photos.photo[photos.n / 2];
     if (photo->failure.code) TRY(fs_error_set(err, FS_ERR_INPUT, "%s", photo->failure.message));
-    TRY(fs_file_mkdirs(fs_file_at("%s/features", dir.text).text, err));
+    TRY(make_folders(dir.text, err));
     double begin = fs_clock_seconds(), largest;
     fs_develop_photo(&photos, photo, dir.text, project->set.long_edge);
     int n = at_once(&photos, fs_threads_count(threads), &largest);
