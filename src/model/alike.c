@@ -23,7 +23,7 @@ enum {
     BLOCK = 24,
     ACROSS = 4, // blocks
     DOWN = 3,
-    MOST_PAIRS = 3000 // that are compared; of more, nothing is said
+    MOST_PAIRS = 6000 // that are compared; of captures that need more, nothing is said
 };
 #define PLACE_COARSE 3.0f // sigmas of what counts as structure
 #define PLACE_FINE 0.7f
@@ -236,46 +236,83 @@ static double alikeness(const Structure *a, const Structure *b)
     return sum / (n / 2);
 }
 
+typedef struct Places {
+    Structure *at; // (n) of each photo
+    int *group;    // (n) of each photo: another one of the group, itself for one of them
+    int n, most;   // the largest group
+    int pairs_left;
+} Places;
+
 static int group_of(int *group, int i)
 {
     while (group[i] != i) i = group[i] = group[group[i]];
     return i;
 }
 
-// False where that are too many pairs.
-static bool join(const Structure *s, int n, int *group)
+static bool are_alike(Places *p, const Structure *a, const Structure *b)
 {
-    int groups = n, pairs = 0;
-    for (int i = 0; i < n; i++) group[i] = i;
+    if (p->pairs_left-- <= 0) return true; // so that nothing is said
+    return alikeness(a, b) >= PLACE_ALIKE || alikeness(b, a) >= PLACE_ALIKE;
+}
+
+static void join(Places *p)
+{
+    int n = p->n, groups = n;
+    for (int i = 0; i < n; i++) p->group[i] = i;
     for (int step = 1; step < n && groups > 1; step++)
         for (int i = 0; i + step < n && groups > 1; i++) {
-            int a = group_of(group, i), b = group_of(group, i + step);
-            if (a == b) continue;
-            if (++pairs > MOST_PAIRS) return false;
-            if (alikeness(&s[i], &s[i + step]) < PLACE_ALIKE && alikeness(&s[i + step], &s[i]) < PLACE_ALIKE) continue;
-            group[b] = a;
+            int a = group_of(p->group, i), b = group_of(p->group, i + step);
+            if (a == b || !are_alike(p, &p->at[i], &p->at[i + step])) continue;
+            p->group[b] = a;
             groups--;
         }
-    return true;
+}
+
+// Looking down, cameras guess which way is up: the photo lies on its side, or on its head.
+static int is_turned(Places *p, const Image *small, bool *found, FsError *err)
+{
+    static const int turns[] = {3, 6, 8}; // EXIF's numbers
+    int rc = 0;
+    Image turned = {0};
+    Structure t = {0};
+    *found = false;
+    for (int k = 0; k < 3 && !*found; k++) {
+        free_structure(&t);
+        fs_image_free(&turned);
+        TRY(fs_image_copy(&turned, small, err));
+        TRY(fs_image_orient(&turned, turns[k], err));
+        TRY(make_structure(&turned, &t, err));
+        for (int i = 0; i < p->n && !*found; i++)
+            *found = group_of(p->group, i) == p->most && are_alike(p, &t, &p->at[i]);
+    }
+fail:
+    free_structure(&t);
+    fs_image_free(&turned);
+    return rc;
 }
 
 static int find_strangers(Photos *photos, FsError *err)
 {
-    int n = photos->n, rc = 0, most = 0;
-    Structure *s = calloc((size_t)n + 1, sizeof *s);
-    int *group = calloc(2 * (size_t)n + 1, sizeof *group), *size = group + n;
-    if (!s || !group) TRY(fs_error_memory(err));
-    for (int i = 0; i < n; i++) TRY(make_structure(&photos->photo[i].look.small, &s[i], err));
-    bool told = join(s, n, group);
-    for (int i = 0; i < n; i++) size[group_of(group, i)]++;
+    int n = photos->n, rc = 0;
+    Places p = {calloc((size_t)n + 1, sizeof *p.at), calloc(2 * (size_t)n + 1, sizeof *p.group), n, 0, MOST_PAIRS};
+    if (!p.at || !p.group) TRY(fs_error_memory(err));
+    for (int i = 0; i < n; i++) TRY(make_structure(&photos->photo[i].look.small, &p.at[i], err));
+    int *size = p.group + n;
+    join(&p);
+    for (int i = 0; i < n; i++) size[group_of(p.group, i)]++;
     for (int i = 0; i < n; i++)
-        if (size[i] > size[most]) most = i;
-    told &= n > 0 && size[most] >= PLACE_SHARE * n;
-    for (int i = 0; i < n; i++) photos->photo[i].stranger = told && group_of(group, i) != most;
+        if (size[i] > size[p.most]) p.most = i;
+    for (int i = 0; i < n; i++) {
+        PhotoFile *photo = &photos->photo[i];
+        bool turned = false;
+        photo->stranger = size[p.most] >= PLACE_SHARE * n && group_of(p.group, i) != p.most;
+        if (photo->stranger) TRY(is_turned(&p, &photo->look.small, &turned, err));
+        photo->stranger &= !turned;
+    }
 fail:
-    for (int i = 0; i < n && s; i++) free_structure(&s[i]);
-    free(s);
-    free(group);
+    for (int i = 0; i < n && p.at; i++) free_structure(&p.at[i]);
+    free(p.at);
+    free(p.group);
     return rc;
 }
 

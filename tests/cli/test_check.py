@@ -249,6 +249,13 @@ class Check(FolderTest):
         process = run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240)
         self.assertIn(found["stranger"], process.stderr)
 
+    def test_turned(self):
+        """Held down, cameras do not know which way is up: such a photo shows the same place."""
+        for n, orientation in enumerate((3, 6, 8)):
+            change(self.some(n % 2 == 0, 3 + n), 0x0112, orientation)
+        self.check(code=0)
+        self.assertEqual([photo["name"] for photo in self.result["photos"] if photo["stranger"]], [])
+
     def test_run_says_the_same(self):
         change_pixels(self.some(True, 5), lambda row: shake(shake(row)))
         change_pixels(self.some(False, 7), lambda row: [8 * v for v in row])
