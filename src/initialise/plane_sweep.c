@@ -105,6 +105,7 @@ int fs_plane_sweep_prepare(const SmallViews *views, SweepPhotos *photos, Threads
 // ---- one step of depth ----
 
 typedef float Four __attribute__((vector_size(16))); // r g b 1
+typedef int Ints __attribute__((vector_size(16)));
 
 typedef struct Sums { // per grid pixel, over the photos without [0] and with flash [1]
     Four sum[2], own[2];
@@ -187,31 +188,47 @@ static Four four_at(const float *p)
     return v;
 }
 
+// Where four grid pixels from u on are seen in a photo of width + 1, height + 1 pixels; false where none is.
+static bool seen_at(const float m[3], const float row[3], float u, float width, float height, Four at[2], Ints *inside)
+{
+    const Four us = u + (Four){0, 1, 2, 3};
+    Four depth = m[2] * us + row[2], x = (m[0] * us + row[0]) / depth - 0.5f, y = (m[1] * us + row[1]) / depth - 0.5f;
+    *inside = (depth > 0) & (x >= 0) & (y >= 0) & (x < width) & (y < height);
+    at[0] = (Four)((Ints)x & *inside); // others: a place that can be looked at, though it is not
+    at[1] = (Four)((Ints)y & *inside);
+    return (*inside)[0] | (*inside)[1] | (*inside)[2] | (*inside)[3];
+}
+
+static Four sample_four(const Image *fine, float x, float y)
+{
+    int ix = (int)x, iy = (int)y;
+    float fx = x - (float)ix, fy = y - (float)iy;
+    const float *a = fine->px + 4 * ((size_t)iy * (size_t)fine->width + (size_t)ix), *b = a + 4 * (size_t)fine->width;
+    Four top = four_at(a), bottom = four_at(b);
+    top += (four_at(a + 4) - top) * fx;
+    bottom += (four_at(b + 4) - bottom) * fx;
+    return top + (bottom - top) * fy;
+}
+
 // Adds one photo, seen at inverse depth q, to the sums of a row of grid pixels.
 static void add_photo(const Warp *warp, const Image *fine, double q, int y, int width, Sums *sums)
 {
-    const double *m = warp->m, *t = warp->t;
-    float most_x = (float)(fine->width - 1), most_y = (float)(fine->height - 1);
-    double v = y + 0.5, row[3];
-    for (int k = 0; k < 3; k++) row[k] = m[3 * k + 1] * v + m[3 * k + 2] + q * t[k];
-    for (int x = 0; x < width; x++) {
-        double u = x + 0.5, p2 = m[6] * u + row[2];
-        if (!(p2 > 0)) continue;
-        double inverse = 1 / p2;
-        float px = (float)((m[0] * u + row[0]) * inverse - 0.5), py = (float)((m[3] * u + row[1]) * inverse - 0.5);
-        if (!(px >= 0 && py >= 0 && px < most_x && py < most_y)) continue;
-        int ix = (int)px, iy = (int)py;
-        float fx = px - (float)ix, fy = py - (float)iy;
-        const float *a = fine->px + 4 * ((size_t)iy * (size_t)fine->width + (size_t)ix),
-                    *b = a + 4 * (size_t)fine->width;
-        Four top = four_at(a), bottom = four_at(b);
-        top += (four_at(a + 4) - top) * fx;
-        bottom += (four_at(b + 4) - bottom) * fx;
-        top += (bottom - top) * fy;
-        if (top[3] < 0.999f) continue;
-        Sums *s = &sums[x];
-        s->sum[warp->flash] += top;
-        s->own[warp->flash] += top * top;
+    const double *m = warp->m, v = y + 0.5;
+    const float slope[3] = {(float)m[0], (float)m[3], (float)m[6]};
+    float row[3];
+    for (int k = 0; k < 3; k++) row[k] = (float)(m[3 * k + 1] * v + m[3 * k + 2] + q * warp->t[k]);
+    for (int x = 0; x < width; x += 4) {
+        Four at[2];
+        Ints inside;
+        if (!seen_at(slope, row, (float)x + 0.5f, (float)(fine->width - 1), (float)(fine->height - 1), at, &inside))
+            continue;
+        for (int k = 0; k < 4 && x + k < width; k++) {
+            Four value = sample_four(fine, at[0][k], at[1][k]);
+            if (!inside[k] || value[3] < 0.999f) continue;
+            Sums *s = &sums[x + k];
+            s->sum[warp->flash] += value;
+            s->own[warp->flash] += value * value;
+        }
     }
 }
 
