@@ -341,6 +341,33 @@ static void find_gaps(Findings *f, Photos *photos, double *place, bool *marked)
 
 // ---- camera ----
 
+static bool same_body(const ExifInfo *a, const ExifInfo *b)
+{
+    return strcmp(a->model, b->model) == 0 && strcmp(a->make, b->make) == 0;
+}
+
+static void find_body(Findings *f, const Photos *photos, bool *marked)
+{
+    char text[200];
+    const ExifInfo *usual = NULL, *odd = NULL;
+    int most = 0;
+    for (int i = 0; i < photos->n; i++) {
+        const ExifInfo *e = &photos->photo[i].exif;
+        int same = 0;
+        for (int k = 0; k < photos->n && *e->model; k++) same += same_body(&photos->photo[k].exif, e);
+        if (same > most) most = same, usual = e;
+    }
+    for (int i = 0; i < photos->n; i++) {
+        const ExifInfo *e = &photos->photo[i].exif;
+        marked[i] = *e->model && !same_body(e, usual);
+        if (marked[i]) odd = e;
+    }
+    if (odd)
+        add(f, "body", FINDING_DOUBT,
+            "another camera: %s (%s, the others %s): its colours and its lens are others; use one camera",
+            names(photos, marked, text), odd->model, usual->model);
+}
+
 static void find_zoom(Findings *f, const Photos *photos, double *value, bool *marked)
 {
     char text[200];
@@ -435,6 +462,7 @@ int fs_findings_make(Findings *findings, Photos *photos, FsError *err)
         find_wrong_flash(findings, photos, value, marked);
         find_gaps(findings, photos, value, marked);
         find_blur(findings, photos, marked);
+        find_body(findings, photos, marked);
         find_zoom(findings, photos, value, marked);
         find_exposure(findings, photos, value, marked);
         find_light(findings, photos, marked);

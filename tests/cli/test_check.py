@@ -145,6 +145,17 @@ class Check(FolderTest):
         change(self.some(True, 2), 0x920A, 35, 1)
         self.finds("zoom", self.some(True, 2))
 
+    def test_body(self):
+        path = self.some(True, 6)
+        data = bytearray(path.read_bytes())
+        at = entry(data, 0x0110)
+        size, place = struct.unpack_from("<II", data, at + 4)
+        model = bytes(data[place:place + size - 1]).decode()
+        data[place:place + 1] = b"Z"
+        path.write_bytes(data)
+        self.finds("body", path)
+        self.assertIn(f"(Z{model[1:]}, the others {model})", self.check()["body"])
+
     def test_exposure(self):
         change(self.some(False, 2), 0x829A, 1, 20)
         change(self.some(False, 2), 0x8827, 100)  # the same product
