@@ -10,13 +10,15 @@ static int clamp(int v, int n)
     return v < 0 ? 0 : v >= n ? n - 1 : v;
 }
 
-// Weights of the samples from the second before `t` = 0 to the third behind it, whose sum is 1.
+// Weights of the samples j from -2 to 3 at a place t from 0 to 1, whose sum is 1: sinc(t - j) sinc((t - j) / 3).
 static void lanczos(double t, float w[TAPS])
 {
-    double sum = 0, at[TAPS];
+    static const double cosine[TAPS] = {-0.5, 0.5, 1, 0.5, -0.5, -1}, // of j pi / 3
+        sine[TAPS] = {-0.86602540378443865, -0.86602540378443865, 0, 0.86602540378443865, 0.86602540378443865, 0};
+    double sine_t = sin(M_PI * t), sine_third = sin(M_PI / 3 * t), cosine_third = cos(M_PI / 3 * t), sum = 0, at[TAPS];
     for (int k = 0; k < TAPS; k++) {
-        double d = M_PI * (t + TAPS / 2 - 1 - k);
-        at[k] = fabs(d) < 1e-6 ? 1 : sin(d) * sin(d / 3) / (d * d / 3);
+        double d = t - (k - 2), wide = sine_third * cosine[k] - cosine_third * sine[k]; // sin((t - j) pi / 3)
+        at[k] = fabs(d) < 1e-6 ? 1 : (k % 2 ? -sine_t : sine_t) * wide * 3 / (M_PI * M_PI * d * d);
         sum += at[k];
     }
     for (int k = 0; k < TAPS; k++) w[k] = (float)(at[k] / sum);
