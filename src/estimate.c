@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "export/export.h"
 #include "ingest/ingest.h"
+#include "poses/poses.h"
 #include "train/train.h"
 
 // What other stages take, in steps of training of a fixed size (fs_train_reference), measured beside them on the shared
@@ -85,7 +86,7 @@ static int find_seconds(const FsProject *project, Estimate *e, double begin, FsE
     double step, n = e->size.photos, threads = threads_of(project);
     MUST(fs_train_reference(project, &step, err));
     e->initialise.seconds = step * INITIALISE_STEPS * n * initialise_pixels(&e->size) / INITIALISE_PIXELS;
-    e->poses.seconds = step * n * POSES_STEPS * e->size.picture_pixels;
+    e->poses.seconds = step * n * POSES_STEPS * fs_poses_pixels(project, &e->size);
     if (!*project->set.poses) e->poses.seconds += step * threads * COLMAP_STEPS * n * fmax(1, n / 100);
     double spent = e->ingest.seconds + e->poses.seconds + e->initialise.seconds;
     return find_steps(project, e, step, spent + fs_clock_seconds() - begin, err);

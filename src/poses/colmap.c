@@ -12,6 +12,8 @@
 
 #define SAME_FOCAL 0.015 // share by which a camera's focal length in EXIF may vary
 
+enum { LEAST_FEATURE_EDGE = 600, ANY_FEATURE_EDGE = 3200 }; // pixels, the second COLMAP's own
+
 typedef struct Option {
     const char *name, *value; // name NULL: the last one
 } Option;
@@ -51,6 +53,7 @@ static int look_at_options(Colmap *colmap, FsError *err)
     TRY(run_and_look(colmap, argv, path.text, err));
     TRY(fs_file_read(path.text, 1 << 20, &text, &size, err));
     colmap->renamed_options = strstr(text, "FeatureExtraction.use_gpu") != NULL;
+    colmap->renamed_size = strstr(text, "FeatureExtraction.max_image_size") != NULL;
     if (!strstr(text, "database_path"))
         rc = fs_error_input(err, "%s: does not answer like COLMAP; name the program with --colmap",
                             colmap->project->set.colmap);
@@ -141,6 +144,24 @@ void fs_colmap_close(Colmap *colmap)
     *colmap = (Colmap){0};
 }
 
+// Known poses need points only, and not more exact ones than the working images are: twice their size.
+int fs_colmap_feature_edge(const FsProject *project, int long_edge)
+{
+    if (!*project->set.poses) return ANY_FEATURE_EDGE;
+    return 2 * long_edge > LEAST_FEATURE_EDGE ? 2 * long_edge : LEAST_FEATURE_EDGE;
+}
+
+static int longest_edge(const Capture *capture)
+{
+    int edge = 0;
+    for (int i = 0; i < capture->n; i++) {
+        const Photo *p = &capture->photo[i];
+        int longer = p->width > p->height ? p->width : p->height;
+        edge = longer > edge ? longer : edge;
+    }
+    return edge;
+}
+
 int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
 {
     const Capture *cap = colmap->capture;
@@ -149,7 +170,8 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
     int wanted = colmap->project->set.threads;
     FilePath masks = fs_file_at("%s_masks", cap->pictures); // what ingest was given
     bool masked = fs_file_exists(masks.text);
-    char threads[16], params[100];
+    char threads[16], edge[16], params[100];
+    snprintf(edge, sizeof edge, "%d", fs_colmap_feature_edge(colmap->project, longest_edge(cap)));
     snprintf(threads, sizeof threads, "%d", frames ? 1 : wanted > 0 ? wanted : -1);
     snprintf(params, sizeof params, "%.17g,%.17g,%.17g,0", lens.param[0], lens.param[1], lens.param[2]);
     const Option options[] = {
@@ -162,6 +184,7 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
         {"--SiftExtraction.peak_threshold", "0.001"},
         {"--SiftExtraction.edge_threshold", "16"},
         {"--SiftExtraction.max_num_features", "10000"},
+        {colmap->renamed_size ? "--FeatureExtraction.max_image_size" : "--SiftExtraction.max_image_size", edge},
         {frames ? "--ImageReader.camera_model" : NULL, "SIMPLE_RADIAL"}, // COLMAP enters the photos itself
         {"--ImageReader.single_camera", "1"},
         {"--ImageReader.camera_params", params},

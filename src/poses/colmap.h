@@ -10,11 +10,14 @@ typedef struct Colmap {
     const FsProject *project;
     const Capture *capture;
     char *dir, *database, *log_path; // OUT/.flashsplat/colmap, its database.db and log.txt
-    bool renamed_options;            // COLMAP 3.13 calls them FeatureExtraction and FeatureMatching
+    bool renamed_options;            // COLMAP 3.13 calls them FeatureExtraction and FeatureMatching,
+    bool renamed_size;               // and the most pixels too
     Database *db;
     int *image_id; // per photo of the capture
 } Colmap;
 
+// The longer side of the pictures in which features are looked for, at most, for a working image of such a one.
+int fs_colmap_feature_edge(const FsProject *project, int long_edge);
 // Checks that the program is there, starts its folder and enters the photos.
 int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capture, FsError *err);
 void fs_colmap_close(Colmap *colmap);

@@ -1,5 +1,6 @@
 #include "poses/poses.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -175,6 +176,13 @@ static int update_held_out(const FsProject *project, FsError *err)
 fail:
     fs_dataset_free(&views);
     return rc;
+}
+
+double fs_poses_pixels(const FsProject *project, const RunSize *size)
+{
+    double longer = size->width > size->height ? size->width : size->height;
+    double edge = fs_colmap_feature_edge(project, (int)longer) / longer;
+    return fmin(size->picture_pixels, edge * edge * size->width * size->height);
 }
 
 int fs_poses_run(FsProject *project, FsError *err)

@@ -313,6 +313,22 @@ static void test_refused(void **state)
     free(model);
 }
 
+// Where the poses are known, features are looked for in pictures of twice the working size.
+static void test_pixels(void **state)
+{
+    (void)state;
+    FsProject known = {.set = {.poses = "model"}}, unknown = {.set = {.poses = ""}};
+    RunSize size = {.photos = 30, .width = 800, .height = 1200, .picture_pixels = 1600 * 2400};
+    assert_true(fs_poses_pixels(&unknown, &size) == 1600 * 2400);
+    assert_true(fs_poses_pixels(&known, &size) == 1600 * 2400);
+    size.width = 360, size.height = 240;
+    assert_true(fs_poses_pixels(&known, &size) == 720 * 480);
+    size.width = 150, size.height = 100;
+    assert_true(fs_poses_pixels(&known, &size) == 600 * 400);
+    size.picture_pixels = 300 * 200;
+    assert_true(fs_poses_pixels(&known, &size) == 300 * 200);
+}
+
 // A zoom, or a phone's other lens, is another camera to COLMAP.
 static void test_cameras(void **state)
 {
@@ -353,6 +369,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_known, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_missing, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test(test_pixels),
         cmocka_unit_test_setup_teardown(test_cameras, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_refused, temp_dir_make, temp_dir_remove),
     };
