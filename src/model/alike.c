@@ -16,6 +16,7 @@
 #define TWIN_SIGMA 1.0f   // pixels of the small picture
 #define TWIN_PARALLAX 0.4 // the same; pairs of made and rendered captures have 0.9 and more
 #define TWIN_SHIFT 3.0
+#define TWIN_FACTOR 3.0    // of square roots of light; what is black is fitted by anything, times nothing
 enum { TWIN_REACH = 200 }; // photos apart in order: a burst, or one brought along twice
 
 enum {
@@ -97,7 +98,7 @@ static bool are_twins(const Slopes *a, const Slopes *b)
         for (int j = 0; j < k; j++) m[k][j] = m[j][k];
     }
     slope = 0.5 * (m[2][2] + m[3][3]);
-    if (!solve(m, x) || x[0] <= 0) return false;
+    if (!solve(m, x) || !(x[0] > 1 / TWIN_FACTOR && x[0] < TWIN_FACTOR)) return false;
     for (int k = 0; k < FIT; k++) left -= x[k] * r[k];
     return left < TWIN_PARALLAX * TWIN_PARALLAX * slope && hypot(x[2], x[3]) < TWIN_SHIFT;
 }
@@ -226,7 +227,6 @@ static double alikeness(const Structure *a, const Structure *b)
 {
     double found[ACROSS * DOWN], sum = 0;
     int n = 0;
-    if (!a->sum || !b->sum) return 1; // cannot be told
     for (int y = 0; y < DOWN; y++)
         for (int x = 0; x < ACROSS; x++)
             found[n++] = find_block(a, 1 + x * (a->at.width - BLOCK - 2) / (ACROSS - 1),
@@ -257,12 +257,15 @@ static bool are_alike(Places *p, const Structure *a, const Structure *b)
 
 static void join(Places *p)
 {
-    int n = p->n, groups = n;
-    for (int i = 0; i < n; i++) p->group[i] = i;
+    int n = p->n, groups = 0;
+    for (int i = 0; i < n; i++) {
+        p->group[i] = i;
+        groups += p->at[i].sum != NULL; // of the others nothing can be told
+    }
     for (int step = 1; step < n && groups > 1; step++)
         for (int i = 0; i + step < n && groups > 1; i++) {
             int a = group_of(p->group, i), b = group_of(p->group, i + step);
-            if (a == b || !are_alike(p, &p->at[i], &p->at[i + step])) continue;
+            if (a == b || !p->at[i].sum || !p->at[i + step].sum || !are_alike(p, &p->at[i], &p->at[i + step])) continue;
             p->group[b] = a;
             groups--;
         }
@@ -281,7 +284,7 @@ static int is_turned(Places *p, const Image *small, bool *found, FsError *err)
         fs_image_free(&turned);
         TRY(fs_image_copy(&turned, small, err));
         TRY(fs_image_orient(&turned, turns[k], err));
-        TRY(make_structure(&turned, &t, err));
+        TRY(make_structure(&turned, &t, err)); // one on its side is no narrower
         for (int i = 0; i < p->n && !*found; i++)
             *found = group_of(p->group, i) == p->most && are_alike(p, &t, &p->at[i]);
     }
@@ -305,7 +308,7 @@ static int find_strangers(Photos *photos, FsError *err)
     for (int i = 0; i < n; i++) {
         PhotoFile *photo = &photos->photo[i];
         bool turned = false;
-        photo->stranger = size[p.most] >= PLACE_SHARE * n && group_of(p.group, i) != p.most;
+        photo->stranger = p.at[i].sum && size[p.most] >= PLACE_SHARE * n && group_of(p.group, i) != p.most;
         if (photo->stranger) TRY(is_turned(&p, &photo->look.small, &turned, err));
         photo->stranger &= !turned;
     }

@@ -260,6 +260,13 @@ class Check(FolderTest):
         process = run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240)
         self.assertIn(found["stranger"], process.stderr)
 
+    def test_black(self):
+        """Anything shows what a black photo shows, times nothing."""
+        change_pixels(self.some(False, 4), lambda row: [x % 3 - 1 for x in range(len(row))])
+        self.check()
+        self.assertEqual([photo["name"] for photo in self.result["photos"] if photo["twin_of"]], [])
+        self.assertIn(self.some(False, 4).name, {f["kind"]: f["text"] for f in self.result["findings"]}["dark"])
+
     def test_turned(self):
         """Held down, cameras do not know which way is up: such a photo shows the same place."""
         for n, orientation in enumerate((3, 6, 8)):
