@@ -23,7 +23,7 @@ METHODS = {  # name: (title, variant of quality.py, poses by COLMAP)
     "flash-nerf": ("Flash-NeRF", "flash-nerf", False),
 }
 KINDS = {"gain": "gain-fitted", "": "as it is", "paper": "paper's convention"}
-METRICS = ("psnr", "ssim", "ms_ssim", "lpips_alex", "lpips_vgg")
+METRICS = ("psnr", "ssim", "ms_ssim", "lpips_alex", "lpips_vgg", "lpips")  # lpips: published, of a network not named
 # The paper's table: transmission against the normalised paired difference, mean over its own scenes.
 PUBLISHED = {"Flash-Splat": (20.42, 0.2868), "DSRNet": (13.02, 0.5754), "Liu et al.": (11.16, 0.6765),
              "NSF": (9.40, 0.7452), "NeRFReN": (10.09, 0.7153)}
@@ -59,6 +59,7 @@ class FolderCase(quality.Case):
         super().__init__(args, folder.name, folder, "", False)
         self.photos, self.poses = folder, "own"
         self.out, self.log = self.base / f"{self.name}-own", self.base / f"{self.name}-own.log"
+        self.of_the_paper = (folder / "images_npy").is_dir()  # docs/scene-folders.md
 
     def views(self, variant):
         return []
@@ -157,6 +158,13 @@ def published(args):
     return rows
 
 
+def paper_rows():
+    """The paper's own table, to stand beside the authors' data."""
+    for name, (psnr, lpips) in PUBLISHED.items():
+        yield (f"published, mean of the paper's scenes: {name}",
+               {"capture": {"T_N": {"paper": {"psnr": psnr, "lpips": lpips}}}})
+
+
 def row_of(name, title, result, found, pictures):
     return {"method": name, "title": title, "figures": found, "pictures": pictures, "seconds": result.get("seconds"),
             "cpu_seconds": result.get("cpu_seconds"), "bytes": result.get("bytes"), "splats": result.get("splats", ""), "warnings": result.get("warnings", [])}
@@ -211,7 +219,8 @@ def run_case(args, case, report, failures, lock, references):
         attempt(name, lambda: run_method(args, case, name))
     for name, folder in args.others if case.true_poses else []:
         attempt(name, lambda: run_other(args, case, name, folder))
-    for title, found in references.get(case.name, []) if case.true_poses else []:
+    beside = references.get(case.name, []) if case.true_poses else []
+    for title, found in paper_rows() if getattr(case, "of_the_paper", False) else beside:
         add(row_of("published", title, {}, found, {}))
 
 
@@ -274,40 +283,59 @@ def write_csv(path, args, scenes):
                     w.writerow([scene, r["method"], r["title"], "", "", "", *[""] * len(METRICS), *end])
 
 
+TEX_HEAD = r"""%% PSNR in dB / SSIM (/ LPIPS); s: CPU seconds of the whole run. With \usepackage{booktabs} its rules are drawn.
+%% Commit %s, options: %s
+\providecommand{\toprule}{\hline}\providecommand{\midrule}{\hline}\providecommand{\bottomrule}{\hline}
+"""
+
+
+TEX_NAMES = {"\\": "textbackslash", "^": "textasciicircum", "~": "textasciitilde", "<": "textless", ">": "textgreater",
+             "|": "textbar"}
+
+
 def tex(text):
-    text = re.sub(r"([&%#_])", r"\\\1", text)
+    text = re.sub(r"[\\^~<>|&%#_{}$]", lambda m: rf"\{TEX_NAMES[m[0]]}{{}}" if m[0] in TEX_NAMES else "\\" + m[0], text)
     return re.sub(r"([TRI])\\_([NF])", r"$\1_\2$", text)
 
 
-def tex_rows(rows, views):
-    rows = [r for r in rows if views in r["figures"]]
-    gained = [r["figures"][views] for r in rows]
-    best = {l: max((of[l]["gain"]["psnr"] for of in gained if "gain" in of.get(l, {})), default=0)
-            for l in quality.LAYERS}
-    for r in rows:
+def tex_rows(rows, views, kind):
+    found = [r["figures"].get(views, {}) for r in rows]
+    best = {l: max((of[l][kind]["psnr"] for of in found if kind in of.get(l, {})), default=0) for l in quality.LAYERS}
+    for r, of in zip(rows, found):
         cells = []
         for layer in quality.LAYERS:
-            m = r["figures"][views].get(layer, {}).get("gain")
-            lpips = next((f" / {m[k]:.3f}" for k in ("lpips_vgg", "lpips_alex") if m and k in m), "")
-            psnr = m and (f"\\textbf{{{m['psnr']:.2f}}}" if m["psnr"] == best[layer] else f"{m['psnr']:.2f}")
-            cells.append(f"{psnr} / {m['ssim']:.3f}{lpips}" if m and "ssim" in m else psnr or "--")
+            m = of.get(layer, {}).get(kind, {})
+            psnr = f"{m['psnr']:.2f}" if m else "--"
+            psnr = rf"\textbf{{{psnr}}}" if m and m["psnr"] == best[layer] else psnr
+            rest = [f"{m[k]:.3f}".removeprefix("0") for k in ("ssim", "lpips_vgg", "lpips_alex", "lpips") if k in m]
+            cells.append(" / ".join([psnr, *rest[:2]]))
         seconds = f"{r['cpu_seconds']:.0f}" if r["cpu_seconds"] is not None else "--"
-        yield " & ".join([tex(r["title"]), *cells, seconds]) + r" \\"
+        yield " & ".join([r"\raggedright " + tex(r["title"]), *cells, seconds]) + r" \\"
+
+
+def tex_table(caption, rows, views, kind):
+    return [r"\begin{table}[!htbp]\centering\scriptsize\setlength{\tabcolsep}{2pt}",
+            rf"\caption{{{tex(caption)}, {VIEWS[views]}, {KINDS[kind]}}}",
+            r"\makebox[\linewidth]{\begin{tabular}{p{.22\linewidth}" + "c" * len(quality.LAYERS) + "r}", r"\toprule",
+            " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s"]) + r" \\",
+            r"\midrule", *tex_rows(rows, views, kind), r"\bottomrule", r"\end{tabular}}", r"\end{table}", ""]
 
 
 def write_tex(path, args, scenes, mean_rows):
-    lines = ["% PSNR in dB / SSIM (/ LPIPS), gain-fitted; s: CPU seconds of the whole run. Needs \\usepackage{booktabs}.",
-             f"% Commit {args.commit}, options: {args.options}"]
+    lines, tables = [TEX_HEAD % (args.commit, " ".join(args.options.split()))], 0
     for title, rows in [("Mean", mean_rows), *scenes.items()]:
         for views in VIEWS:
-            body = list(tex_rows(rows, views))
-            if not body:
-                continue
-            named = f"{title} over scenes: {', '.join(next(r['scenes'][views] for r in rows if views in r['figures']))}" if title == "Mean" else title
-            lines += [r"\begin{table}\centering", rf"\caption{{{tex(named)}, {VIEWS[views]}}}",
-                      r"\begin{tabular}{l" + "c" * len(quality.LAYERS) + "r}", r"\toprule",
-                      " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s"]) + r" \\",
-                      r"\midrule", *body, r"\bottomrule", r"\end{tabular}", r"\end{table}", ""]
+            have = [r for r in rows if views in r["figures"]]
+            tables += bool(have)
+            if have and tables % 16 == 0:
+                lines.append(r"\clearpage  % LaTeX holds some fifty tables that wait for a page")
+            caption = title
+            if title == "Mean" and have:
+                caption = f"{title} over scenes: {', '.join(have[0]['scenes'][views])}"
+            if any("gain" in kinds for r in have for kinds in r["figures"][views].values()):
+                lines += tex_table(caption, have, views, "gain")
+            elif have:  # the authors' data: nothing is known of ours but time
+                lines += tex_table(caption, [r for r in rows if r["method"] != "truth"], views, "paper")
     path.write_text("\n".join(lines) + "\n")
 
 

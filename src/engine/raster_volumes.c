@@ -3,6 +3,7 @@
 // number of threads.
 #include "engine/raster_volumes.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -307,6 +308,9 @@ static int set_up_task(RasterTask *task, const Camera *camera, FsError *err)
 static int forward(const RasterPass *raster, FsError *err)
 {
     VolumesWork *work = raster->volumes;
+    if ((int64_t)raster->camera->width * raster->camera->height > INT_MAX - GROUP)
+        return fs_error_set(err, FS_ERR_INPUT, "a picture of %d x %d pixels: radiance fields have at most %d million",
+                            raster->camera->width, raster->camera->height, INT_MAX / 1000000);
     fs_arena_reset(&work->arena);
     work->rays = 0;
     for (int v = 0; v < VOLUMES; v++) work->samples[v] = 0;

@@ -15,13 +15,27 @@ static RadianceShape shape_of(Separation separation, const SmallViews *views)
                              camera->width > camera->height ? camera->width : camera->height);
 }
 
+enum { PARTS = 200, FEWEST_OF_KIND = 10 };
+
+static double disparity_of(const RadianceFrame *f, double z)
+{
+    return fmin(fmax((1 - f->near / z) / (1 - f->near / f->far), 0), 1);
+}
+
+static double depth_of(const Start *start, int i)
+{
+    double d[3];
+    for (int k = 0; k < 3; k++) d[k] = (double)start->points->xyz[3 * (size_t)i + (size_t)k] - start->views->centre[k];
+    return v3_dot(d, start->views->forward);
+}
+
 // The disparity that parts points, by depth, into two kinds that each are most alike (Otsu 1979).
 static double part_depths(const RadianceFrame *f, const float *z, int n)
 {
     double sum = 0, before = 0, best = -1, parts = 0.5, last = 0;
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < n; i++) {
-            double s = fmin(fmax((1 - f->near / (double)z[i]) / (1 - f->near / f->far), 0), 1);
+            double s = disparity_of(f, (double)z[i]);
             if (!pass) {
                 sum += s;
                 continue;
@@ -34,18 +48,36 @@ static double part_depths(const RadianceFrame *f, const float *z, int n)
     return fmin(fmax(parts, 0.05), 0.95);
 }
 
+// The disparity with the least of T's points beyond it and of R's before it, by the flash cue.
+static void part_kinds(const Start *start, const RadianceFrame *f, double *parts)
+{
+    const SparsePoints *p = start->points;
+    int n[POINT_REFLECTED + 1] = {0};
+    for (int i = 0; i < p->n; i++) n[p->kind[i]]++;
+    if (n[POINT_TRANSMITTED] < FEWEST_OF_KIND || n[POINT_REFLECTED] < FEWEST_OF_KIND) return;
+    double best = 1e30;
+    int first = 0;
+    for (int k = 1; k < PARTS; k++) {
+        double s = (double)k / PARTS, wrong = 0;
+        for (int i = 0; i < p->n; i++) {
+            double at = disparity_of(f, depth_of(start, i));
+            if (p->kind[i] == POINT_TRANSMITTED) wrong += (at > s) / (double)n[POINT_TRANSMITTED];
+            if (p->kind[i] == POINT_REFLECTED) wrong += (at <= s) / (double)n[POINT_REFLECTED];
+        }
+        if (wrong < best - 1e-12) best = wrong, first = k;
+        if (wrong < best + 1e-12) *parts = 0.5 * (first + k) / PARTS; // the middle of those as good
+    }
+}
+
 // Nearest and farthest depth along the middle direction of view, of nearly all points.
 static int find_depths(const Start *start, RadianceFrame *frame, FsError *err)
 {
-    const SmallViews *v = start->views;
     const SparsePoints *points = start->points;
     float *z = malloc(sizeof *z * ((size_t)points->n + 1));
     int n = 0;
     if (!z) return fs_error_memory(err);
     for (int i = 0; i < points->n; i++) {
-        double d[3];
-        for (int k = 0; k < 3; k++) d[k] = (double)points->xyz[3 * (size_t)i + (size_t)k] - v->centre[k];
-        z[n] = (float)v3_dot(d, v->forward);
+        z[n] = (float)depth_of(start, i);
         n += z[n] > 0;
     }
     fs_order_floats(z, (size_t)n);
@@ -98,6 +130,7 @@ int fs_first_field_make(const Start *start, const Settings *set, Scene *scene, F
         frame.w2c[4 * r + 3] = -v3_dot(axis[r], v->centre);
     }
     MUST(find_depths(start, &frame, err));
+    if (scene->separation == SEPARATION_FULL) part_kinds(start, &frame, &frame.parts);
     find_range(v, &frame);
     RadianceShape shape = shape_of(scene->separation, v);
     fs_log_info(start->log, "initialise: fields from %.3g to %.3g units of depth, parted at %.3g, %.1f million numbers",

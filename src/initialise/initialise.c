@@ -135,18 +135,21 @@ int fs_initialise_run(FsProject *project, FsError *err)
     if (!threads) return fs_error_memory(err);
     fs_log_progress(log, "initialise", 0, 4, "reading the photos");
     TRY(load(project, &views, &points, &given, err));
-    if (strcmp(project->set.model, "field") == 0) {
+    bool field = strcmp(project->set.model, "field") == 0;
+    if (!field || strcmp(project->set.separation, "full") == 0) {
+        fs_log_progress(log, "initialise", 1, 4, "telling the two scenes apart");
+        fs_cue_measure(&views, points.xyz, points.n, points.cue, threads);
+        TRY(fs_classify_points(&views, &points, &odds, threads, err));
+        TRY(fs_light_fit(&views, &points, &light, err));
+        fs_advise(&views, &points, &light, log);
+    }
+    if (field) {
         TRY(fs_first_field_make(&start, &project->set, &scene, err));
         TRY(fs_scene_write(&scene, fs_file_at("%s/start", project->out).text, err));
         TRY(fs_project_mark_done(project, FS_STAGE_INITIALISE, err));
         fs_log_progress(log, "initialise", 4, 4, "done");
         goto fail;
     }
-    fs_log_progress(log, "initialise", 1, 4, "telling the two scenes apart");
-    fs_cue_measure(&views, points.xyz, points.n, points.cue, threads);
-    TRY(fs_classify_points(&views, &points, &odds, threads, err));
-    TRY(fs_light_fit(&views, &points, &light, err));
-    fs_advise(&views, &points, &light, log);
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
     if (given.xyz)
         TRY(fs_given_points_split(&points, &given, threads, dense, err));

@@ -21,7 +21,9 @@ enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_ST
 #define BYTES_STEP 304.0  // a pixel of the view that is rendered
 #define BYTES_SHEET 450.0 // a pixel of a view, for contact sheets
 #define BYTES_SPLAT 740.0
-#define BYTES_FIELD 250e6
+#define BYTES_NUMBER 16.0 // of a radiance field: itself, its gradient, two moments
+#define BYTES_FIELD 10e6
+#define BYTES_VOLUME 35e6 // samples of a step
 
 #define LOOK_STEP 0.6 // of a step at the coarsest size: of one that looks for the photographer, on smaller photos
 
@@ -77,11 +79,15 @@ static bool has_cloud(const Settings *set, Layer layer)
     }
 }
 
+static RadianceShape field_shape(Separation separation, int long_edge)
+{
+    return fs_radiance_shape(separation == SEPARATION_FULL, separation != SEPARATION_NONE, long_edge);
+}
+
 // As initialise makes them; a step takes as many samples whatever they are like.
 static int make_field(Scene *scene, FsError *err)
 {
-    const RadianceShape shape =
-        fs_radiance_shape(scene->separation == SEPARATION_FULL, scene->separation != SEPARATION_NONE, 300);
+    const RadianceShape shape = field_shape(scene->separation, REFERENCE_EDGE);
     const RadianceFrame frame = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-0.6, -0.6}, {0.6, 0.6}, 1, 10, 0.7};
     scene->pane_beta = false;
     return fs_radiance_new(&scene->field, &shape, &frame, 1, err);
@@ -181,13 +187,21 @@ static int long_edge(const RunSize *size)
     return size->width > size->height ? size->width : size->height;
 }
 
+static double field_bytes(const Settings *set, const RunSize *size)
+{
+    if (!is_field(set)) return 0;
+    const RadianceShape shape = field_shape(fs_scene_separation(set->separation), long_edge(size));
+    return BYTES_FIELD + BYTES_NUMBER * (double)fs_radiance_floats(&shape) +
+           BYTES_VOLUME * (shape.colors[VOLUME_R] ? 2 : 1);
+}
+
 double fs_train_bytes(const Settings *set, const RunSize *size)
 {
     double pixels = (double)size->width * size->height;
     int clouds = 0;
     for (int l = 0; l < LAYERS; l++) clouds += has_cloud(set, l);
     return BYTES_PROGRAM + pixels * (BYTES_VIEW * size->photos + BYTES_STEP + (set->progress_every ? BYTES_SHEET : 0)) +
-           clouds * BYTES_SPLAT * last_splats(set, size) + (is_field(set) ? BYTES_FIELD : 0);
+           clouds * BYTES_SPLAT * last_splats(set, size) + field_bytes(set, size);
 }
 
 RunSize fs_trainer_size(const Trainer *trainer)

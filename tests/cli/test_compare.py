@@ -11,11 +11,33 @@ import sys
 import types
 
 import common
+from authors_folder import make_authors
 from common import FolderTest, run
 from pictures import give_points
 
 COMPARE = pathlib.Path(__file__).resolve().parents[2] / "bench" / "compare.py"
 OPTIONS = "--long-edge 96 --steps 6 --init-count 300 --max-splats 400"
+
+
+def check_tex(test, text):
+    """What LaTeX asks for: one number of columns a table, braces in pairs, no sign of its own that was meant as text,
+    and fewer than some fifty tables until pages are made."""
+    text = re.sub(r"(?m)(?<!\\)%.*$", "", text)
+    depth = 0
+    for sign in re.findall(r"(?<!\\)[{}]", text):
+        depth += 1 if sign == "{" else -1
+        test.assertGreaterEqual(depth, 0)
+    test.assertEqual(depth, 0)
+    test.assertNotRegex(re.sub(r"\$[TRI](_[NF])?\$", "", text), r"(?<!\\)[$_#^~]")
+    for between in text.split("\\clearpage"):
+        test.assertLess(between.count("\\begin{table}"), 30)
+    tables = re.findall(r"\\begin{tabular}{([^\n]*)}\n(.*?)\\end{tabular}", text, re.S)
+    test.assertEqual(len(tables), text.count("\\begin{table}"))
+    for columns, body in tables:
+        for line in body.splitlines():
+            if not re.fullmatch(r"\\(top|mid|bottom)rule", line):
+                test.assertEqual(len(re.findall(r"(?<!\\)&", line)), len(re.sub(r"p{.*?}", "p", columns)) - 1, line)
+                test.assertTrue(line.endswith(r" \\"), line)
 
 
 class Compare(FolderTest):
@@ -40,8 +62,18 @@ class Compare(FolderTest):
         published = self.dir / "published"
         shutil.copytree(scene / "capture/jpeg", published / "images")
         shutil.copytree(scene / "truth/sparse", published / "sparse/0")
+        authors = self.dir / "authors"
+        gains = make_authors(common.PROGRAM, scene, authors)
+        shutil.rmtree(authors / "sparse")  # its photos are too small for points to be found in
+        shutil.copytree(scene / "truth/sparse", authors / "sparse/0")
+        photos = {p.stem.split("_", 2)[1]: p.name for p in (authors / "images").iterdir()}
+        text = (authors / "sparse/0/images.txt").read_text()
+        text = re.sub(r"IMG_(\d+)\.\w+", lambda m: photos[m[1]], text)
+        (authors / "sparse/0/images.txt").write_text(text)
         wanted = ["--methods", "full,plain,no-such-option", "--method", f"copy={others.parent}", "--method-encoding",
-                  "gamma", "--folders", published]
+                  "gamma", "--folders", f"{published},{authors}"]
+        options = f"{OPTIONS} --npy-gains {','.join(map(str, gains))}"
+        wanted += ["--options", options]
         process = self.compare(*wanted)
         self.assertEqual(process.returncode, 2)  # no such method
         wanted[1] = "full,plain"
@@ -53,6 +85,11 @@ class Compare(FolderTest):
         small = [r for r in rows if r["scene"] == "small"]
         psnr = {(r["method"], r["views"], r["layer"], r["kind"]): float(r["psnr"]) for r in small}
         self.assertEqual({r["method"] for r in rows if r["scene"] == "published"}, {"full", "plain"})
+        beside = [r for r in rows if r["scene"] == "authors"]
+        self.assertEqual({r["method"] for r in beside}, {"full", "plain", "published"})
+        paper = next(r for r in beside if r["title"].endswith(": Flash-Splat"))
+        self.assertEqual([paper[k] for k in ("views", "layer", "kind", "psnr", "lpips")],
+                         ["capture", "T_N", "paper's convention", "20.42", "0.2868"])
         self.assertEqual(psnr["copy", "capture", "T_N", "as it is"], 120)
         self.assertEqual(psnr["published", "held_out", "T_N", "gain-fitted"], 31.25)
         told = json.loads((self.dir / "out/small-true/full-held_out.json").read_text())
@@ -79,8 +116,9 @@ class Compare(FolderTest):
             self.assertTrue((self.dir / "out" / path).is_file(), path)
         tex = (self.dir / "out/compare.tex").read_text()
         self.assertIn("\\textbf{", tex)
-        self.assertEqual(tex.count("\\begin{tabular}"), tex.count("\\end{tabular}"))
-        self.assertRegex(tex, r"full & [\\{}a-z]*\d+\.\d\d\}? / 0\.\d{3} & ")
+        check_tex(self, tex)
+        self.assertRegex(tex, r"full & [\\{}a-z]*\d+\.\d\d\}? / \.\d{3} & ")
+        self.assertRegex(tex, r"authors, .*(.|\n)*full & -- &(.|\n)*Flash-Splat & \\textbf{20.42} / .287 &")
 
         logs = {p: p.stat().st_size for p in (self.dir / "out").glob("*.json")}
         before = (self.dir / "out/small-true/clouds/T_N.ply").stat().st_mtime_ns
@@ -104,7 +142,12 @@ class Means(FolderTest):
         args = types.SimpleNamespace(commit="x", options="")
         compare.write_tex(self.dir / "t.tex", args, scenes, means)
         captions = re.findall("over scenes: (.*?)}", (self.dir / "t.tex").read_text())
-        self.assertEqual(captions, ["a, held-out views", "a, b, the photos' views"])
+        self.assertEqual(captions, ["a, held-out views, gain-fitted", "a, b, the photos' views, gain-fitted"])
+        named = {f"50 % {{#{i}}} of_x & y^2 $~\\": scenes["a"] for i in range(60)}  # names of folders are anyone's
+        compare.write_tex(self.dir / "t.tex", args, named, compare.means(scenes))
+        text = (self.dir / "t.tex").read_text()
+        self.assertEqual(text.count("\\begin{table}"), 122)
+        check_tex(self, text)
 
 
 if __name__ == "__main__":
