@@ -245,7 +245,7 @@ static const struct {
     {"flash-nerf", "model", "field"},       {"flash-nerf", "long-edge", "300"},   {"flash-nerf", "steps", "12000"},
     {"flash-nerf", "levels", "1"},          {"flash-nerf", "slope-floor", "0.3"}, {"flash-nerf", "opaque", "0"},
     {"flash-nerf", "way-smooth", "0.1"},    {"flash-nerf", "way-both", "0.05"},   {"flash-nerf", "beta-smooth", "0.001"},
-    {"flash-nerf", "linearity", "0.1"},
+    {"flash-nerf", "linearity", "0.01"},
 };
 
 const FsOption *fs_settings_options(size_t *n)

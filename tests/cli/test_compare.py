@@ -11,9 +11,11 @@ import sys
 import types
 
 import common
-from authors_folder import make_authors
 from common import FolderTest, run
 from pictures import give_points
+
+common.need("cv2", "numpy")
+from authors_folder import make_authors
 
 COMPARE = pathlib.Path(__file__).resolve().parents[2] / "bench" / "compare.py"
 OPTIONS = "--long-edge 96 --steps 6 --init-count 300 --max-splats 400"
