@@ -4,8 +4,9 @@
 // again, so it may be removed and overwritten. All else is the user's, whatever its name, and stays as it is. Contents,
 // not times: copies of a folder and archives keep them, and an edited file is the user's. A line that lies, because a
 // crash kept the file from its name, harms nobody. What lies in .flashsplat itself (files being written, COLMAP's work)
-// is ours by its place. A file elsewhere (--json FILE) carries its line itself, as an extended attribute, where the disk
-// has such: the same command may be given again. Inside such a folder nothing is written or removed through a link.
+// is ours by its place. A file elsewhere (--json FILE) carries its line itself, as an extended attribute, where the
+// disk has such: the same command may be given again. Inside such a folder nothing is written or removed through a
+// link.
 #pragma once
 
 #include "base/error.h"
