@@ -20,7 +20,8 @@ static int pick(const Start *start, PointKind kind, PointList *list, FsError *er
     const SparsePoints *points = start->points;
     const PointList *dense = start->dense[kind == POINT_REFLECTED];
     int count[3] = {0};
-    *list = (PointList){0, malloc(sizeof(float) * 3 * ((size_t)points->n + (size_t)dense->n + 1))};
+    *list = (PointList){.xyz = malloc(sizeof(float) * 3 * ((size_t)points->n + (size_t)dense->n + 1)),
+                        .alone = dense->alone};
     if (!list->xyz) return fs_error_memory(err);
     for (int i = 0; i < points->n; i++) count[points->kind[i]]++;
     bool guess = count[kind] + dense->n < COLORED_FEWEST;

@@ -27,6 +27,7 @@ enum {
     STEREO_VIEWS = 8,             // -          swept at most
     STEREO_STEPS_MIN = 32,        // -          of depth
     STEREO_STEPS_MAX = 128,       // -
+    STEREO_VOTES = 2,             // -          of other views that a point needs
     COLORS_TURNS = 3,             // -          in which the two scenes are freed from each other
     SEEDS_SURFACE_POINTS = 25000, // -          that a surface is drawn from at most
     COLORED_FEWEST = 8,           // -          points of a kind below which its depth is guessed
@@ -72,6 +73,10 @@ enum {
 #define STEREO_SURE_R 0.1f          // -
 #define STEREO_SAME_DEPTH 0.04f     // -          relative; within this two views agree
 #define STEREO_APART 0.08f          // -          relative; how much nearer or farther the mirrored surface of a ray is
+#define NEAR_DULL 0.7f              // experiment log of the odds by which a point's own cue calls it mirrored
+#define NEAR_LIT_ODDS 0.4f          // experiment share of what depths tell for "transmitted"
+#define NEAR_AGREE 0.85f            // experiment of the swept views
+#define NEAR_DEPTH 0.5f             // -          log of the odds for "transmitted" at depths where lit things lie
 #define OUTLIERS_FARTHER_T 1.5f     // experiment times as far from points of its own scene as from the other's
 #define OUTLIERS_FARTHER_R 6.0f     // experiment
 #define SURFACE_SAME 0.05f          // -          relative depth within which points are of one surface

@@ -9,6 +9,7 @@
 typedef struct PointList {
     int n;
     float *xyz; // (n, 3) world
+    int alone;  // the last so many: no surface is carried on from them
 } PointList;
 
 int fs_points_append(PointList *list, const float xyz[3], FsError *err);

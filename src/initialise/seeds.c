@@ -117,12 +117,13 @@ fail:
 static int cover_all(const SmallViews *views, const PointList *points, int count, uint64_t seed, Seeds *seeds,
                      FsError *err)
 {
-    int rc = 0, before = seeds->n, stride = (points->n + SEEDS_SURFACE_POINTS - 1) / SEEDS_SURFACE_POINTS;
-    if (count <= before || points->n <= 0) return 0;
+    int rc = 0, before = seeds->n, n = points->n - points->alone;
+    int stride = (n + SEEDS_SURFACE_POINTS - 1) / SEEDS_SURFACE_POINTS;
+    if (count <= before || n <= 0) return 0;
     int *order = malloc(sizeof(int) * (size_t)views->n);
-    PointList some = {.xyz = malloc(sizeof(float) * 3 * (size_t)(points->n / stride + 1))};
+    PointList some = {.xyz = malloc(sizeof(float) * 3 * (size_t)(n / stride + 1))};
     if (!order || !some.xyz) TRY(fs_error_memory(err));
-    for (int i = 0; i < points->n; i += stride)
+    for (int i = 0; i < n; i += stride)
         memcpy(some.xyz + 3 * (size_t)some.n++, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
     fs_seeds_order(views, order);
     const Camera *middle = &views->view[order[0]].camera;

@@ -14,6 +14,7 @@ static void map_free(DepthMap *map)
     free(map->layer[0]);
     free(map->layer[1]);
     free(map->guess);
+    free(map->dull);
     *map = (DepthMap){0};
 }
 
@@ -56,16 +57,32 @@ typedef struct Match { // the maps of swept views, a job each
     bool failed;   // out of memory
 } Match;
 
+static int nearest_step(const PlaneSweep *sweep, float step)
+{
+    int d = (int)(step + 0.5f);
+    return d < 0 ? 0 : d >= sweep->steps ? sweep->steps - 1 : d;
+}
+
 // Chosen steps -> inverse depths, 0 where the score is below `sure`.
 static void keep_sure(const PlaneSweep *sweep, const float *score, float sure, float *map)
 {
     size_t n = (size_t)sweep->camera.width * (size_t)sweep->camera.height;
     for (size_t i = 0; i < n; i++) {
-        int d = (int)(map[i] + 0.5f);
-        d = d < 0 ? 0 : d >= sweep->steps ? sweep->steps - 1 : d;
+        int d = nearest_step(sweep, map[i]);
         float inverse = sweep->inverse_min + map[i] * sweep->inverse_step;
         bool inside = d > 0 && d < sweep->steps - 1;
         map[i] = inside && score[i * (size_t)sweep->steps + (size_t)d] > sure ? inverse : 0;
+    }
+}
+
+// What the transmitted scene's chosen steps tell beyond where it is sure.
+static void keep_guess(const PlaneSweep *s, DepthMap *map)
+{
+    size_t n = (size_t)s->camera.width * (size_t)s->camera.height;
+    for (size_t i = 0; i < n; i++) {
+        size_t at = i * (size_t)s->steps + (size_t)nearest_step(s, map->layer[0][i]);
+        map->guess[i] = s->inverse_min + map->layer[0][i] * s->inverse_step;
+        map->dull[i] = s->score[0][at] < s->score[1][at];
     }
 }
 
@@ -82,7 +99,7 @@ static bool match_layer(PlaneSweep *s, bool reflected, DepthMap *map)
                 score[(size_t)i * (size_t)s->steps + (size_t)d] = 0;
     const ScoreVolume volume = {score, width, height, s->steps};
     if (fs_semiglobal_choose(&volume, costs[reflected].small, costs[reflected].large, layer, NULL) < 0) return false;
-    for (int i = 0; !reflected && i < width * height; i++) map->guess[i] = s->inverse_min + layer[i] * s->inverse_step;
+    if (!reflected) keep_guess(s, map);
     keep_sure(s, score, costs[reflected].sure, layer);
     return true;
 }
@@ -99,7 +116,8 @@ static void match_job(void *context, int job, int worker)
     if (!map->layer[0]) map->layer[0] = malloc(sizeof(float) * n);
     if (!map->layer[1]) map->layer[1] = malloc(sizeof(float) * n);
     if (!map->guess) map->guess = malloc(sizeof(float) * n);
-    bool done = map->layer[0] && map->layer[1] && map->guess;
+    if (!map->dull) map->dull = malloc(sizeof(bool) * n);
+    bool done = map->layer[0] && map->layer[1] && map->guess && map->dull;
     for (int k = 0; k < 2 && done; k++)
         if (w->renew[k]) done = match_layer(s, k, map);
     if (!done) __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
@@ -136,7 +154,7 @@ static int votes(const DepthMap *map, int n_maps, int own, bool reflected, const
     return sum;
 }
 
-int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsError *err)
+int fs_stereo_fuse(const DepthMaps *maps, bool reflected, int least, PointList *points, FsError *err)
 {
     int rc = 0;
     *points = (PointList){0};
@@ -150,7 +168,7 @@ int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsE
             if (!(layer[i] > 0)) continue;
             fs_small_views_unproject(&map->camera, i % width + 0.5, (double)(i / width) + 0.5, 1 / (double)layer[i],
                                      xyz);
-            if (votes(maps->map, maps->n, k, reflected, xyz) >= 2) TRY(fs_points_append(points, xyz, err));
+            if (votes(maps->map, maps->n, k, reflected, xyz) >= least) TRY(fs_points_append(points, xyz, err));
         }
     }
     return 0;
@@ -159,8 +177,9 @@ fail:
     return rc;
 }
 
-// Sweeps the views and matches the scenes wanted, in the photos of `views`.
-static int sweep_all(const Start *start, const SmallViews *views, const bool renew[2], DepthMaps *maps, FsError *err)
+// Sweeps the views and matches the scenes wanted, in the photos of `views`, with these odds of depths.
+static int sweep_all(const Start *start, const SmallViews *views, const DepthOdds *odds, const bool renew[2],
+                     DepthMaps *maps, FsError *err)
 {
     int rc = 0;
     PlaneSweep sweep[STEREO_VIEWS] = {0};
@@ -169,8 +188,7 @@ static int sweep_all(const Start *start, const SmallViews *views, const bool ren
     for (int k = 0; k < maps->n; k++) {
         if (fs_log_cancelled(start->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "initialise: stopped"));
         if (maps->range[k].steps > 0)
-            TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], start->odds, start->threads, &sweep[k],
-                                   err));
+            TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], odds, start->threads, &sweep[k], err));
     }
     Match match = {sweep, maps->map, {renew[0], renew[1]}, false};
     fs_threads_for(start->threads, maps->n, match_job, &match);
@@ -193,15 +211,28 @@ int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
         maps->view[k] = order[k];
         TRY(find_range(start, order[k], &maps->range[k], err));
     }
-    TRY(sweep_all(start, views, both, maps, err));
+    TRY(sweep_all(start, views, start->odds, both, maps, err));
 fail:
     free(order);
     if (rc < 0) fs_stereo_free(maps);
     return rc;
 }
 
-int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, DepthMaps *maps, FsError *err)
+int fs_stereo_renew(const Start *start, const SmallViews *residual, float lit_odds, DepthMaps *maps, FsError *err)
 {
-    const bool renew[2] = {!reflected, reflected};
-    return sweep_all(start, residual, renew, maps, err);
+    static const bool mirrored[2] = {false, true};
+    DepthOdds odds = *start->odds;
+    for (int i = 0; i < DEPTH_ODDS_STEPS; i++)
+        if (odds.odds[i] > 0) odds.odds[i] *= lit_odds;
+    return sweep_all(start, residual, &odds, mirrored, maps, err);
+}
+
+void fs_stereo_forget_dull(DepthMaps *maps)
+{
+    for (int k = 0; k < maps->n; k++) {
+        DepthMap *map = &maps->map[k];
+        size_t n = map->dull ? (size_t)map->camera.width * (size_t)map->camera.height : 0;
+        for (size_t i = 0; i < n; i++)
+            if (map->dull[i]) map->layer[0][i] = map->guess[i] = 0;
+    }
 }

@@ -12,6 +12,7 @@ typedef struct DepthMap {
     Camera camera;
     float *layer[2]; // transmitted, reflected; NULL: this view was not swept
     float *guess;    // of the transmitted scene also where unsure
+    bool *dull;      // where cue and depth call that surface rather mirrored
 } DepthMap;
 
 typedef struct DepthMaps {
@@ -23,9 +24,12 @@ typedef struct DepthMaps {
 void fs_stereo_free(DepthMaps *maps);
 // From the classified points and what their depths tell. May come out empty.
 int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err);
-// Finds one scene's surfaces once more, in photos that the other scene was subtracted from.
-int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, DepthMaps *maps, FsError *err);
-// Depth fusion: the points on which views agree.
-int fs_stereo_fuse(const DepthMaps *maps, bool reflected, PointList *points, FsError *err);
+// Finds the mirrored surfaces once more, in photos that the transmitted scene was subtracted from. lit_odds: the share
+// that counts of what depths tell for "transmitted".
+int fs_stereo_renew(const Start *start, const SmallViews *residual, float lit_odds, DepthMaps *maps, FsError *err);
+// Takes dull surfaces out of the transmitted ones.
+void fs_stereo_forget_dull(DepthMaps *maps);
+// Depth fusion: the points on which views agree, with at least so many votes: two of each other view that agrees.
+int fs_stereo_fuse(const DepthMaps *maps, bool reflected, int votes, PointList *points, FsError *err);
 
 #endif

@@ -165,8 +165,8 @@ static void find_both(unsigned char *kind, Threads *threads, PointList *T, Point
     SparsePoints all = sparse(kind);
     const Start start = {.views = &views, .points = &all, .odds = &odds, .threads = threads, .log = &quiet};
     assert_int_equal(fs_stereo_find(&start, &maps, NULL), 0);
-    assert_int_equal(fs_stereo_fuse(&maps, false, T, NULL), 0);
-    assert_int_equal(fs_stereo_fuse(&maps, true, R, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&maps, false, 2, T, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&maps, true, 2, R, NULL), 0);
     fs_stereo_free(&maps);
 }
 
@@ -202,6 +202,36 @@ static void test_stereo_without_points(void **state)
     assert_int_equal(R.n, 0);
 }
 
+// Mirrored points that were taken for transmitted ones, at depths that say so: found again all the same, and marked.
+static void test_near_mirrored(void **state)
+{
+    (void)state;
+    static const Log quiet;
+    FlashLight light;
+    PointList dense[2];
+    unsigned char kind[ALL];
+    DepthOdds tilted = odds;
+    SparsePoints all = sparse(kind);
+    Threads *threads = fs_threads_new(2);
+    Start start = {.views = &views, .points = &all, .odds = &odds, .light = &light, .threads = threads, .log = &quiet};
+    memcpy(kind, kinds, ALL);
+    assert_int_equal(fs_light_fit(&views, &all, &light, NULL), 0);
+    assert_int_equal(fs_residual_stereo_find(&start, dense, NULL), 0);
+    assert_int_equal(dense[1].alone, 0); // no lit things lie at their depth
+    for (int k = 0; k < 2; k++) fs_points_list_free(&dense[k]);
+
+    for (int i = 0; i < ALL; i++)
+        if (kind[i] == POINT_REFLECTED) kind[i] = POINT_TRANSMITTED;
+    for (int d = 0; d < DEPTH_ODDS_STEPS; d++) tilted.odds[d] = 2.0f;
+    start.odds = &tilted;
+    assert_int_equal(fs_residual_stereo_find(&start, dense, NULL), 0);
+    const PointList near = {.n = dense[1].alone, .xyz = dense[1].xyz + 3 * (size_t)(dense[1].n - dense[1].alone)};
+    assert_true(near.n > 500);
+    assert_true(share_at(&near, MADE_DEPTH_R, 0.1) > 0.9);
+    for (int k = 0; k < 2; k++) fs_points_list_free(&dense[k]);
+    fs_threads_free(threads);
+}
+
 // Transmitted sparse points on the plane z = 1, mirrored ones on z = 2: dense points of either scene, and one thing
 // that only the mirrored scene's dense points know, near the first plane but not on it.
 static void test_outliers(void **state)
@@ -220,7 +250,7 @@ static void test_outliers(void **state)
     const float at[3] = {1.0f, 1.3f, 1.9f}; // on the one plane, between, by the other
     for (int reflected = 0; reflected < 2; reflected++) {
         for (int i = 0; i < 3; i++) memcpy(dense_xyz + 3 * i, (float[3]){0.31f, 0.29f, at[i]}, sizeof(float) * 3);
-        PointList dense = {3, dense_xyz};
+        PointList dense = {3, dense_xyz, 0};
         SparsePoints held = {.n = N, .xyz = xyz, .kind = unsure};
         assert_int_equal(fs_outliers_drop(&held, reflected, NULL, &dense, NULL), 0);
         assert_int_equal(dense.n, 3); // nothing to hold them against
@@ -261,7 +291,7 @@ static void test_seeds(void **state)
 {
     (void)state;
     enum { COUNT = 3000, CELL = 8 };
-    const PointList list = {SIDE, points};
+    PointList list = {SIDE, points, 0};
     Seeds seeds, again;
     assert_int_equal(fs_seeds_make(&views, &list, COUNT, 7, NULL, &seeds, NULL), 0);
     assert_int_equal(fs_seeds_make(&views, &list, COUNT, 7, NULL, &again, NULL), 0);
@@ -284,6 +314,15 @@ static void test_seeds(void **state)
     }
     fs_seeds_free(&seeds);
     fs_seeds_free(&again);
+    float two[3 * (SIDE + 1)]; // a near point alone is a seed, and nothing around it
+    memcpy(two, points, sizeof(float) * 3 * SIDE);
+    memcpy(two + 3 * SIDE, (float[3]){0, 0, 0.5f * (float)MADE_DEPTH_T}, sizeof(float) * 3);
+    list = (PointList){SIDE + 1, two, 1};
+    assert_int_equal(fs_seeds_make(&views, &list, COUNT, 7, NULL, &seeds, NULL), 0);
+    int near = 0;
+    for (int i = 0; i < COUNT; i++) near += (double)seeds.xyz[3 * i + 2] < 0.7 * MADE_DEPTH_T;
+    assert_true(near >= 1 && near < COUNT / SIDE * 3);
+    fs_seeds_free(&seeds);
 }
 
 static void test_first_colors(void **state)
@@ -291,7 +330,7 @@ static void test_first_colors(void **state)
     (void)state;
     enum { COUNT = 3000 };
     static float alpha[3 * COUNT], T_N[3 * COUNT], T_F[3 * COUNT], R_color[3 * COUNT];
-    const PointList at_T = {SIDE, points}, at_R = {SIDE, points + 3 * SIDE};
+    const PointList at_T = {SIDE, points, 0}, at_R = {SIDE, points + 3 * SIDE, 0};
     ColoredSeeds seeds = {.T_N = T_N, .T_F = T_F, .R_color = R_color, .alpha = alpha};
     assert_int_equal(fs_seeds_make(&views, &at_T, COUNT, 7, NULL, &seeds.T, NULL), 0);
     assert_int_equal(fs_seeds_make(&views, &at_R, COUNT, 8, NULL, &seeds.R, NULL), 0);
@@ -317,11 +356,12 @@ static void test_first_colors(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_slope),    cmocka_unit_test(test_cue),
-        cmocka_unit_test(test_classify), cmocka_unit_test(test_light),
-        cmocka_unit_test(test_stereo),   cmocka_unit_test(test_stereo_without_points),
-        cmocka_unit_test(test_outliers), cmocka_unit_test(test_fill),
-        cmocka_unit_test(test_seeds),    cmocka_unit_test(test_first_colors),
+        cmocka_unit_test(test_slope),         cmocka_unit_test(test_cue),
+        cmocka_unit_test(test_classify),      cmocka_unit_test(test_light),
+        cmocka_unit_test(test_stereo),        cmocka_unit_test(test_stereo_without_points),
+        cmocka_unit_test(test_near_mirrored), cmocka_unit_test(test_outliers),
+        cmocka_unit_test(test_fill),          cmocka_unit_test(test_seeds),
+        cmocka_unit_test(test_first_colors),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
