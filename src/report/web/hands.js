@@ -17,7 +17,7 @@ class Hands {
         }, { passive: false });
         canvas.addEventListener('keydown', event => this.key(event, true));
         canvas.addEventListener('keyup', event => this.key(event, false));
-        canvas.addEventListener('blur', () => walk.held.clear());
+        canvas.addEventListener('blur', () => walk.releaseAll());
     }
 
     down(canvas, event) {
@@ -56,14 +56,13 @@ class Hands {
     }
 
     key(event, down) {
-        const key = event.key.toLowerCase(), { held } = this.walk;
+        const key = event.key.toLowerCase();
         if (down && (event.ctrlKey || event.metaKey || event.altKey)) return; // what was held can still be let go
-        if (key === 'shift') held[down ? 'add' : 'delete'](key);
+        if (key === 'shift') this.walk[down ? 'hold' : 'release'](key);
         if (down && (key === '+' || key === '-')) this.walk.dolly(key === '+' ? 0.1 : -0.1);
         if (!WALK_KEYS.includes(key)) return;
         event.preventDefault();
         if (down) this.walk.stop();
-        held[down ? 'add' : 'delete'](key);
-        this.walk.stage.request();
+        this.walk[down ? 'hold' : 'release'](key);
     }
 }

@@ -7,6 +7,7 @@ class Walk {
         this.focus = focus; // distance of what is looked at
         this.speed = focus;
         this.held = new Set();
+        this.released = new Set(); // keys that were let go and still count until a frame has moved by them
         stage.onframe.push(time => this.tick(time));
     }
 
@@ -80,11 +81,28 @@ class Walk {
     }
 
     tick(time) {
-        const seconds = clamp((time - (this.before || time)) / 1000, 0, 0.1);
+        const seconds = clamp((time - (this.before ?? time - 16)) / 1000, 0, 0.1);
         this.before = time;
         if (this.flight) this.tickFlight();
         if (this.path) this.tickPath();
         if (this.held.size) this.tickKeys(seconds);
+    }
+
+    hold(key) {
+        this.released.delete(key);
+        this.held.add(key);
+        this.stage.request();
+    }
+
+    // However short a key was pressed and however slow the frames are, it moves something.
+    release(key) {
+        this.released.add(key);
+        this.stage.request();
+    }
+
+    releaseAll() {
+        this.held.clear();
+        this.released.clear();
     }
 
     tickFlight() {
@@ -108,6 +126,8 @@ class Walk {
         const turn = [held('arrowright') - held('arrowleft'), held('arrowdown') - held('arrowup')];
         if (move.some(Boolean)) this.move(...move.map(m => m * this.speed / this.focus));
         if (turn.some(Boolean)) this.orbit(-turn[0], turn[1]);
+        for (const key of this.released) this.held.delete(key);
+        this.released.clear();
         this.stage.request();
     }
 }
