@@ -100,6 +100,7 @@ void fs_info_results(const char *out, const Log *log)
         {"renders/T_N", "png", "what is behind the glass", true},
         {"renders/T_F", "png", "the same lit by the flash", true},
         {"renders/R", "png", "what is mirrored in the glass", true},
+        {"renders/unseen", "png", "where that is a guess, behind the photographer", true},
         {"video", "mp4", "the camera path", false},
         {"export", "ply", "the clouds, for viewers of Gaussian splats", true},
     };

@@ -13,6 +13,7 @@
 #include "model/preview.h"
 #include "render/pictures.h"
 #include "render/save.h"
+#include "render/unseen.h"
 #include "render/verdict.h"
 #include "render/view_list.h"
 
@@ -31,6 +32,7 @@ typedef struct Run {
     Look look;
     FilePath dir, film_dir;
     AsShot as_shot;
+    Unseen unseen;
 } Run;
 
 // One walk over views: what to leave behind.
@@ -90,6 +92,18 @@ static int save_view(const Run *run, const char *view, FsError *err)
         if (run->wanted[l]) jobs.layer[n++] = l;
     fs_threads_for(run->threads, n, save_job, &jobs);
     return fs_error_first(jobs.error, (size_t)n, err);
+}
+
+static int save_unseen(const Run *run, const View *view, FsError *err)
+{
+    bool told = run->unseen.n && (run->wanted[RENDER_R] || run->wanted[RENDER_R_SCENE]);
+    Image mask = {0};
+    int rc = 0;
+    if (told) TRY(fs_unseen_mask(&run->unseen, &view->camera, &run->renders.layer[RENDER_DEPTH_R], &mask, err));
+    TRY(fs_save_unseen(run->dir.text, view->name, told ? &mask : NULL, err));
+fail:
+    fs_image_free(&mask);
+    return rc;
 }
 
 // ---- what a person should see it with ----
@@ -166,6 +180,7 @@ static int walk_view(Run *run, const Walk *walk, Films *films, int i, FsError *e
     fs_log_progress(&run->project->log, "render", i, walk->views->n, view->name);
     MUST(fs_engine_render(run->engine, &view->camera, &run->renders, err));
     if (walk->files) MUST(save_view(run, view->name, err));
+    if (walk->files) MUST(save_unseen(run, view, err));
     if (walk->sheet || walk->verdict) MUST(compare_photo(run, walk, i, err));
     if (films) MUST(fs_pictures_films_add(films, &run->look, &run->renders, err));
     return 0;
@@ -190,6 +205,8 @@ static int check_files(const Run *run, const Dataset *views, FsError *err)
                                    views->view[i / 2 / RENDER_LAYERS].name, i % 2 ? "tif" : "png");
         if (run->wanted[l]) MUST(fs_owned_check(path.text, err));
     }
+    for (int i = 0; i < views->n && run->unseen.n; i++)
+        MUST(fs_owned_check(fs_save_unseen_path(run->dir.text, views->view[i].name).text, err));
     return 0;
 }
 
@@ -216,6 +233,10 @@ static int walk_views(Run *run, const Walk *walk, FsError *err)
     }
     if (walk->files)
         fs_log_info(&run->project->log, "render: %d %s, each layer in %s", walk->views->n, walk->what, run->dir.text);
+    if (walk->files && run->unseen.n)
+        fs_log_info(&run->project->log,
+                    "render: %s/unseen is white where R is a guess: hardly a photo shows it clear of the photographer",
+                    run->dir.text);
 fail:
     fs_pictures_films_abort(films);
     return rc;
@@ -286,6 +307,7 @@ static int open_run(Run *run, FsError *err)
     MUST(fs_engine_new(&run->engine, set->device, set->cpu, set->threads, err));
     MUST(fs_engine_scene_up(run->engine, &run->scene, err));
     fs_as_shot_open(&run->as_shot, &run->scene, project->out);
+    MUST(fs_unseen_open(&run->unseen, project->out, &run->photos, err));
     run->threads = fs_threads_new(set->threads);
     return run->threads ? 0 : fs_error_memory(err);
 }
@@ -320,6 +342,7 @@ fail:
     fs_dataset_free(&run.photos);
     fs_engine_renders_free(&run.renders);
     fs_as_shot_close(&run.as_shot);
+    fs_unseen_close(&run.unseen);
     fs_engine_free(run.engine);
     fs_threads_free(run.threads);
     return rc;

@@ -13,24 +13,45 @@ int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err)
     return fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[layer].name).text, err);
 }
 
-int fs_save_drop_older(const char *dir, const char *than)
+static int drop_older(const char *folder, const char *than)
 {
     int dropped = 0;
-    for (int l = 0; l < RENDER_LAYERS; l++) {
-        FilePath folder = fs_file_at("%s/%s", dir, fs_render_layers[l].name);
-        FileList list;
-        if (fs_file_list(folder.text, &list, NULL) < 0) continue;
-        for (int i = 0; i < list.n; i++) {
-            FilePath path = fs_file_at("%s/%s", folder.text, list.name[i]);
-            bool ours = fs_file_has_ext(path.text, "png tif");
-            if (ours && fs_file_is_older(path.text, than)) {
-                fs_owned_remove(path.text);
-                dropped += !fs_file_exists(path.text);
-            }
+    FileList list;
+    if (fs_file_list(folder, &list, NULL) < 0) return 0;
+    for (int i = 0; i < list.n; i++) {
+        FilePath path = fs_file_at("%s/%s", folder, list.name[i]);
+        bool ours = fs_file_has_ext(path.text, "png tif");
+        if (ours && fs_file_is_older(path.text, than)) {
+            fs_owned_remove(path.text);
+            dropped += !fs_file_exists(path.text);
         }
-        fs_file_list_free(&list);
     }
+    fs_file_list_free(&list);
     return dropped;
+}
+
+int fs_save_drop_older(const char *dir, const char *than)
+{
+    int dropped = drop_older(fs_file_at("%s/unseen", dir).text, than);
+    for (int l = 0; l < RENDER_LAYERS; l++)
+        dropped += drop_older(fs_file_at("%s/%s", dir, fs_render_layers[l].name).text, than);
+    return dropped;
+}
+
+FilePath fs_save_unseen_path(const char *dir, const char *view)
+{
+    return fs_file_at("%s/unseen/%s.png", dir, view);
+}
+
+int fs_save_unseen(const char *dir, const char *view, const Image *mask, FsError *err)
+{
+    FilePath path = fs_save_unseen_path(dir, view);
+    if (!mask) {
+        fs_owned_remove(path.text); // of an earlier run
+        return 0;
+    }
+    MUST(fs_file_mkdirs(fs_file_at("%s/unseen", dir).text, err));
+    return fs_png_write(path.text, mask, 8, err);
 }
 
 // World units to 0..1 of a 16-bit PNG in millimetres. Depth beyond its range is left out (0) rather than made up.

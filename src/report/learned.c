@@ -98,7 +98,9 @@ static void write_photographer(FILE *f, const json_t *photos)
     fprintf(
         f,
         "<p>In <b>%zu</b> photos the photographer is mirrored too, on <b>%.0f %%</b> of the picture. What is behind, "
-        "where other photos see it, is in the mirrored scene; the figure is not.</p>\n",
+        "where other photos see it, is in the mirrored scene; the figure is not. Where hardly any does, the mirrored "
+        "scene "
+        "is a guess: white in <code>renders/unseen</code>.</p>\n",
         shown, 100 * share * (double)n / (double)shown);
 }
 

@@ -122,7 +122,21 @@ static void fix_unit_of_R(Scene *scene)
     scene->pane.f0 = scene->pane.dimming;
 }
 
-// OUT/clouds/photos.json: the factors by which the light of each photo was found to differ.
+// Rows of digits: the ninths of the mirrored light that do not arrive.
+static json_t *hidden_in(const OcclusionState *state)
+{
+    json_t *rows = json_array();
+    for (int j = 0; j < OCCLUSION_HEIGHT; j++) {
+        char row[OCCLUSION_WIDTH];
+        for (int i = 0; i < OCCLUSION_WIDTH; i++)
+            row[i] = (char)('0' + (int)(9 * state->q[j * OCCLUSION_WIDTH + i] + 0.5f));
+        json_array_append_new(rows, json_stringn(row, sizeof row));
+    }
+    return rows;
+}
+
+// OUT/clouds/photos.json: the factors by which the light of each photo was found to differ, and where the photographer
+// hides the mirrored scene in it.
 static int write_photos(const Trainer *trainer, FsError *err)
 {
     json_t *photos = json_array();
@@ -131,11 +145,12 @@ static int write_photos(const Trainer *trainer, FsError *err)
         double hidden = 0;
         for (int k = 0; trainer->occlusion && k < OCCLUSION_CELLS; k++)
             hidden += (double)trainer->occlusion[i].q[k] / OCCLUSION_CELLS;
-        json_array_append_new(photos,
-                              json_pack("{s:s, s:f, s:f, s:f, s:[fff], s:f}", "name", trainer->views[i]->name,
-                                        "transmitted", exp((double)x[PHOTO_T]), "mirrored", exp((double)x[PHOTO_R]),
-                                        "flash", exp((double)x[PHOTO_FLASH]), "white_balance", exp((double)w[0]),
-                                        exp((double)w[1]), exp((double)w[2]), "photographer", hidden));
+        json_t *photo = json_pack("{s:s, s:f, s:f, s:f, s:[fff], s:f}", "name", trainer->views[i]->name, "transmitted",
+                                  exp((double)x[PHOTO_T]), "mirrored", exp((double)x[PHOTO_R]), "flash",
+                                  exp((double)x[PHOTO_FLASH]), "white_balance", exp((double)w[0]), exp((double)w[1]),
+                                  exp((double)w[2]), "photographer", hidden);
+        if (trainer->occlusion) json_object_set_new(photo, "hidden", hidden_in(&trainer->occlusion[i]));
+        json_array_append_new(photos, photo);
     }
     return fs_json_file_write(fs_file_at("%s/clouds/photos.json", trainer->project->out).text,
                               json_pack("{s:o}", "photos", photos), JSON_INDENT(1) | JSON_REAL_PRECISION(6), err);

@@ -1,9 +1,18 @@
 """What training learns of the camera: each photo's white balance, the response, vignetting; other shutters of flash photos."""
 import json
 import math
+import pathlib
+import sys
 
 import common
 from common import FolderTest, run
+
+common.need("cv2", "numpy")
+import cv2
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "bench"))
+import seen_clear
 
 SIZE = ["--width", 192, "--height", 128, "--photos", 16, "--held-out", 4, "--seed", 31]
 TRAIN = ["--preset", "preview", "--long-edge", 192, "--init-count", 3000, "--steps", 500]
@@ -59,12 +68,48 @@ class Learned(FolderTest):
                 layers = next(iter(json.loads(report.read_text())["methods"].values()))["layers"]
                 figures[faults, option] = {l: layers[l]["psnr_gain"] for l in ("R", "T_N")}
                 clouds[faults, option] = [(out / "clouds" / n).read_bytes() for n in ("T_N.ply", "R.ply", "model.json")]
+                self.assertEqual(found, (out / "renders/unseen").is_dir())
                 if found:
+                    self.check_unseen(out)
                     self.check_damage(out, ["run", self.scene / "capture/raw", *words, option, "--resume"])
         with_him = figures["photographer", "--photographer"]
         self.assertGreater(with_him["R"], figures["photographer", "--no-photographer"]["R"] + 0.2)
         self.assertGreater(with_him["T_N"], figures["photographer", "--no-photographer"]["T_N"] + 0.5)
         self.assertTrue(clouds["", "--photographer"] == clouds["", "--no-photographer"])  # as if nobody had looked
+
+    def check_unseen(self, out):
+        """White is what fewer than a quarter of the photos show clear of the true figures, but for their outlines; R is worse there."""
+        self.assert_works(run("render", out, "--output", self.dir / "depths", "--cameras", self.scene / "truth/cameras.json",
+                              "--layers", "R,depth_R", "--metres-per-unit", 1))
+        cameras = json.loads((self.scene / "truth/cameras.json").read_text())["images"]
+        photos = [c for c in cameras if not c["held_out"]]
+        both = either = 0
+        errors = {True: [], False: []}
+        for camera in (c for c in cameras if c["held_out"]):
+            name = f"{camera['name']}.png"
+            white = cv2.imread(str(self.dir / "depths/unseen" / name), cv2.IMREAD_UNCHANGED)
+            self.assertEqual(set(numpy.unique(white)) - {0, 255}, set())
+            depth = cv2.imread(str(self.dir / "depths/depth_R" / name), cv2.IMREAD_UNCHANGED) / 1000
+            points = seen_clear.points_of(camera, depth)
+            hidden = seen_clear.photos_that_see(points, photos, self.scene / "truth/figures") < 4
+            both += (hidden & (white > 0)).sum()
+            either += (hidden | (white > 0)).sum()
+            R, truth = (cv2.imread(str(folder / "R" / name)).astype(float) for folder in (self.dir / "depths", self.scene / "truth"))
+            for guess in errors:
+                errors[guess].append(numpy.abs(R - truth).mean(-1)[(white > 0) == guess])
+        print(f"unseen: {both / either:.2f} of the union, error there {numpy.concatenate(errors[True]).mean():.1f}, "
+              f"elsewhere {numpy.concatenate(errors[False]).mean():.1f}")
+        self.assertGreater(both / either, 0.4)
+        self.check_damaged_cells(out)
+        self.assertGreater(numpy.concatenate(errors[True]).mean(), 2 * numpy.concatenate(errors[False]).mean())
+
+    def check_damaged_cells(self, out):
+        path = out / "clouds/photos.json"
+        text = path.read_text()
+        for found, damage in (('"00000000', '"000000x0'), ('"00000000', '"0')):
+            path.write_text(text.replace(found, damage, 1))
+            self.assert_fails(run("render", out, "--output", self.dir / "depths", "--force"), 1, "photos.json")
+        path.write_text(text)
 
     def check_damage(self, out, words):
         """A checkpoint with a share of light that is no number is refused."""
