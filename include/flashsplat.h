@@ -78,7 +78,7 @@ typedef struct FsOption {
     FsOptionType type;
     unsigned stages;      // FS_STAGE_* mask
     const char *initial;  // default value as text
-    const char *choices;  // "a|b|c" for FS_OPTION_ENUM, else NULL
+    const char *choices;  // "a|b|c" for FS_OPTION_ENUM and for lists of such words, else NULL
     double min, max;      // inclusive range of FS_OPTION_INT and FS_OPTION_FLOAT
     const char *argument; // placeholder in the help, e.g. "N"; NULL for FS_OPTION_BOOL
     const char *help;     // one line

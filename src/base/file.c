@@ -238,6 +238,12 @@ bool fs_file_is_dir(const char *path)
     return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
 }
 
+bool fs_file_is_regular(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0 && S_ISREG(st.st_mode);
+}
+
 bool fs_file_is_older(const char *path, const char *than)
 {
     struct stat a, b;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/owned.h"
 
 int fs_json_file_read(const char *path, size_t max_size, json_t **root, FsError *err)
 {
@@ -26,6 +27,17 @@ int fs_json_file_write(const char *path, json_t *root, size_t flags, FsError *er
     int rc = fs_file_write(path, text, strlen(text), err);
     free(text);
     return rc;
+}
+
+int fs_json_file_check(const char *path, const char *key, FsError *err)
+{
+    json_t *root = NULL;
+    MUST(fs_owned_check(path, err));
+    if (!fs_file_exists(path)) return 0;
+    fs_json_file_read(path, (size_t)1 << 30, &root, NULL);
+    bool other = !json_object_get(json_is_array(root) ? json_array_get(root, 0) : root, key);
+    json_decref(root);
+    return other ? fs_error_input(err, "%s: is in the way: it holds something else; name another file", path) : 0;
 }
 
 bool fs_json_file_matrix(const json_t *rows, double m[12])

@@ -8,5 +8,8 @@
 int fs_json_file_read(const char *path, size_t max_size, json_t **root, FsError *err); // NULL on failure
 // Takes over root; NULL, or what cannot be JSON, is an error. flags: of json_dumps.
 int fs_json_file_write(const char *path, json_t *root, size_t flags, FsError *err);
+// 0 when path may be written: nothing is there, or a file of ours (owned.h) that holds an object, or a
+// list whose first is one, with that key.
+int fs_json_file_check(const char *path, const char *key, FsError *err);
 // The first three rows of a list of rows of four numbers; false where there are none such.
 bool fs_json_file_matrix(const json_t *rows, double m[12]);

@@ -335,6 +335,11 @@ int fs_owned_open(const char *dir, const char *kind, FsError *err)
     if (is_root(dir) || inside) {
         if (!read_list(inside ? above.root : dir, &list))
             rc = fs_error_input(err, "%s: cannot be read", path.text);
+        else if (strncmp(list, "flashsplat ", 11) != 0 || !strchr(list, '\n'))
+            rc = fs_error_input(err,
+                                "%s: is damaged, so that nothing here can be told from files of yours; name another "
+                                "folder, or move what you want to keep and remove %s",
+                                path.text, dir);
         else if (inside ? !strncmp(list, "flashsplat capture\n", 19) : strncmp(list, first, strlen(first)) != 0)
             rc = fs_error_input(err, "%s: belongs to a %.*s that flashsplat made: name another folder", dir,
                                 (int)strcspn(list, "\n") - 11, list + 11);

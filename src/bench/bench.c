@@ -4,8 +4,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "base/json_file.h"
 #include "base/order.h"
-#include "base/owned.h"
 #include "bench/case.h"
 #include "bench/peak.h"
 #include "bench/result.h"
@@ -131,7 +131,7 @@ int fs_bench_run(const FsSettings *settings, const Log *log, FsError *err)
     BenchMachine machine = {0};
     BenchResults results = {0};
     if (settings->compare && *settings->compare) return fs_result_compare(settings->compare, log, err);
-    if (settings->json && *settings->json) TRY(fs_owned_check(settings->json, err));
+    if (settings->json && *settings->json) TRY(fs_json_file_check(settings->json, "ms", err));
     TRY(fs_kernels_choose(settings->cpu, &machine.kernels, err));
     machine.threads = fs_threads_new(settings->threads);
     if (!machine.threads) TRY(fs_error_memory(err));

@@ -5,7 +5,6 @@
 
 #include "base/file.h"
 #include "base/json_file.h"
-#include "base/owned.h"
 #include "model/findings.h"
 
 #define AT_ONCE_BYTES 2e9
@@ -148,7 +147,7 @@ int fs_check_run(const char *folder, const FsSettings *settings, const Log *log,
     Photos photos = {0};
     Findings findings = {0};
     int rc;
-    if (*settings->json) MUST(fs_owned_check(settings->json, err));
+    if (*settings->json) MUST(fs_json_file_check(settings->json, "verdict", err));
     TRY(fs_photos_scan(&photos, folder, log, err));
     TRY(fs_photos_levels(&photos.npy, settings, err));
     TRY(look_at_all(&photos, settings->threads, log, err));

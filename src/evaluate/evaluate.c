@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "base/owned.h"
+#include "base/json_file.h"
 #include "evaluate/score_table.h"
 #include "model/layers.h"
 
@@ -151,7 +151,7 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     int rc;
     TRY(fs_dataset_read(&e.cameras, fs_file_at("%s/cameras.json", truth).text, err));
     TRY(check_renders(project, err));
-    if (*project->set.json) TRY(fs_owned_check(project->set.json, err));
+    if (*project->set.json) TRY(fs_json_file_check(project->set.json, "methods", err));
     TRY(fs_project_begin(project, FS_STAGE_EVALUATE, NULL, 0, err));
     e.context.threads = fs_threads_new(project->set.threads);
     TRY(e.context.threads ? 0 : fs_error_memory(err));

@@ -23,6 +23,9 @@
 #define FLOAT(...) NUMBER(FLOAT, __VA_ARGS__)
 #define STRING(name_, member, stages_, initial_, argument_, help_)                                                     \
     OPTION(STRING, name_, member, stages_, initial_, help_, .argument = argument_)
+// A list, comma-separated.
+#define LIST(name_, member, stages_, initial_, choices_, help_)                                                        \
+    OPTION(STRING, name_, member, stages_, initial_, help_, .choices = choices_, .argument = "LIST")
 #define ENUM(name_, member, stages_, initial_, choices_, help_)                                                        \
     OPTION(ENUM, name_, member, stages_, initial_, help_, .choices = choices_, .argument = choices_)
 
@@ -154,21 +157,21 @@ static const FsOption table[] = {
            "views to render: COLMAP model folder, transforms.json or cameras.json"),
     STRING("output", output, RENDER | EVALUATE, "", "DIR", "folder for the renders (default: OUT/renders)"),
     ENUM("path", path, RENDER, "none", "none|spiral", "render a camera path instead of views"),
-    STRING("layers", layers, RENDER, "all", "LIST",
-           "layers to render, comma-separated: T_N,T_F,R,R_scene,beta,I_N,I_F,depth_T,depth_R (R is beta times "
-           "R_scene)"),
+    LIST("layers", layers, RENDER, "all", "all|T_N|T_F|R|R_scene|beta|I_N|I_F|depth_T|depth_R",
+         "layers to render, comma-separated: T_N,T_F,R,R_scene,beta,I_N,I_F,depth_T,depth_R (R is beta times "
+         "R_scene)"),
     BOOL("linear", linear, RENDER | PAIR, "write 32-bit float TIFF in linear light too"),
     FLOAT("metres-per-unit", metres_per_unit, RENDER, "0", 0, 1e9, "X",
           "metres in one unit of the poses, so that depth is written in millimetres; 0: unknown"),
     BOOL("video", video, RENDER, "write MP4 of the camera path"),
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
 
-    STRING("formats", formats, EXPORT, "ply,spz", "LIST",
-           "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, "
-           "points, mesh (of T)"),
-    STRING("clean", clean, EXPORT, "", "LIST",
-           "the photos without the reflection, at their full size, in OUT/export/photos, comma-separated: jpeg, tiff "
-           "(16 bits), dng (linear)"),
+    LIST("formats", formats, EXPORT, "ply,spz", "ply|splat|spz|spz2|sog|compressed|glb|points|mesh",
+         "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, "
+         "points, mesh (of T)"),
+    LIST("clean", clean, EXPORT, "", "jpeg|tiff|dng",
+         "the photos without the reflection, at their full size, in OUT/export/photos, comma-separated: jpeg, tiff "
+         "(16 bits), dng (linear)"),
     STRING("originals", originals, EXPORT, "", "DIR", "where the photos are now, for --clean, if not where they were"),
     BOOL("unmirror", unmirror, EXPORT,
          "write the mirrored room too, as room.*, where it really is: reflected at the pane"),
@@ -266,9 +269,8 @@ static void *member(const Settings *settings, const FsOption *option)
     return (char *)settings + option->offset;
 }
 
-static bool has_choice(const char *choices, const char *value)
+static bool has_choice(const char *choices, const char *value, size_t n)
 {
-    size_t n = strlen(value);
     for (const char *p = choices; p; p = strchr(p, '|') ? strchr(p, '|') + 1 : NULL)
         if (strncmp(p, value, n) == 0 && (p[n] == '|' || p[n] == 0)) return n > 0;
     return false;
@@ -290,10 +292,25 @@ static int set_number(Settings *settings, const FsOption *option, const char *va
     return 0;
 }
 
+// The words of a list, or the one of an enumeration.
+static int check_choices(const FsOption *option, const char *value, FsError *err)
+{
+    bool list = option->type == FS_OPTION_STRING;
+    for (const char *p = value; option->choices && (*p || !list);) {
+        size_t n = list ? strcspn(p, ",") : strlen(p);
+        if (!has_choice(option->choices, p, n))
+            return fs_error_set(err, FS_ERR_USAGE, "--%s: '%.*s' is not one of %s", option->name, (int)n, p,
+                                option->choices);
+        p += n;
+        if (!*p) break;
+        p++;
+    }
+    return 0;
+}
+
 static int set_text(Settings *settings, const FsOption *option, const char *value, FsError *err)
 {
-    if (option->type == FS_OPTION_ENUM && !has_choice(option->choices, value))
-        return fs_error_set(err, FS_ERR_USAGE, "--%s: '%s' is not one of %s", option->name, value, option->choices);
+    MUST(check_choices(option, value, err));
     json_t *as_json = json_string(value); // what stages ran with is kept as JSON
     char *copy = as_json ? strdup(value) : NULL;
     json_decref(as_json);

@@ -82,6 +82,36 @@ class Captures(FolderTest):
             self.leaves_out(name)
             wrong.unlink()
 
+    def test_pipe(self):
+        os.mkfifo(pictures.photos(self.photos, 3) / "F_99.jpg")
+        for words in (["check", self.photos], ["info", self.photos], ["ingest", self.photos, "-o", self.out]):
+            process = run(*words, *(FLASH if words[0] != "info" else []), timeout=60)
+            self.assertIn("F_99.jpg: not a regular file", process.stderr)
+
+    def test_damaged_list(self):
+        pictures.photos(self.photos, 3)
+        (self.out / ".flashsplat").mkdir(parents=True)
+        for damaged in (b"", b"abc", b"flashsplat project"):
+            (self.out / ".flashsplat/made").write_bytes(damaged)
+            self.assert_fails(run("ingest", self.photos, "-o", self.out, *FLASH), 1, ".flashsplat/made", "damaged")
+
+    def test_json_in_the_way(self):
+        """--json replaces what the same command wrote, and no other file of ours."""
+        pictures.photos(self.photos, 3)
+        self.assertEqual(run("ingest", self.photos, "-o", self.out, *FLASH).returncode, 0)
+        wanted = {path: path.read_bytes() for path in (self.out / "ingest.json", next(self.out.glob("linear/*.tif")))}
+        for path, data in wanted.items():
+            self.assert_fails(run("check", self.photos, *FLASH, "--json", path), 1, path, "in the way")
+            self.assertEqual(path.read_bytes(), data)
+        for _ in range(2):
+            process = run("check", self.photos, *FLASH, "--json", self.out / "check.json")
+            self.assertNotIn("in the way", process.stderr)
+
+    def test_what_options_name(self):
+        pictures.photos(self.photos, 3)
+        for option in ("--poses", "--points", "--cameras", "--originals", "--masks"):
+            self.refuses("nosuch", option, options=[*FLASH, option, self.dir / "nosuch"])
+
     def test_all_photos_damaged(self):
         for path in pictures.photos(self.photos, 3).iterdir():
             path.write_bytes(path.read_bytes()[:100])

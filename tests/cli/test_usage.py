@@ -84,6 +84,9 @@ class Usage(FolderTest):
         self.assert_fails(run("synth", "-o", "x", "--alpha", "x"), 2, "--alpha", "number")
         self.assert_fails(run("synth", "-o", self.dir / "x", "--field", "shake=x"), 2, "--field", "shake", "'x'")
         self.assert_fails(run("train", self.dir, "--preset", "best"), 2, "--preset", "preview|standard|paper")
+        for option, value in (("--layers", "T_N,foo"), ("--formats", "ply,exe"), ("--clean", "gif"), ("--clean", "jpeg,,dng")):
+            self.assert_fails(run("run", self.dir, "-o", self.dir / "out", option, value), 2, option, "is not one of")
+        self.assertFalse((self.dir / "out").exists())
         self.assert_fails(run("train", self.dir, "--force=maybe"), 2, "--force", "true or false")
         self.assert_fails(run("train", self.dir, "--no-steps"), 2, "--no-steps")
         self.assert_fails(run("train", self.dir, "--no-force=true"), 2, "--no-force")
