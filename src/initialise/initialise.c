@@ -114,8 +114,7 @@ fail:
 int fs_initialise_run(FsProject *project, FsError *err)
 {
     if (fs_project_done(project, FS_STAGE_INITIALISE)) return 0;
-    int rc = fs_project_begin(project, FS_STAGE_INITIALISE, NULL, 0, err);
-    if (rc < 0) return rc;
+    int rc = 0;
     const Log *log = &project->log;
     SmallViews views = {0};
     SparsePoints points = {0};
@@ -135,6 +134,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
     if (!threads) return fs_error_memory(err);
     fs_log_progress(log, "initialise", 0, 4, "reading the photos");
     TRY(load(project, &views, &points, &given, err));
+    TRY(fs_project_begin(project, FS_STAGE_INITIALISE, NULL, 0, err)); // what was there goes
     bool field = strcmp(project->set.model, "field") == 0;
     if (!field || strcmp(project->set.separation, "full") == 0) {
         fs_log_progress(log, "initialise", 1, 4, "telling the two scenes apart");

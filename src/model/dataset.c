@@ -168,6 +168,9 @@ int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)
     *dataset = (Dataset){0};
     json_t *root;
     int rc = 0;
+    if (!fs_file_exists(path))
+        TRY(fs_error_input(
+            err, "%s: not there: flashsplat poses writes views.json, and a truth comes with cameras.json", path));
     TRY(fs_json_file_read(path, (size_t)1 << 30, &root, err));
     const json_t *views = json_object_get(root, "views");
     if (!views) views = json_object_get(root, "images");

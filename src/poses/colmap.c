@@ -107,16 +107,22 @@ fail:
     return rc;
 }
 
-int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capture, FsError *err)
+int fs_colmap_check(const FsProject *project, FsError *err)
 {
-    int rc = 0;
-    *colmap = (Colmap){.project = project, .capture = capture};
     const char *program = project->set.colmap;
     if (strchr(program, '/') ? !fs_file_exists(program) : !fs_process_found(program))
         return fs_error_input(err,
                               "%s: program not found; install COLMAP (Debian: apt-get install colmap), name it with "
                               "--colmap, or give a model with poses and points with --poses",
                               program);
+    return 0;
+}
+
+int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capture, FsError *err)
+{
+    int rc = 0;
+    *colmap = (Colmap){.project = project, .capture = capture};
+    MUST(fs_colmap_check(project, err));
     colmap->dir = fs_file_path("%s/" FS_OWNED_DIR "/colmap", project->out);
     colmap->database = fs_file_path("%s/" FS_OWNED_DIR "/colmap/database.db", project->out);
     colmap->log_path = fs_file_path("%s/" FS_OWNED_DIR "/colmap/log.txt", project->out);

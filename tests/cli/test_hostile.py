@@ -112,6 +112,21 @@ class Captures(FolderTest):
         for option in ("--poses", "--points", "--cameras", "--originals", "--masks"):
             self.refuses("nosuch", option, options=[*FLASH, option, self.dir / "nosuch"])
 
+    def test_input_that_is_missing_costs_nothing(self):
+        """What a stage needs is looked at before what it made earlier goes."""
+        scene = self.dir / "scene"
+        size = ["--width", 192, "--height", 128, "--photos", 10, "--held-out", 0, "--seed", 31]
+        self.assertEqual(run("synth", "-o", scene, *size).returncode, 0)
+        process = run("run", scene / "capture/raw", "-o", self.out, "--poses", scene / "truth/sparse", "--steps", 20, "--init-count", 500)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        points = self.dir / "cut.ply"
+        points.write_bytes((self.out / "start/transmitted.ply").read_bytes()[:200])
+        names = lambda: sorted(str(p) for p in self.out.rglob("*") if "warnings" not in str(p))
+        before = names()
+        self.assert_fails(run("poses", self.out, "--colmap", "nosuch"), 1, "nosuch", "COLMAP")
+        self.assert_fails(run("initialise", self.out, "--points", points), 1, points)
+        self.assertEqual(names(), before)
+
     def test_all_photos_damaged(self):
         for path in pictures.photos(self.photos, 3).iterdir():
             path.write_bytes(path.read_bytes()[:100])
