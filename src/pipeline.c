@@ -132,17 +132,24 @@ int fs_export(FsProject *project, FsError *err)
     return rc < 0 ? rc : refresh_report(project, err);
 }
 
-// What is named by the user is there before hours go by.
-static int check_named(const Settings *set, FsError *err)
+// What the stages still to run are told to read is there, before hours go by. What was read may be gone.
+static int check_named(const FsProject *project, FsError *err)
 {
+    const Settings *set = &project->set;
     const struct {
-        const char *option, *path;
-    } named[] = {{"flash-list", set->flash_list}, {"masks", set->masks},     {"poses", set->poses},
-                 {"points", set->points},         {"cameras", set->cameras}, {"originals", set->originals}};
-    for (size_t i = 0; i < sizeof named / sizeof *named; i++)
-        if (*named[i].path && !fs_file_exists(named[i].path))
+        const char *option, *path, *stage;
+    } named[] = {{"flash-list", set->flash_list, "ingest"},
+                 {"masks", set->masks, "ingest"},
+                 {"poses", set->poses, "poses"},
+                 {"points", set->points, "initialise"},
+                 {"cameras", set->cameras, "render"},
+                 {"originals", set->originals, "export"}};
+    for (size_t i = 0; i < sizeof named / sizeof *named; i++) {
+        bool done = fs_file_exists(fs_file_at("%s/done/%s.json", project->out, named[i].stage).text);
+        if (*named[i].path && !done && !fs_file_exists(named[i].path))
             return fs_error_input(err, "%s: no such file or folder, or it cannot be read; --%s names it", named[i].path,
                                   named[i].option);
+    }
     return 0;
 }
 
@@ -156,7 +163,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
     unsigned failures = fs_memory_begin();
     TRY(fs_memory_end(failures, fs_scene_folder_take(&project->set, photos, &project->log, err), err));
-    TRY(check_named(&project->set, err));
+    TRY(check_named(project, err));
     TRY(fs_report_live_begin(&live, project, err));
     TRY(fs_estimate_run(project, photos, begin, err));
     TRY(fs_ingest(project, photos, err));

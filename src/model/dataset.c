@@ -166,7 +166,7 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
 int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)
 {
     *dataset = (Dataset){0};
-    json_t *root;
+    json_t *root = NULL;
     int rc = 0;
     if (!fs_file_exists(path))
         TRY(fs_error_input(

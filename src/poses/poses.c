@@ -191,10 +191,10 @@ int fs_poses_run(FsProject *project, FsError *err)
     int rc = 0;
     Capture capture = {0};
     Sparse sparse = {0};
-    if (!*project->set.poses) TRY(fs_colmap_check(project, err)); // before what was there goes
-    TRY(fs_project_begin(project, FS_STAGE_POSES, NULL, 0, err));
-    fs_owned_remove(fs_file_at("%s/" FS_OWNED_DIR "/colmap", project->out).text);
     TRY(fs_capture_read(project->out, &capture, err));
+    if (!*project->set.poses) TRY(fs_colmap_check(project, err));
+    TRY(fs_project_begin(project, FS_STAGE_POSES, NULL, 0, err)); // what was there goes
+    fs_owned_remove(fs_file_at("%s/" FS_OWNED_DIR "/colmap", project->out).text);
     TRY(fs_sparse_new(&sparse, &capture, err));
     TRY(reconstruct(project, &capture, &sparse, err));
     TRY(fs_sparse_write(&sparse, project, &capture, err));

@@ -303,8 +303,7 @@ static void wrong_requests_are_named(void **state)
 {
     Capture *capture = *state;
     FsError err = {0};
-    set(capture, "layers", "T_N,T_X");
-    assert_int_equal(render(capture, &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_set(capture->settings, "layers", "T_N,T_X", &err), FS_ERR_USAGE);
     assert_non_null(strstr(err.message, "'T_X'"));
     set(capture, "layers", "");
     assert_int_equal(render(capture, &err), FS_ERR_USAGE);
