@@ -4,10 +4,13 @@
 #include "kernels/raster.h"
 #include "kernels/simd.h"
 
-// A step is what a bit of steps_of() stands for: one row of the tile, with VW 16 two.
+// A step of backward is one row of the tile, with VW 16 two; one of forward always is two rows.
 #define STEP_VECTORS (VW < FS_TILE_W ? FS_TILE_W / VW : 1)
 #define STEP_ROWS (VW / FS_TILE_W * STEP_VECTORS > 1 ? VW / FS_TILE_W : 1)
 #define STEPS (FS_TILE_H / STEP_ROWS)
+#define PAIR_VECTORS (2 * FS_TILE_W / VW)
+#define PAIRS (FS_TILE_H / 2)
+#define ALPHAS_FIRST (VW < 16)  // alphas first, then what they do: two short loops where registers are few
 #define LOG2_ALPHA_MAX -0.0146f // under log2(FS_ALPHA_MAX): a splat with L below is nowhere clamped
 #define CENTRE_X (FS_TILE_W / 2)
 #define CENTRE_Y (FS_TILE_H / 2)
@@ -44,12 +47,12 @@ INLINE vi count_lanes(vi count, vm on) // one more in the lanes that are on
 #endif
 }
 
-INLINE vf reciprocal(vf x)
+INLINE vf odds_of(vf alpha) // -alpha / (1 - alpha)
 {
 #if VW == 16
-    return (vf)_mm512_rcp14_ps((__m512)x); // relative error under 2^-14, in one term of a gradient
+    return alpha * (vf)_mm512_rcp14_ps((__m512)(alpha - v_set(1))); // relative error 2^-14, in one term of a gradient
 #else
-    return v_set(1) / x;
+    return alpha / (alpha - v_set(1));
 #endif
 }
 
@@ -62,13 +65,20 @@ INLINE vf sqrt_from_above(vf x) // at most a 2^-13th too large; NaN of what is b
 #endif
 }
 
-// The masks of steps: with VW 16, one step covers two rows.
-INLINE uint32_t steps_of(uint32_t mask)
+// The mask of steps of one or two rows: of two, the first one's bit stands for both.
+INLINE uint32_t steps_of(uint32_t mask, const int rows)
+{
+    return rows == 2 ? (mask | mask >> 1) & 0x55555555u : mask;
+}
+
+INLINE uint32_t signs_of(vi x) // bit i: lane i is negative
 {
 #if VW == 16
-    return (mask | mask >> 1) & 0x55555555u;
+    return _mm512_movepi32_mask((__m512i)x);
+#elif VW == 8
+    return (uint32_t)_mm256_movemask_ps((__m256)x);
 #else
-    return mask;
+    return vm_bits(vcltzq_s32((int32x4_t)x));
 #endif
 }
 
@@ -192,8 +202,9 @@ INLINE void make_ready(const RasterTile *tile, const Splat *s, Batched *b)
     b->clamped = s->l > LOG2_ALPHA_MAX;
 }
 
-// The next entries of which a step is alive, at most `most`; the records of others, if there are any, become 0.
-INLINE void fill_batch(const RasterTile *tile, uint32_t alive, int most, Batch *batch, float *records)
+// The next entries of which a step of so many rows is alive, at most `most`; the records of others, if there are any,
+// become 0.
+INLINE void fill_batch(const RasterTile *tile, uint32_t alive, const int rows, int most, Batch *batch, float *records)
 {
     batch->n = 0;
     for (; batch->next < tile->n && batch->n < most; batch->next++) {
@@ -206,7 +217,7 @@ INLINE void fill_batch(const RasterTile *tile, uint32_t alive, int most, Batch *
                 __builtin_prefetch(records + (size_t)ahead->slot * FS_RECORD + FS_RECORD - 1, 1);
             }
         }
-        const uint32_t mask = steps_of(tile->entry[i].mask) & alive;
+        const uint32_t mask = steps_of(tile->entry[i].mask, rows) & alive;
         if (mask) {
             make_ready(tile, &tile->splats[tile->entry[i].splat], &batch->splat[batch->n]);
             if (records) batch->splat[batch->n].slot = tile->entry[i].slot; // they are still written while forward runs
@@ -220,89 +231,85 @@ INLINE void fill_batch(const RasterTile *tile, uint32_t alive, int most, Batch *
 // ---- forward: step by step ----
 // A step's colours and transmittance stay in registers while all splats of a batch that touch it pass.
 
-typedef struct Lists { // for each step, those of the batch that touch it: offsets into batch->splat, bytes
-    int count[STEPS];
-    uint32_t at[STEPS][BATCH + 16];
-} Lists;
-
-INLINE void fill_lists(Batch *batch, Lists *lists)
-{
-    memset(lists->count, 0, sizeof lists->count);
-#if VW == 16
-    for (int k = batch->n; k < (batch->n + 15) / 16 * 16; k++) batch->mask[k] = 0;
-    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    for (int k = 0; k < batch->n; k += 16) {
-        __m512i mask = _mm512_loadu_si512(batch->mask + k), index = _mm512_add_epi32(lane, _mm512_set1_epi32(k));
-        index = _mm512_mullo_epi32(index, _mm512_set1_epi32((int)sizeof(Batched)));
-        for (int s = 0; s < STEPS; s++) {
-            __mmask16 on = _mm512_test_epi32_mask(mask, _mm512_set1_epi32(1 << (2 * s)));
-            _mm512_storeu_si512(lists->at[s] + lists->count[s], _mm512_maskz_compress_epi32(on, index));
-            lists->count[s] += __builtin_popcount(on);
-        }
-    }
-#else
-    for (int k = 0; k < batch->n; k++)
-        for (uint32_t m = batch->mask[k]; m; m &= m - 1) {
-            int s = __builtin_ctz(m);
-            lists->at[s][lists->count[s]++] = (uint32_t)k * (uint32_t)sizeof(Batched);
-        }
-#endif
-}
-
 typedef struct Forward {
     const RasterTile *tile;
     const Batch *batch;
-    const Lists *lists;
+    uint64_t list[PAIRS]; // of each step: bit k, entry k of the batch touches it
     float *feature, *transmittance;
     long pairs;
 } Forward;
+_Static_assert(BATCH == 64, "a bit for each entry of a batch");
 
-// One vector of pixels through its list; returns whether any is still open.
-INLINE bool forward_vector(Forward *f, int step, int v, const int nf, const bool count)
+INLINE void fill_lists(Batch *batch, uint64_t list[PAIRS])
 {
-    const RasterTile *tile = f->tile;
-    const Lists *lists = f->lists;
-    const int p = (step * STEP_VECTORS + v) * VW;
-    float *feature = f->feature + p, *transmittance = f->transmittance + p;
-    const vf t_min = v_set(tile->t_min), T_min = v_set(tile->transmittance_min), y = lane_y(step);
-    vf T = v_load(transmittance), sum[FS_FEATURES_MAX];
-    for (int k = 0; k < nf; k++) sum[k] = v_load(feature + k * FS_TILE_PIXELS);
-    vm open = v_le(T_min, T);
-    vi n_pairs = v_seti(0);
-    for (int i = 0, n = lists->count[step]; i < n && vm_any(open); i++) {
-        const Batched *s = (const Batched *)((const char *)f->batch->splat + lists->at[step][i]);
-        vf t = v_fma(v_fma(v_set(s->c), y, s->t1[v]), y, s->t0[v]);
-        vm near = v_le(t_min, t);
-        vf alpha = v_where(near, v_min(exp2_fast(t), v_set(FS_ALPHA_MAX)));
-        vf w = v_where(open, alpha * T);
-        for (int k = 0; k < nf; k++) sum[k] = v_fma(w, v_set(s->feature[k]), sum[k]);
-        if (count) n_pairs = count_lanes(n_pairs, vm_and(near, open));
-        T = T - w;
-        open = v_le(T_min, T);
+    for (int k = batch->n; k < BATCH; k++) batch->mask[k] = 0;
+    memset(list, 0, sizeof *list * PAIRS);
+    for (int k = 0; k < batch->n; k += VW) {
+        vi mask;
+        memcpy(&mask, batch->mask + k, sizeof mask);
+        for (int s = 0; s < PAIRS; s++) list[s] |= (uint64_t)signs_of(v_shift_left(mask, 31 - 2 * s)) << k;
     }
-    v_store(transmittance, T);
-    for (int k = 0; k < nf; k++) v_store(feature + k * FS_TILE_PIXELS, sum[k]);
+}
+
+INLINE vf alpha_at(const Batched *s, int v, vf y, vf t_min) // 0 where t < t_min; not clamped
+{
+    const vf t = v_fma(v_fma(v_set(s->c), y, s->t1[v]), y, s->t0[v]);
+    return v_where(v_le(t_min, t), exp2_fast(t));
+}
+
+// Two rows of pixels through their list; returns whether any is still open.
+INLINE bool forward_pair(Forward *f, int step, const int nf, const bool count)
+{
+    const Batched *splat = f->batch->splat;
+    float *feature = f->feature + 2 * FS_TILE_W * step, *transmittance = f->transmittance + 2 * FS_TILE_W * step;
+    const vf t_min = v_set(f->tile->t_min), T_min = v_set(f->tile->transmittance_min), most = v_set(FS_ALPHA_MAX);
+    vf T[PAIR_VECTORS], sum[FS_FEATURES_MAX][PAIR_VECTORS], y[PAIR_VECTORS], ready[BATCH][PAIR_VECTORS];
+    vm open[PAIR_VECTORS], any = v_lt(v_set(0), v_set(0));
+    vi n_pairs = v_seti(0);
+    for (int v = 0; v < PAIR_VECTORS; v++) {
+        T[v] = v_load(transmittance + v * VW);
+        for (int k = 0; k < nf; k++) sum[k][v] = v_load(feature + k * FS_TILE_PIXELS + v * VW);
+        y[v] = lane_y(step * (2 / STEP_ROWS) + v / STEP_VECTORS);
+        open[v] = v_le(T_min, T[v]);
+        any = vm_or(any, open[v]);
+    }
+    int i = 0;
+    for (uint64_t list = f->list[step]; ALPHAS_FIRST && list; list &= list - 1, i++)
+        for (int v = 0; v < PAIR_VECTORS; v++)
+            ready[i][v] = v_min(alpha_at(&splat[__builtin_ctzll(list)], v % STEP_VECTORS, y[v], t_min), most);
+    i = 0;
+    for (uint64_t list = f->list[step]; list && vm_any(any); list &= list - 1, i++) {
+        const Batched *s = &splat[__builtin_ctzll(list)];
+        for (int v = 0; v < PAIR_VECTORS; v++) {
+            vf alpha = ALPHAS_FIRST ? ready[i][v] : v_min(alpha_at(s, v % STEP_VECTORS, y[v], t_min), most);
+            vf w = v_where(open[v], alpha * T[v]);
+            for (int k = 0; k < nf; k++) sum[k][v] = v_fma(w, v_set(s->feature[k]), sum[k][v]);
+            if (count) n_pairs = count_lanes(n_pairs, vm_and(v_lt(v_set(0), alpha), open[v]));
+            T[v] = T[v] - w;
+            open[v] = v_le(T_min, T[v]);
+            any = v ? vm_or(any, open[v]) : open[v];
+        }
+    }
+    for (int v = 0; v < PAIR_VECTORS; v++) {
+        v_store(transmittance + v * VW, T[v]);
+        for (int k = 0; k < nf; k++) v_store(feature + k * FS_TILE_PIXELS + v * VW, sum[k][v]);
+    }
     for (int l = 0; count && l < VW; l++) f->pairs += n_pairs[l];
-    return vm_any(open);
+    return vm_any(any);
 }
 
 INLINE long forward_n(const RasterTile *tile, float *feature, float *transmittance, const int nf, const bool count)
 {
     Batch batch;
-    Lists lists;
+    Forward f = {.tile = tile, .batch = &batch, .feature = feature, .transmittance = transmittance};
     for (int p = 0; p < FS_TILE_PIXELS; p++) transmittance[p] = 1;
     memset(feature, 0, sizeof(float) * FS_TILE_PIXELS * (size_t)nf);
-    uint32_t alive = steps_of(0xffffffffu);
-    Forward f = {tile, &batch, &lists, feature, transmittance, 0};
+    uint32_t alive = steps_of(0xffffffffu, 2);
     for (batch.next = 0; batch.next < tile->n && alive;) {
-        fill_batch(tile, alive, BATCH, &batch, NULL);
-        fill_lists(&batch, &lists);
-        for (int s = 0; s < STEPS; s++) {
-            bool open = false;
-            if (!lists.count[s]) continue;
-            for (int v = 0; v < STEP_VECTORS; v++) open |= forward_vector(&f, s, v, nf, count);
-            if (!open) alive &= ~(1u << (s * STEP_ROWS));
-        }
+        fill_batch(tile, alive, 2, BATCH, &batch, NULL);
+        fill_lists(&batch, f.list);
+        for (int s = 0; s < PAIRS; s++)
+            if (f.list[s] && !forward_pair(&f, s, nf, count)) alive &= ~(1u << (2 * s));
     }
     return f.pairs;
 }
@@ -328,7 +335,7 @@ static long forward(const RasterTile *tile, float *feature, float *transmittance
 // ---- backward: splat by splat ----
 
 typedef struct Pixels { // of one vector
-    vf y, T, behind, d[FS_FEATURES_MAX];
+    vf T, behind, d[FS_FEATURES_MAX];
 } Pixels;
 
 INLINE void fill_pixels(const float *feature, const float *transmittance, const float *d_feature,
@@ -343,7 +350,6 @@ INLINE void fill_pixels(const float *feature, const float *transmittance, const 
         }
         pixels[i].behind = s;
         pixels[i].T = v_set(1);
-        pixels[i].y = lane_y(i / STEP_VECTORS);
     }
 }
 
@@ -351,6 +357,17 @@ typedef struct Reach { // of a splat
     const Batched *s;
     int first, last; // steps
 } Reach;
+
+typedef struct Falloff { // alpha, 0 where t < t_min, and -alpha / (1 - alpha)
+    vf alpha, odds;
+} Falloff;
+
+INLINE Falloff falloff_at(const Batched *s, int v, vf y, vf t_min, const bool clamp)
+{
+    vf alpha = alpha_at(s, v, y, t_min);
+    if (clamp) alpha = v_min(alpha, v_set(FS_ALPHA_MAX));
+    return (Falloff){alpha, odds_of(alpha)};
+}
 
 // One splat over the pixels of the steps in its reach, of each step vector v: adds to the record's sums. Returns the
 // steps that turned out to be closed. The moments in y need no multiplication in the loop: with j = 1 for the last
@@ -360,31 +377,30 @@ INLINE uint32_t backward_vectors(const RasterTile *tile, Reach reach, int v, Pix
 {
     const Batched *s = reach.s;
     const int first = reach.first, last = reach.last;
-    const vf t_min = v_set(tile->t_min), T_min = v_set(tile->transmittance_min), t0 = s->t0[v], t1 = s->t1[v];
-    const vf c = v_set(s->c);
+    const vf t_min = v_set(tile->t_min), T_min = v_set(tile->transmittance_min);
     vf f[FS_FEATURES_MAX], d_f[FS_FEATURES_MAX];
     for (int k = 0; k < nf; k++) {
         f[k] = v_set(s->feature[k]);
         d_f[k] = v ? sum[6 + k] : v_set(0);
     }
+    Falloff ready[STEPS];
+    vf y = lane_y(first);
+    for (int step = first; ALPHAS_FIRST && step <= last; step++, y = y + v_set(STEP_ROWS))
+        ready[step] = falloff_at(s, v, y, t_min, clamp);
     uint32_t closed = 0;
     vf n0 = v_set(0), n1 = n0, n2 = n0;
     for (int step = first; step <= last; step++) {
         Pixels *p = &pixels[step * STEP_VECTORS + v];
-        const vf T = p->T, y = p->y;
+        const vf T = p->T;
         const vm open = v_le(T_min, T);
         if (vm_any(open)) {
-            vf t = v_fma(v_fma(c, y, t1), y, t0);
-            vf alpha = v_where(vm_and(open, v_le(t_min, t)), exp2_fast(t));
-            vm free = v_le(alpha, v_set(FS_ALPHA_MAX));
-            if (clamp) alpha = v_min(alpha, v_set(FS_ALPHA_MAX));
-            vf w = alpha * T, g = p->d[0] * f[0];
+            const Falloff e = ALPHAS_FIRST ? ready[step] : falloff_at(s, v, lane_y(step), t_min, clamp);
+            vf w = v_where(open, e.alpha * T), g = p->d[0] * f[0];
             for (int k = 1; k < nf; k++) g = v_fma(p->d[k], f[k], g);
             for (int k = 0; k < nf; k++) d_f[k] = v_fma(w, p->d[k], d_f[k]);
             g = w * g;
             vf rest = p->behind - g;
-            vf d_t = v_fma(v_set(0) - alpha * reciprocal(v_set(1) - alpha), rest, g);
-            if (clamp) d_t = v_where(free, d_t);
+            vf d_t = v_where(clamp ? vm_and(open, v_lt(e.alpha, v_set(FS_ALPHA_MAX))) : open, v_fma(e.odds, rest, g));
             p->behind = rest;
             p->T = T - w;
             n0 = n0 + d_t;
@@ -398,9 +414,9 @@ INLINE uint32_t backward_vectors(const RasterTile *tile, Reach reach, int v, Pix
     n0 = n0 * ln2;
     n1 = n1 * (h * ln2);
     n2 = n2 * (2 * h * h * ln2);
-    const vf y = lane_y(last + 1) - v_set(s->my), dx = lane_x(v) - v_set(s->mx), gx = n0 * dx;
-    vf gy = v_fma(y, n0, v_set(0) - n1);
-    const vf m[6] = {n0, gx, gy, gx * dx, gy * dx, v_fma(y, gy - n1, n2 - h * n1)};
+    const vf dy = lane_y(last + 1) - v_set(s->my), dx = lane_x(v) - v_set(s->mx), gx = n0 * dx;
+    vf gy = v_fma(dy, n0, v_set(0) - n1);
+    const vf m[6] = {n0, gx, gy, gx * dx, gy * dx, v_fma(dy, gy - n1, n2 - h * n1)};
     for (int k = 0; k < 6; k++) sum[k] = v ? sum[k] + m[k] : m[k];
     for (int k = 0; k < nf; k++) sum[6 + k] = d_f[k];
     return closed;
@@ -414,9 +430,9 @@ INLINE void backward_n(const RasterTile *tile, const float *feature, const float
     vf sums[BACKWARD_BATCH][FS_RECORD];
     memset(sums, 0, sizeof sums);
     fill_pixels(feature, transmittance, d_feature, d_transmittance, pixels, nf);
-    uint32_t alive = steps_of(0xffffffffu);
+    uint32_t alive = steps_of(0xffffffffu, STEP_ROWS);
     for (batch.next = 0; batch.next < tile->n;) {
-        fill_batch(tile, alive, BACKWARD_BATCH, &batch, records);
+        fill_batch(tile, alive, STEP_ROWS, BACKWARD_BATCH, &batch, records);
         for (int i = 0; i < batch.n; i++) {
             const Batched *s = &batch.splat[i];
             const uint32_t steps = batch.mask[i] & alive;

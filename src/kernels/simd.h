@@ -151,6 +151,11 @@ INLINE vf v_column(const float *p, int stride, int n)
     return (vf)_mm512_mask_i32gather_ps(_mm512_setzero_ps(), vm_first(n),
                                         _mm512_mullo_epi32(at, _mm512_set1_epi32(stride)), p, 4);
 #else
+#if VW == 8
+    const size_t s = (size_t)stride;
+    if (n >= 8) // a store a lane and one load of them all would wait for each other
+        return (vf)_mm256_setr_ps(p[0], p[s], p[2 * s], p[3 * s], p[4 * s], p[5 * s], p[6 * s], p[7 * s]);
+#endif
     float column[VW] = {0};
     for (int l = 0; l < VW && l < n; l++) column[l] = p[(size_t)l * (size_t)stride];
     return v_load(column);
