@@ -79,29 +79,34 @@ static void sample_drawn(const Drawn *drawn, const double pixel[2], float out[4]
     for (int c = 0; c < 4; c++) out[c] = fs_bilinear_value(&place, drawn->px, 4, c);
 }
 
-static void average_job(void *context, int i, int worker)
+enum { CHUNK = 512 }; // seeds that are looked up in one photo after the other: its pixels stay at hand
+
+static void average_job(void *context, int job, int worker)
 {
     (void)worker;
     const ColorWork *p = context;
-    const float *xyz = p->seeds->xyz + 3 * (size_t)i;
-    float sum[2][3] = {{0}}, n[2] = {0};
+    const int first = job * CHUNK, count = p->seeds->n - first < CHUNK ? p->seeds->n - first : CHUNK;
+    float sum[2][CHUNK][3] = {{{0}}}, n[2][CHUNK] = {{0}};
     for (int f = 0; f < p->views->n; f++) {
         const SmallView *view = &p->views->view[f];
-        float rgb[3], other[4] = {0}, own[4], inverse;
-        double pixel[2];
-        if (!place(&view->camera, xyz, pixel, &inverse) || !fs_small_views_sample(view, pixel[0], pixel[1], rgb))
-            continue;
-        float w = 1;
-        if (p->own) {
-            sample_drawn(&p->own[f], pixel, own);
-            if (inverse < COLORS_HIDDEN * own[3]) w = 0.01f;
+        for (int i = 0; i < count; i++) {
+            float rgb[3], other[4] = {0}, own[4], inverse, w = 1;
+            double pixel[2];
+            if (!place(&view->camera, p->seeds->xyz + 3 * (size_t)(first + i), pixel, &inverse)) continue;
+            if (!fs_small_views_sample(view, pixel[0], pixel[1], rgb)) continue;
+            if (p->own) {
+                sample_drawn(&p->own[f], pixel, own);
+                if (inverse < COLORS_HIDDEN * own[3]) w = 0.01f;
+            }
+            if (p->other) sample_drawn(&p->other[f], pixel, other);
+            for (int c = 0; c < 3; c++) sum[view->flash][i][c] += w * (rgb[c] - other[c]);
+            n[view->flash][i] += w;
         }
-        if (p->other) sample_drawn(&p->other[f], pixel, other);
-        for (int c = 0; c < 3; c++) sum[view->flash][c] += w * (rgb[c] - other[c]);
-        n[view->flash] += w;
     }
     for (int g = 0; g < 2; g++)
-        for (int c = 0; c < 3; c++) p->sum[g][3 * (size_t)i + (size_t)c] = n[g] > 0 ? sum[g][c] / n[g] : NAN;
+        for (int i = 0; i < count; i++)
+            for (int c = 0; c < 3; c++)
+                p->sum[g][3 * (size_t)(first + i) + (size_t)c] = n[g][i] > 0 ? sum[g][i][c] / n[g][i] : NAN;
 }
 
 static int draw(ColorWork *p, const Seeds *seeds, const float *without, const float *with, Drawn *drawn,
@@ -123,7 +128,7 @@ static void average(ColorWork *p, const Seeds *seeds, const Drawn *own, const Dr
     p->other = other;
     p->sum[0] = without;
     p->sum[1] = with;
-    fs_threads_for(threads, seeds->n, average_job, p);
+    fs_threads_for(threads, (seeds->n + CHUNK - 1) / CHUNK, average_job, p);
 }
 
 static float either(float a, float b, float otherwise)
