@@ -51,7 +51,8 @@ fail:
 void fs_project_close(FsProject *project)
 {
     if (!project) return;
-    if (project->out) fs_owned_leave(project->out);
+    if (project->out) fs_owned_leave(project->out, &project->lock);
+    fs_lock_release(&project->lock);
     fs_warnings_free(project->warnings);
     fs_settings_clear(&project->set);
     free(project->fingerprint);
@@ -67,6 +68,7 @@ static unsigned begin_stage(FsProject *project, const char *stage)
 
 int fs_ingest(FsProject *project, const char *photos, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     unsigned failures = begin_stage(project, "ingest");
     return fs_memory_end(failures, fs_ingest_run(project, photos, err), err);
 }
@@ -79,17 +81,20 @@ static int stage(FsProject *project, const char *name, int (*run)(FsProject *, F
 
 int fs_poses(FsProject *project, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     return stage(project, "poses", fs_poses_run, err);
 }
 
 int fs_initialise(FsProject *project, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     return stage(project, "initialise", fs_initialise_run, err);
 }
 
 // begin: of all that the setting minutes is for.
 static int train_within(FsProject *project, double begin, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     unsigned failures = begin_stage(project, "train");
     FsError late = {0};
     int steps = project->set.steps, rc = fs_estimate_steps(project, begin, &late, err);
@@ -114,12 +119,14 @@ static int refresh_report(FsProject *project, FsError *err)
 
 int fs_render(FsProject *project, FsError *err)
 {
+    if (!*project->set.output) MUST(fs_project_lock(project, err));
     int rc = stage(project, "render", fs_render_run, err);
     return rc < 0 || *project->set.output ? rc : refresh_report(project, err); // elsewhere: nothing to bring up to date
 }
 
 int fs_evaluate(FsProject *project, const char *truth, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     unsigned failures = begin_stage(project, "evaluate");
     fs_warnings_forget(project->out, "evaluate"); // it always measures anew
     int rc = fs_memory_end(failures, fs_evaluate_run(project, truth, err), err);
@@ -128,6 +135,7 @@ int fs_evaluate(FsProject *project, const char *truth, FsError *err)
 
 int fs_export(FsProject *project, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     int rc = stage(project, "export", fs_export_run, err);
     return rc < 0 ? rc : refresh_report(project, err);
 }
@@ -161,6 +169,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     FsError why = {0};
     if (!err) err = &why; // the page says it
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
+    TRY(fs_project_lock(project, err));
     unsigned failures = fs_memory_begin();
     TRY(fs_memory_end(failures, fs_scene_folder_take(&project->set, photos, &project->log, err), err));
     TRY(check_named(project, err));

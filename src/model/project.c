@@ -53,6 +53,15 @@ const ProjectStage *fs_project_stage(unsigned stage)
     return row;
 }
 
+int fs_project_lock(FsProject *project, FsError *err)
+{
+    if (fs_owned_lock(project->out, &project->lock)) return 0;
+    return fs_error_input(err,
+                          "%s: another flashsplat works on it: wait until that is done, or let the results go to "
+                          "another folder",
+                          project->out);
+}
+
 static FilePath mark_path(const FsProject *project, unsigned stage)
 {
     return fs_file_at("%s/done/%s.json", project->out, fs_project_stage(stage)->name);

@@ -317,6 +317,25 @@ class Layouts(FolderTest):
         self.works(self.job())
         self.assertEqual([p for p in self.out.rglob("*") if ".part" in p.name], [])
 
+    def test_two_at_once(self):
+        """The second one is told so and touches nothing; one that was killed is in nobody's way."""
+        long = ["--steps", 10**6, "--force"]
+        words = [common.PROGRAM, "run", self.photos, "-o", self.out, "--poses", self.model, *QUICK, *long]
+        with subprocess.Popen([str(w) for w in words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as first:
+            for _ in range(600):
+                if (self.out / "checkpoint").exists() or first.poll() is not None:
+                    break
+                time.sleep(0.1)
+            self.keep(self.out)
+            for second in (self.job(), run("train", self.out, *TRAIN), run("ingest", self.photos, "-o", self.out)):
+                self.refuses(second, self.out, "another flashsplat")
+            self.assertEqual(run("info", self.out).returncode, 0)
+            self.assertIsNone(first.poll())
+            first.kill()
+        self.works(self.job())
+        (self.out / ".flashsplat/lock").unlink()
+        self.works(self.job())
+
     # ---- results are what their settings say ----
 
     def test_changed_settings(self):
