@@ -410,10 +410,17 @@ class Layouts(FolderTest):
     def test_gone_inputs(self):
         """Photos and the model may go once they are used."""
         self.copy()
+        self.works(self.job())
+        link = self.dir / "link"
+        link.symlink_to(self.photos)
         shutil.rmtree(self.photos)
         shutil.rmtree(self.model)
         shutil.rmtree(self.out / "linear")
-        self.works(self.job())
+        for photos in (self.photos, f"{self.photos}/", self.out / "../photos", link):
+            self.works(self.job(photos=photos))
+        for photos in (self.dir / "fotos", self.photos / "photos", self.dir / "fotos/photos"):
+            self.refuses(self.job(photos=photos), photos, "no such folder", self.photos)
+            self.refuses(run("ingest", photos, "-o", self.out), photos, "no such folder", self.photos)
 
 
 common.main()
