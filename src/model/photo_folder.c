@@ -60,8 +60,11 @@ char *fs_photos_view_name(const char *path)
 {
     char *name = as_utf8(path);
     if (!name) return NULL;
-    for (char *p = name; *p; p++)
-        if (*p == '/') *p = '_';
+    for (unsigned char *p = (unsigned char *)name; *p; p++) {
+        bool control = *p < ' ' || *p == 127, high_control = *p == 0xc2 && p[1] < 0xa0;
+        if (*p == '/' || *p == '\\' || control || high_control) *p = '_';
+        if (high_control) p[1] = '_';
+    }
     size_t n = strlen(name);
     if (n > MAX_NAME) {
         uint64_t hash = fs_hash_text(FS_HASH_EMPTY, name);
