@@ -1,4 +1,5 @@
 // The program `flashsplat`: finds the command, reads its options, calls the library, turns errors into exit codes.
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -92,6 +93,7 @@ static int dispatch(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+    signal(SIGXFSZ, SIG_IGN); // a file that grows beyond the limit is one that cannot be written
     int code = dispatch(argc, argv);
     int lost = cli_terminal_close();
     if (!lost) return code;

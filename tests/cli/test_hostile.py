@@ -148,12 +148,15 @@ class Captures(FolderTest):
 class FullDisk(FolderTest):
     """A file-size limit stops every write at some byte, as a full disk does."""
 
-    def ingest(self, out, limit):
+    def limited(self, limit, *words, **options):
+        """With the signal that ends programs at the limit, as a shell's ulimit has it."""
         def limited():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-        photos = pictures.photos(self.dir / "photos", 6)
-        return run("ingest", photos, "-o", out, *FLASH, preexec_fn=limited)
+        return run(*words, preexec_fn=limited, **options)
+
+    def ingest(self, out, limit):
+        return self.limited(limit, "ingest", pictures.photos(self.dir / "photos", 6), "-o", out, *FLASH)
 
     def check(self, process, out):
         self.assert_fails(process, 1, out)
@@ -165,6 +168,15 @@ class FullDisk(FolderTest):
         for limit in (0, 100, 4096):
             self.check(self.ingest(out, limit), out)
         self.assertEqual(self.ingest(out, 10**8).returncode, 0)
+
+    def test_single_files_that_cannot_be_written(self):
+        photos, file = pictures.photos(self.dir / "photos", 3), self.dir / "file"
+        flash, other = photos / "F_00.png", photos / "N_00.png"
+        for words in (["check", photos, *FLASH, "--json", file], ["pair", flash, other, "-o", file.with_suffix(".png")],
+                      ["pair", flash, other, "--linear", "-o", file.with_suffix(".png")]):
+            self.assert_fails(self.limited(64, *words), 1, file, "cannot write")
+            self.assertEqual([p.name for p in self.dir.iterdir()], ["photos"])
+        self.assert_fails(self.limited(64, "synth", "-o", file, "--photos", 2, "--width", 32, "--height", 32), 1, file)
 
     @unittest.skipUnless(os.geteuid() == 0, "only root can mount a small disk")
     def test_small_disk(self):
