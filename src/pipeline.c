@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/cpu.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/owned.h"
@@ -16,6 +17,7 @@
 #include "info/info.h"
 #include "ingest/ingest.h"
 #include "initialise/initialise.h"
+#include "model/cameras_file.h"
 #include "model/project.h"
 #include "model/scene_folder.h"
 #include "pair/pair.h"
@@ -140,10 +142,20 @@ int fs_export(FsProject *project, FsError *err)
     return rc < 0 ? rc : refresh_report(project, err);
 }
 
+// Which views are to be rendered, in hours.
+static int check_cameras(const char *path, FsError *err)
+{
+    CamerasFile file;
+    int rc = fs_cameras_file_read(path, &file, err);
+    fs_cameras_file_free(&file);
+    return rc;
+}
+
 // What the stages still to run are told to read is there, before hours go by. What was read may be gone.
 static int check_named(const FsProject *project, FsError *err)
 {
     const Settings *set = &project->set;
+    CpuLevel cpu;
     const struct {
         const char *option, *path, *stage;
     } named[] = {{"flash-list", set->flash_list, "ingest"},
@@ -157,8 +169,9 @@ static int check_named(const FsProject *project, FsError *err)
         if (*named[i].path && !done && !fs_file_exists(named[i].path))
             return fs_error_input(err, "%s: no such file or folder, or it cannot be read; --%s names it", named[i].path,
                                   named[i].option);
+        if (*named[i].path && !done && named[i].path == set->cameras) MUST(check_cameras(set->cameras, err));
     }
-    return 0;
+    return fs_cpu_choose(set->cpu, &cpu, err);
 }
 
 int fs_run(FsProject *project, const char *photos, FsError *err)

@@ -152,11 +152,11 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     TRY(fs_dataset_read(&e.cameras, fs_file_at("%s/cameras.json", truth).text, err));
     TRY(check_renders(project, err));
     if (*project->set.json) TRY(fs_json_file_check(project->set.json, "methods", err));
+    TRY(list_methods(&e, err));
     TRY(fs_project_begin(project, FS_STAGE_EVALUATE, NULL, 0, err));
     e.context.threads = fs_threads_new(project->set.threads);
     TRY(e.context.threads ? 0 : fs_error_memory(err));
     TRY(open_lpips(&e, err));
-    TRY(list_methods(&e, err));
     for (int l = 0; l < FS_EVALUATE_LAYERS; l++) TRY(evaluate_layer(&e, l, err));
     TRY(evaluate_depth(&e, err));
     fs_log_progress(&project->log, "evaluate", FS_EVALUATE_LAYERS * e.n, FS_EVALUATE_LAYERS * e.n, "done");

@@ -1,10 +1,13 @@
 """Captures that cannot work, files that are damaged, disks that are full: one line that says what is missing, and
 nothing half-written."""
 import os
+import pathlib
 import re
 import resource
+import shutil
 import signal
 import subprocess
+import tempfile
 import unittest
 
 import common
@@ -12,6 +15,7 @@ import pictures
 from common import FolderTest, run
 
 FLASH = ["--flash-glob", "F_*"]
+SMALL = ["--long-edge", 96, "--steps", 6, "--init-count", 300, "--max-splats", 400, "--threads", 1]
 
 
 class Captures(FolderTest):
@@ -112,21 +116,6 @@ class Captures(FolderTest):
         for option in ("--poses", "--points", "--cameras", "--originals", "--masks"):
             self.refuses("nosuch", option, options=[*FLASH, option, self.dir / "nosuch"])
 
-    def test_input_that_is_missing_costs_nothing(self):
-        """What a stage needs is looked at before what it made earlier goes."""
-        scene = self.dir / "scene"
-        size = ["--width", 192, "--height", 128, "--photos", 10, "--held-out", 0, "--seed", 31]
-        self.assertEqual(run("synth", "-o", scene, *size).returncode, 0)
-        process = run("run", scene / "capture/raw", "-o", self.out, "--poses", scene / "truth/sparse", "--steps", 20, "--init-count", 500)
-        self.assertEqual(process.returncode, 0, process.stderr)
-        points = self.dir / "cut.ply"
-        points.write_bytes((self.out / "start/transmitted.ply").read_bytes()[:200])
-        names = lambda: sorted(str(p) for p in self.out.rglob("*") if "warnings" not in str(p))
-        before = names()
-        self.assert_fails(run("poses", self.out, "--colmap", "nosuch"), 1, "nosuch", "COLMAP")
-        self.assert_fails(run("initialise", self.out, "--points", points), 1, points)
-        self.assertEqual(names(), before)
-
     def test_all_photos_damaged(self):
         for path in pictures.photos(self.photos, 3).iterdir():
             path.write_bytes(path.read_bytes()[:100])
@@ -143,6 +132,59 @@ class Captures(FolderTest):
         pictures.photos(self.photos, 3)
         self.out.mkdir(mode=0o555)
         self.assert_fails(run("run", self.photos, "-o", self.out, *FLASH), 1, self.out)
+
+
+class Finished(FolderTest):
+    """A small job that is done: what is wrong afterwards costs nothing of it."""
+
+    @classmethod
+    def setUpClass(cls):
+        holder = tempfile.TemporaryDirectory(prefix="flashsplat-hostile-")
+        cls.addClassCleanup(holder.cleanup)
+        cls.made = pathlib.Path(holder.name)
+        cls.scene, cls.done = cls.made / "scene", cls.made / "done"
+        process = run("synth", "-o", cls.scene, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 1, "--seed", 5)
+        assert process.returncode == 0, process.stderr
+        pictures.give_points(cls.scene / "truth")
+        cls.job = ["run", cls.scene / "capture/raw", "--poses", cls.scene / "truth/sparse", *SMALL]
+        process = run(*cls.job, "-o", cls.done)
+        assert process.returncode == 0, process.stderr
+
+    def setUp(self):
+        super().setUp()
+        self.out = pathlib.Path(shutil.copytree(self.done, self.dir / "out"))
+
+    def names(self):
+        return sorted(str(p) for p in self.out.rglob("*") if "warnings" not in str(p))
+
+    def test_input_that_is_missing_costs_nothing(self):
+        """What a stage needs is looked at before what it made earlier goes."""
+        points = self.dir / "cut.ply"
+        points.write_bytes((self.out / "start/transmitted.ply").read_bytes()[:200])
+        before = self.names()
+        self.assert_fails(run("poses", self.out, "--colmap", "nosuch"), 1, "nosuch", "COLMAP")
+        self.assert_fails(run("initialise", self.out, "--points", points), 1, points)
+        self.assertEqual(self.names(), before)
+
+    def test_values_that_cannot_be(self):
+        """Are told before the first stage works, and before figures go."""
+        new = self.dir / "new"
+        (self.dir / "notes.txt").write_text("hello")
+        self.assert_fails(run(*self.job, "-o", new, "--cameras", self.dir), 1, self.dir, "no COLMAP model")
+        self.assert_fails(run(*self.job, "-o", new, "--cameras", self.dir / "notes.txt"), 1, "notes.txt")
+        other = "neon" if os.uname().machine == "x86_64" else "avx512"
+        self.assert_fails(run(*self.job, "-o", new, "--cpu", other), 2, "--cpu", other)
+        self.assertEqual(list(new.glob("*")), [])
+        truth = self.scene / "truth"
+        self.assertEqual(run("evaluate", self.out, truth, "--views", "capture").returncode, 0)
+        before = self.names()
+        self.assert_fails(run("evaluate", self.out, truth, "--method", "x"), 2, "--method", "NAME=DIR")
+        self.assert_fails(run("evaluate", self.out, truth, "--method", "x=nosuch"), 1, "nosuch")
+        self.assertEqual(self.names(), before)
+
+    def test_all_among_others(self):
+        self.assertEqual(run("render", self.out, "--layers", "R,all", "-o", self.dir / "renders").returncode, 0)
+        self.assertTrue((self.dir / "renders/T_N").exists())
 
 
 class FullDisk(FolderTest):

@@ -86,6 +86,10 @@ class Usage(FolderTest):
         self.assert_fails(run("train", self.dir, "--preset", "best"), 2, "--preset", "preview|standard|paper")
         for option, value in (("--layers", "T_N,foo"), ("--formats", "ply,exe"), ("--clean", "gif"), ("--clean", "jpeg,,dng")):
             self.assert_fails(run("run", self.dir, "-o", self.dir / "out", option, value), 2, option, "is not one of")
+        for option in ("--layers", "--formats"):
+            self.assert_fails(run("run", self.dir, "-o", self.dir / "out", option, ""), 2, option, "empty")
+        self.assert_fails(run("run", self.dir, "-o", self.dir / "out", "--path", "spiral", "--cameras", "x"), 2,
+                          "--path spiral and --cameras", "one of them")
         self.assertFalse((self.dir / "out").exists())
         self.assert_fails(run("train", self.dir, "--force=maybe"), 2, "--force", "true or false")
         self.assert_fails(run("train", self.dir, "--no-steps"), 2, "--no-steps")
