@@ -2,12 +2,13 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 // Names of files may hold anything; a message is one line.
 static void tame(char *line)
 {
     for (char *p = line; *p; p++)
-        if ((unsigned char)*p < ' ' || *p == 127) *p = '?';
+        if ((unsigned char)*p < ' ' || *p == 127) *p = strchr("\n\r\t", *p) ? ' ' : '?';
 }
 
 static void emit(const Log *log, FsLogLevel level, const char *format, va_list ap)

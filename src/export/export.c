@@ -207,8 +207,6 @@ int fs_export_run(FsProject *project, FsError *err)
     MUST(fs_formats_parse(project->set.formats, x.wanted, err));
     MUST(fs_clean_parse(project->set.clean, x.clean, err));
     if (fs_project_done(project, FS_STAGE_EXPORT)) return 0;
-    FilePath model = fs_file_at("%s/clouds/model.json", project->out);
-    if (!fs_file_exists(model.text)) return fs_error_input(err, "%s: missing: train the scene first", model.text);
     TRY(open_export(&x, err));
     TRY(find_originals(&x, err));
     TRY(fs_project_begin(project, FS_STAGE_EXPORT, NULL, 0, err));

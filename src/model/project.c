@@ -295,6 +295,17 @@ int fs_project_check_input(const FsProject *project, const char *path, FsError *
     return rc;
 }
 
+int fs_project_missing(const char *out, unsigned stage, const char *name, FsError *err)
+{
+    const char *made = fs_project_stage(stage)->name, *photos = stage == FS_STAGE_INGEST ? "PHOTOS -o " : "";
+    if (!fs_file_exists(fs_file_at("%s/done/%s.json", out, made).text))
+        return fs_error_input(err, "%s/%s: is not there: first run `flashsplat %s %s%s`", out, name, made, photos, out);
+    return fs_error_input(err,
+                          "%s/%s: is missing: `flashsplat %s %s%s --force` makes it again, with the options that it "
+                          "was made with",
+                          out, name, made, photos, out);
+}
+
 static int check_plan(const FsProject *project, unsigned stages, const Names *names, FsError *err)
 {
     MUST(check_marks(project, err));

@@ -70,6 +70,9 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
 // An error when a file or folder of the user's that a stage reads is not there, or is where results go.
 int fs_project_check_input(const FsProject *project, const char *path, FsError *err);
 
+// An error: <out>/<name>, which the stage makes, is not there, and what makes it.
+int fs_project_missing(const char *out, unsigned stage, const char *name, FsError *err);
+
 // For what a stage leaves to go on from: settings and inputs as one text, taken when fs_project_done was asked. Store
 // it beside the work; then see whether work of `was` belongs to it: an error that says what differs.
 const char *fs_project_fingerprint(FsProject *project, unsigned stage); // NULL when out of memory

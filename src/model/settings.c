@@ -359,8 +359,8 @@ static int apply_preset(Settings *settings, FsError *err)
     return rc;
 }
 
-// Of some that say the same, one is to be given.
-static int check_partner(const Settings *settings, const char *name, const char *value, FsError *err)
+// What a value may be beside what others are.
+static int check_meaning(const Settings *settings, const char *name, const char *value, FsError *err)
 {
     if (strcmp(name, "steps") == 0
             ? settings->minutes > 0
@@ -371,6 +371,9 @@ static int check_partner(const Settings *settings, const char *name, const char 
     if (*cameras && strcmp(path, "spiral") == 0)
         return fs_error_set(err, FS_ERR_USAGE,
                             "--path spiral and --cameras: give one of them, both say which views");
+    if (strcmp(name, "test-every") == 0 && strtod(value, NULL) == 1)
+        return fs_error_set(err, FS_ERR_USAGE,
+                            "--test-every: 1 would hold out every photo; give 0 for none, or 2 to 1000");
     return 0;
 }
 
@@ -378,7 +381,7 @@ int fs_settings_set(FsSettings *settings, const char *name, const char *value, F
 {
     const FsOption *option = find(name);
     if (!option) return fs_error_set(err, FS_ERR_USAGE, "--%s: no such option", name);
-    MUST(check_partner(settings, name, value, err));
+    MUST(check_meaning(settings, name, value, err));
     int rc = set_option(settings, option, value, err);
     if (rc < 0) return rc;
     settings->was_set[option - table] = 1;

@@ -292,14 +292,10 @@ static int open_run(Run *run, FsError *err)
     const Settings *set = &project->set;
     bool spiral = strcmp(set->path, "spiral") == 0;
     FilePath views = fs_file_at("%s/views.json", project->out);
-    FilePath model = fs_file_at("%s/clouds/model.json", project->out);
     run->dir =
         *set->output ? fs_file_at("%s", set->output) : fs_file_at("%s/%s", project->out, spiral ? "path" : "renders");
     run->film_dir = fs_file_at("%s/video", *set->output ? set->output : project->out);
     MUST(parse_layers(set->layers, run->wanted, err));
-    if (!fs_file_exists(model.text))
-        return fs_error_input(err, "%s: not there; train the scene first (flashsplat train %s)", model.text,
-                              project->out);
     MUST(fs_scene_read(&run->scene, fs_file_at("%s/clouds", project->out).text, err));
     if (set->metres_per_unit > 0) run->scene.metres_per_unit = set->metres_per_unit;
     MUST(fs_dataset_read(&run->photos, views.text, err));

@@ -86,6 +86,19 @@ class Captures(FolderTest):
             self.leaves_out(name)
             wrong.unlink()
 
+    def test_empty_files(self):
+        pictures.photos(self.photos, 3)
+        for name in ("a.dng", "b.jpg", "c.heic", "d.tif", "e.png", "f.npy"):
+            path = self.dir / name
+            path.touch()
+            self.assert_fails(run("info", path), 1, path, "0 bytes", "copy it again")
+        (self.photos / "F_99.jpg").touch()
+        self.leaves_out("F_99.jpg")
+        shutil.rmtree(self.out)
+        for path in self.photos.iterdir():
+            path.write_bytes(b"")
+        self.refuses("is empty", "copy it again", options=[])
+
     def test_pipe(self):
         os.mkfifo(pictures.photos(self.photos, 3) / "F_99.jpg")
         for words in (["check", self.photos], ["info", self.photos], ["ingest", self.photos, "-o", self.out]):
@@ -181,6 +194,41 @@ class Finished(FolderTest):
         self.assert_fails(run("evaluate", self.out, truth, "--method", "x"), 2, "--method", "NAME=DIR")
         self.assert_fails(run("evaluate", self.out, truth, "--method", "x=nosuch"), 1, "nosuch")
         self.assertEqual(self.names(), before)
+
+    def test_results_that_are_missing(self):
+        """What made them is told, though its mark says that it is done."""
+        again = [("clouds/R.ply", ["render"], "train"), ("clouds/model.json", ["export"], "train"),
+                 ("start/R.ply", ["train", "--steps", 6], "initialise"), ("sparse/images.txt", ["initialise"], "poses"),
+                 ("images/IMG_0001.tif", ["train", "--steps", 6], "poses"), ("ingest.json", ["poses"], "ingest PHOTOS -o")]
+        for name, (stage, *options), made in again:
+            path = self.out / name
+            data = path.read_bytes()
+            path.unlink()
+            where = path.parent if path.parent.name == "sparse" else path
+            self.assert_fails(run(stage, self.out, *options, "--force"), 1, f"{where}: is missing", f"`flashsplat {made}",
+                              "--force")
+            (self.out / "done" / f"{made.split()[0]}.json").unlink()
+            self.assert_fails(run(stage, self.out, *options, "--force"), 1, f"{where}: is not there: first run")
+            shutil.rmtree(self.out)
+            shutil.copytree(self.done, self.out)
+            self.assertEqual(path.read_bytes(), data)
+        (self.out / "checkpoint/R.ply").unlink()
+        self.assert_fails(run("train", self.out, *SMALL[2:4], *SMALL[6:], "--resume", "--force"), 1, "checkpoint/R.ply", "--resume")
+        shutil.rmtree(self.out / "renders")
+        self.assert_fails(run("evaluate", self.out, self.scene / "truth"), 1, "renders: is missing", "flashsplat render")
+
+    def test_truth_that_is_none(self):
+        empty = self.dir / "empty"
+        empty.mkdir()
+        self.assert_fails(run("evaluate", self.out, empty), 1, empty, "cameras.json", "flashsplat synth")
+        self.assert_fails(run("evaluate", self.out, self.dir / "nosuch"), 1, "nosuch: no such folder", "cameras.json")
+        self.assert_fails(run("evaluate", self.out, self.scene), 1, f"name {self.scene}/truth")
+
+    def test_folders_that_are_passed_over(self):
+        for folder in (self.scene, self.scene / "capture"):
+            for words in (["check", folder], ["ingest", folder, "-o", self.dir / "new"]):
+                self.assert_fails(run(*words), 1, folder, "flashsplat made", self.scene / "capture/raw")
+        self.assert_fails(run("check", self.out), 1, self.out, "flashsplat made")
 
     def test_all_among_others(self):
         self.assertEqual(run("render", self.out, "--layers", "R,all", "-o", self.dir / "renders").returncode, 0)

@@ -81,6 +81,7 @@ class Usage(FolderTest):
     def test_wrong_values(self):
         for value in ("0", "-1", "abc", "1.5", "nan", "inf", "1e99", "", "3x", "99999999999999999999"):
             self.assert_fails(run("train", self.dir, f"--steps={value}"), 2, "--steps", "whole number")
+        self.assert_fails(run("poses", self.dir, "--test-every", 1), 2, "--test-every", "every photo", "2 to 1000")
         self.assert_fails(run("synth", "-o", "x", "--alpha", "x"), 2, "--alpha", "number")
         self.assert_fails(run("synth", "-o", self.dir / "x", "--field", "shake=x"), 2, "--field", "shake", "'x'")
         self.assert_fails(run("train", self.dir, "--preset", "best"), 2, "--preset", "preview|standard|paper")
