@@ -55,6 +55,14 @@ class Help(unittest.TestCase):
     def test_version(self):
         for word in ("version", "--version"):
             self.assertRegex(run(word).stdout, r"^flashsplat \d+\.\d+\.\d+\n$")
+            self.assertEqual(run(word, "--help").stdout, run("help").stdout)
+
+    def test_help_of_help(self):
+        for words in (["help", "--help"], ["help", "-h"], ["help", "help"], ["--help", "--help"]):
+            process = run(*words)
+            self.assertEqual((process.returncode, process.stdout), (0, run("help").stdout), words)
+        for words in (["help", "train", "--help"], ["--help", "train"]):
+            self.assertEqual(run(*words).stdout, run("train", "--help").stdout, words)
 
 
 class Usage(FolderTest):
@@ -63,6 +71,10 @@ class Usage(FolderTest):
         self.assert_fails(process, 2, "'trian'", "did you mean 'train'")
         self.assertNotIn("did you mean", run("xyzzy").stderr)
         self.assert_fails(run("help", "xyzzy"), 2, "'xyzzy'")
+        for words in (["help", "train", "foo"], ["version", "foo"], ["--version", "foo"], ["help", "train", "--force"]):
+            process = run(*words)
+            self.assert_fails(process, 2, words[-1], "too many")
+            self.assertEqual(process.stdout, "")
 
     def test_unknown_option(self):
         self.assert_fails(run("train", self.dir, "--stepz", "3"), 2, "--stepz", "did you mean --steps?")
