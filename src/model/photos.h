@@ -83,7 +83,7 @@ bool fs_photos_is_copy(const Photos *photos, const PhotoFile *photo);
 void fs_photos_drop_copies(Photos *photos);
 
 // By EXIF, the name of the folder, the photo's own name where EXIF is silent, or the settings flash-glob and
-// flash-list; photos that do not tell get a failure, but where none needs to.
+// flash-list, which add up; photos that do not tell get a failure, but where none needs to.
 int fs_photos_mark_flash(Photos *photos, const Settings *set, const Log *log, FsError *err);
 // Flash or not, as fs_photos_mark_flash; then drops the photos that failed. An error unless both kinds are there.
 int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err);

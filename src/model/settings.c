@@ -56,10 +56,10 @@ static const FsOption table[] = {
     ENUM("cpu", cpu, TRAIN | RENDER | EXPORT | BENCH, "best", "best|scalar|avx2|avx512|neon",
          "highest instruction set to use"),
 
-    STRING("flash-glob", flash_glob, INGEST | PAIR | CHECK, "", "PATTERN",
+    STRING("flash-glob", flash_glob, INGEST | CHECK, "", "PATTERN",
            "file names that are flash photos, instead of EXIF"),
     STRING("flash-list", flash_list, INGEST | CHECK, "", "FILE",
-           "text file with one flash photo's name per line, instead of EXIF"),
+           "text file with one flash photo's name per line, instead of EXIF; beside --flash-glob: these too"),
 
     STRING("masks", masks, INGEST, "", "DIR",
            "masks as COLMAP has them, PHOTO.png, black where the photo is not to be used (people, the photographer)"),

@@ -84,6 +84,7 @@ class Usage(FolderTest):
     def test_option_of_another_command(self):
         self.assert_fails(run("train", self.dir, "--photos", "4"), 2, "--photos is not an option of 'train'")
         self.assert_fails(run("info", self.dir, "-o", "x"), 2, "no -o")
+        self.assert_fails(run("pair", "a", "b", "-o", "c.png", "--flash-glob", "a"), 2, "not an option of 'pair'")
 
     def test_missing_value(self):
         self.assert_fails(run("train", self.dir, "--steps"), 2, "--steps needs a value")

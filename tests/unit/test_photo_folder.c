@@ -78,6 +78,8 @@ static void test_folders_that_say_flash(void **state)
     snprintf(setting, sizeof setting, "flash-list=%s", temp("list.txt"));
     expect_good("photos", SET(setting), "1 with flash, 2 without (--flash-list)");
     expect_view("B", "flash/B.DNG", true);
+    expect_good("photos", SET(setting, "flash-glob=A*"), "2 with flash, 1 without (--flash-glob and --flash-list)");
+    expect_view("A", "flash/A.DNG", true);
     // a name that two photos have
     FILL({"flash.dng", "x/A.DNG"}, {"ambient.dng", "y/A.DNG"});
     assert_int_equal(fs_file_write(temp("list.txt"), "A.DNG\n", 6, NULL), 0);
