@@ -21,6 +21,7 @@
 #define LOCK FS_OWNED_DIR "/lock"
 #define MAX_LIST ((size_t)1 << 30)
 #define MARK "user.flashsplat" // extended attribute of files outside our folders: a line of the list, without name
+#define SIGNATURE "user.flashsplat.command"
 
 // Where a path is: the nearest folder of ours above it, and the name below that.
 typedef struct Place {
@@ -197,6 +198,21 @@ int fs_owned_check(const char *path, FsError *err)
     int rc = find(path, false, &place) < 0 ? fs_error_memory(err) : check(&place, path, err);
     free_place(&place);
     return rc;
+}
+
+int fs_owned_check_single(const char *path, const char *command, FsError *err)
+{
+    char by[16];
+    struct stat st;
+    MUST(fs_owned_check(path, err));
+    ssize_t n = lgetxattr(path, SIGNATURE, by, sizeof by);
+    if (lstat(path, &st) != 0 || (n == (ssize_t)strlen(command) && memcmp(by, command, (size_t)n) == 0)) return 0;
+    return fs_error_input(err, "%s: is in the way: it is not of `flashsplat %s`; name another file", path, command);
+}
+
+void fs_owned_sign(const char *path, const char *command)
+{
+    lsetxattr(path, SIGNATURE, command, strlen(command), 0);
 }
 
 int fs_owned_check_tree(const char *dir, FsError *err)

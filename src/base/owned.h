@@ -23,6 +23,10 @@ bool fs_owned_lock(const char *dir, Lock *lock);
 void fs_owned_leave(const char *dir, Lock *lock);
 // 0 when path may be written: nothing is there, or a file of ours. Else an error that says what is in the way.
 int fs_owned_check(const char *path, FsError *err);
+// A file that the user names by itself, by a command: only what that command wrote may be replaced. Signed once it is
+// there; where the disk has no extended attributes, it is not replaced.
+int fs_owned_check_single(const char *path, const char *command, FsError *err);
+void fs_owned_sign(const char *path, const char *command);
 int fs_owned_check_tree(const char *dir, FsError *err); // every file below dir is ours; 0 where nothing is there
 bool fs_owned_is_result(const char *path);              // a file of ours, right in a folder of ours
 

@@ -279,6 +279,15 @@ class Layouts(FolderTest):
         again = "user.flashsplat" in os.listxattr(picture)  # else the disk cannot tell whose it is
         for _ in range(2 * again):
             self.works(run("pair", flash, other, "-o", picture), False)
+        for more in ([], ["--linear"]):  # ours, but not of pair
+            inside = self.out / "renders/T_N/IMG_0001.png"
+            was = inside.read_bytes()
+            self.assert_fails(run("pair", flash, other, "-o", inside, *more), 1, inside, "in the way", "pair")
+            self.assertEqual(inside.read_bytes(), was)
+        shutil.copy(picture, self.put(self.dir / "pair.png"))
+        self.refuses(run("pair", flash, other, "-o", self.dir / "pair.png"), self.dir / "pair.png")
+        for _ in range(2 * again):
+            self.works(run("pair", flash, other, "-o", self.out / "mine.png", "--linear"), False)
         self.put(picture)
         self.keep(self.out)
         self.refuses(run("pair", flash, other, "-o", picture), picture)
