@@ -66,6 +66,7 @@ char *fs_photos_view_name(const char *path)
         if (*p == '/' || *p == '\\' || control || high_control) *p = '_';
         if (high_control) p[1] = '_';
     }
+    for (char *p = name; *p == ' '; p++) *p = '_'; // COLMAP's reader drops them
     size_t n = strlen(name);
     if (n > MAX_NAME) {
         uint64_t hash = fs_hash_text(FS_HASH_EMPTY, name);

@@ -93,9 +93,10 @@ static void test_names_that_break_lines(void **state)
 {
     (void)state;
     FILL({"flash.dng", "A\n1.DNG"}, {"ambient.dng", "B\\2.DNG"}, {"flash.dng", "C\x1b[31m\t.DNG"},
-         {"ambient.dng", "D\x85.DNG"}, {"make.py", "odd\nnotes.txt"});
-    expect_good("photos", NULL, "2 with flash, 2 without");
+         {"ambient.dng", "D\x85.DNG"}, {"flash.dng", " E e.DNG"}, {"make.py", "odd\nnotes.txt"});
+    expect_good("photos", NULL, "3 with flash, 2 without");
     expect_view("A_1", "A\n1.DNG", true);
+    expect_view("_E e", " E e.DNG", true);
     expect_view("B_2", "B\\2.DNG", false);
     expect_view("C_[31m_", "C\x1b[31m\t.DNG", true);
     expect_view("D__", "D\xc2\x85.DNG", false);
