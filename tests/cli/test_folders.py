@@ -328,19 +328,18 @@ class Layouts(FolderTest):
 
     def test_two_at_once(self):
         """The second one is told so and touches nothing; one that was killed is in nobody's way."""
-        long = ["--steps", 10**6, "--force"]
-        words = [common.PROGRAM, "run", self.photos, "-o", self.out, "--poses", self.model, *QUICK, *long]
+        words = [common.PROGRAM, "run", self.photos, "-o", self.out, "--poses", self.model, *QUICK, "--steps", 10**6]
+        self.keep()
         with subprocess.Popen([str(w) for w in words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as first:
-            for _ in range(600):
-                if (self.out / "checkpoint").exists() or first.poll() is not None:
-                    break
-                time.sleep(0.1)
-            self.keep(self.out)
-            for second in (self.job(), run("train", self.out, *TRAIN), run("ingest", self.photos, "-o", self.out)):
-                self.refuses(second, self.out, "another flashsplat")
-            self.assertEqual(run("info", self.out).returncode, 0)
-            self.assertIsNone(first.poll())
-            first.kill()
+            try:
+                while not (self.out / "checkpoint").exists() and first.poll() is None:
+                    time.sleep(0.1)
+                for second in (self.job(), run("train", self.out, *TRAIN), run("ingest", self.photos, "-o", self.out)):
+                    self.refuses(second, self.out, "another flashsplat")
+                self.assertEqual(run("info", self.out).returncode, 0)
+                self.assertIsNone(first.poll())
+            finally:
+                first.kill()
         self.works(self.job())
         (self.out / ".flashsplat/lock").unlink()
         self.works(self.job())
