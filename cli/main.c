@@ -1,4 +1,5 @@
 // The program `flashsplat`: finds the command, reads its options, calls the library, turns errors into exit codes.
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -57,14 +58,27 @@ static const Command *find_or_complain(const char *name)
     return NULL;
 }
 
+static bool is_help(const char *word)
+{
+    return strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0;
+}
+
+static int one_too_many(const char *word)
+{
+    fprintf(stderr, "flashsplat: '%s' is one argument too many\nTry: flashsplat --help\n", word);
+    return EXIT_USAGE;
+}
+
 static int help(int argc, char **argv)
 {
-    if (argc < 1) {
+    if (argc < 1 || (argc == 1 && (is_help(argv[0]) || strcmp(argv[0], "help") == 0))) {
         cli_help_usage(stdout);
         return EXIT_OK;
     }
+    if (argc == 2 && is_help(argv[1])) argc--;
     const Command *command = find_or_complain(argv[0]);
     if (!command) return EXIT_USAGE;
+    if (argc > 1) return one_too_many(argv[1]);
     cli_help_command(stdout, command);
     return EXIT_OK;
 }
@@ -76,9 +90,10 @@ static int dispatch(int argc, char **argv)
         return EXIT_USAGE;
     }
     const char *word = argv[1];
-    if (strcmp(word, "help") == 0 || strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0)
-        return help(argc - 2, argv + 2);
+    if (strcmp(word, "help") == 0 || is_help(word)) return help(argc - 2, argv + 2);
     if (strcmp(word, "version") == 0 || strcmp(word, "--version") == 0) {
+        if (argc == 3 && is_help(argv[2])) return help(0, NULL);
+        if (argc > 2) return one_too_many(argv[2]);
         printf("flashsplat %s\n", fs_version());
         return EXIT_OK;
     }
@@ -92,6 +107,7 @@ static int dispatch(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+    signal(SIGXFSZ, SIG_IGN); // a file that grows beyond the limit is one that cannot be written
     int code = dispatch(argc, argv);
     int lost = cli_terminal_close();
     if (!lost) return code;

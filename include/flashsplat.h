@@ -106,7 +106,8 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
                     FsError *err);
 void fs_project_close(FsProject *project);
 
-// The stages. Each skips what is done already (and says so through the log) unless the setting "force" is on.
+// The stages. Each skips what is done already (and says so through the log) unless the setting "force" is on. What
+// writes into the folder keeps it until the project is closed; meanwhile others that would are refused.
 int fs_ingest(FsProject *project, const char *photos, FsError *err); // photos: folder of RAW/JPEG/HEIF/PNG/TIFF
 int fs_poses(FsProject *project, FsError *err);                      // setting "poses": known poses, else COLMAP
 int fs_initialise(FsProject *project, FsError *err);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/cpu.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/owned.h"
@@ -16,6 +17,7 @@
 #include "info/info.h"
 #include "ingest/ingest.h"
 #include "initialise/initialise.h"
+#include "model/cameras_file.h"
 #include "model/project.h"
 #include "model/scene_folder.h"
 #include "pair/pair.h"
@@ -51,7 +53,8 @@ fail:
 void fs_project_close(FsProject *project)
 {
     if (!project) return;
-    if (project->out) fs_owned_leave(project->out);
+    if (project->out) fs_owned_leave(project->out, &project->lock);
+    fs_lock_release(&project->lock);
     fs_warnings_free(project->warnings);
     fs_settings_clear(&project->set);
     free(project->fingerprint);
@@ -67,6 +70,7 @@ static unsigned begin_stage(FsProject *project, const char *stage)
 
 int fs_ingest(FsProject *project, const char *photos, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     unsigned failures = begin_stage(project, "ingest");
     return fs_memory_end(failures, fs_ingest_run(project, photos, err), err);
 }
@@ -79,17 +83,20 @@ static int stage(FsProject *project, const char *name, int (*run)(FsProject *, F
 
 int fs_poses(FsProject *project, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     return stage(project, "poses", fs_poses_run, err);
 }
 
 int fs_initialise(FsProject *project, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     return stage(project, "initialise", fs_initialise_run, err);
 }
 
 // begin: of all that the setting minutes is for.
 static int train_within(FsProject *project, double begin, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     unsigned failures = begin_stage(project, "train");
     FsError late = {0};
     int steps = project->set.steps, rc = fs_estimate_steps(project, begin, &late, err);
@@ -114,12 +121,14 @@ static int refresh_report(FsProject *project, FsError *err)
 
 int fs_render(FsProject *project, FsError *err)
 {
+    if (!*project->set.output) MUST(fs_project_lock(project, err));
     int rc = stage(project, "render", fs_render_run, err);
     return rc < 0 || *project->set.output ? rc : refresh_report(project, err); // elsewhere: nothing to bring up to date
 }
 
 int fs_evaluate(FsProject *project, const char *truth, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     unsigned failures = begin_stage(project, "evaluate");
     fs_warnings_forget(project->out, "evaluate"); // it always measures anew
     int rc = fs_memory_end(failures, fs_evaluate_run(project, truth, err), err);
@@ -128,14 +137,25 @@ int fs_evaluate(FsProject *project, const char *truth, FsError *err)
 
 int fs_export(FsProject *project, FsError *err)
 {
+    MUST(fs_project_lock(project, err));
     int rc = stage(project, "export", fs_export_run, err);
     return rc < 0 ? rc : refresh_report(project, err);
+}
+
+// Which views are to be rendered, in hours.
+static int check_cameras(const char *path, FsError *err)
+{
+    CamerasFile file;
+    int rc = fs_cameras_file_read(path, &file, err);
+    fs_cameras_file_free(&file);
+    return rc;
 }
 
 // What the stages still to run are told to read is there, before hours go by. What was read may be gone.
 static int check_named(const FsProject *project, FsError *err)
 {
     const Settings *set = &project->set;
+    CpuLevel cpu;
     const struct {
         const char *option, *path, *stage;
     } named[] = {{"flash-list", set->flash_list, "ingest"},
@@ -149,8 +169,9 @@ static int check_named(const FsProject *project, FsError *err)
         if (*named[i].path && !done && !fs_file_exists(named[i].path))
             return fs_error_input(err, "%s: no such file or folder, or it cannot be read; --%s names it", named[i].path,
                                   named[i].option);
+        if (*named[i].path && !done && named[i].path == set->cameras) MUST(check_cameras(set->cameras, err));
     }
-    return 0;
+    return fs_cpu_choose(set->cpu, &cpu, err);
 }
 
 int fs_run(FsProject *project, const char *photos, FsError *err)
@@ -161,6 +182,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     FsError why = {0};
     if (!err) err = &why; // the page says it
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
+    TRY(fs_project_lock(project, err));
     unsigned failures = fs_memory_begin();
     TRY(fs_memory_end(failures, fs_scene_folder_take(&project->set, photos, &project->log, err), err));
     TRY(check_named(project, err));

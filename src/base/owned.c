@@ -18,8 +18,10 @@
 #include "base/hash.h"
 
 #define LIST FS_OWNED_DIR "/made"
+#define LOCK FS_OWNED_DIR "/lock"
 #define MAX_LIST ((size_t)1 << 30)
 #define MARK "user.flashsplat" // extended attribute of files outside our folders: a line of the list, without name
+#define SIGNATURE "user.flashsplat.command"
 
 // Where a path is: the nearest folder of ours above it, and the name below that.
 typedef struct Place {
@@ -45,7 +47,7 @@ static bool is_root(const char *dir)
 // The list changes in one thread of one process at a time.
 static pthread_mutex_t changing = PTHREAD_MUTEX_INITIALIZER;
 
-static int lock(const char *root)
+static int lock_list(const char *root)
 {
     pthread_mutex_lock(&changing);
     int fd = open(fs_file_at("%s/" FS_OWNED_DIR, root).text, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -53,7 +55,7 @@ static int lock(const char *root)
     return fd;
 }
 
-static void unlock(int fd)
+static void unlock_list(int fd)
 {
     if (fd >= 0) close(fd);
     pthread_mutex_unlock(&changing);
@@ -198,6 +200,21 @@ int fs_owned_check(const char *path, FsError *err)
     return rc;
 }
 
+int fs_owned_check_single(const char *path, const char *command, FsError *err)
+{
+    char by[16];
+    struct stat st;
+    MUST(fs_owned_check(path, err));
+    ssize_t n = lgetxattr(path, SIGNATURE, by, sizeof by);
+    if (lstat(path, &st) != 0 || (n == (ssize_t)strlen(command) && memcmp(by, command, (size_t)n) == 0)) return 0;
+    return fs_error_input(err, "%s: is in the way: it is not of `flashsplat %s`; name another file", path, command);
+}
+
+void fs_owned_sign(const char *path, const char *command)
+{
+    lsetxattr(path, SIGNATURE, command, strlen(command), 0);
+}
+
 int fs_owned_check_tree(const char *dir, FsError *err)
 {
     struct stat st;
@@ -217,7 +234,7 @@ int fs_owned_check_tree(const char *dir, FsError *err)
 static int append(const Place *place, const char *line, FsError *err)
 {
     FilePath path = fs_file_at("%s/" LIST, place->root);
-    int locked = lock(place->root), rc = 0;
+    int locked = lock_list(place->root), rc = 0;
     char *list = NULL;
     bool plain = strcmp(place->key, place->below) == 0;
     if (!plain || !read_list(place->root, &list) || !strstr(list, line)) {
@@ -227,7 +244,7 @@ static int append(const Place *place, const char *line, FsError *err)
             rc = fs_error_set(err, FS_ERR_IO, "%s: cannot write: %s", path.text, strerror(errno));
         if (fd >= 0) close(fd);
     }
-    unlock(locked);
+    unlock_list(locked);
     free(list);
     return rc;
 }
@@ -318,7 +335,8 @@ static int check_foreign(const char *own, FsError *err)
     FileList list = {0};
     bool there = lstat(own, &st) == 0, foreign = there && !S_ISDIR(st.st_mode);
     if (there && !foreign && fs_file_list(own, &list, NULL) < 0) foreign = true;
-    for (int i = 0; i < list.n; i++) foreign |= strncmp(list.name[i], "made.part", 9) != 0;
+    for (int i = 0; i < list.n; i++)
+        foreign |= strncmp(list.name[i], "made.part", 9) != 0 && strcmp(list.name[i], "lock") != 0;
     fs_file_list_free(&list);
     return foreign ? fs_error_input(err, "%s: is in the way: flashsplat did not make it; move it", own) : 0;
 }
@@ -343,7 +361,7 @@ int fs_owned_open(const char *dir, const char *kind, FsError *err)
         else if (inside ? !strncmp(list, "flashsplat capture\n", 19) : strncmp(list, first, strlen(first)) != 0)
             rc = fs_error_input(err, "%s: belongs to a %.*s that flashsplat made: name another folder", dir,
                                 (int)strcspn(list, "\n") - 11, list + 11);
-        else if (!inside)
+        else if (!inside && strcmp(kind, "project") != 0)
             sweep(own.text);
     } else {
         TRY(check_foreign(own.text, err));
@@ -354,6 +372,14 @@ fail:
     free_place(&above);
     free(list);
     return rc;
+}
+
+bool fs_owned_lock(const char *dir, Lock *lock)
+{
+    if (lock->held || !is_root(dir)) return true;
+    if (!fs_lock_take(lock, fs_file_at("%s/" LOCK, dir).text)) return false;
+    if (lock->held) sweep(fs_file_at("%s/" FS_OWNED_DIR, dir).text);
+    return true;
 }
 
 // ---- removing ----
@@ -428,7 +454,7 @@ void fs_owned_remove(const char *path)
     if (lstat(path, &st) != 0) return;
     bool folder = S_ISDIR(st.st_mode);
     if (find(path, folder, &place) < 0) return;
-    int locked = place.root ? lock(place.root) : -1;
+    int locked = place.root ? lock_list(place.root) : -1;
     if (place.root && is_private(&place))
         fs_file_remove_tree(path);
     else
@@ -436,23 +462,25 @@ void fs_owned_remove(const char *path)
             remove_listed(&place, path, list); // folders whose files' lines come first go in the second pass
             free(list);
         }
-    if (place.root) unlock(locked);
+    if (place.root) unlock_list(locked);
     free_place(&place);
 }
 
-void fs_owned_leave(const char *dir)
+void fs_owned_leave(const char *dir, Lock *lock)
 {
     char *list = NULL;
-    FilePath own = fs_file_at("%s/" FS_OWNED_DIR, dir);
+    FilePath own = fs_file_at("%s/" FS_OWNED_DIR, dir), path = fs_file_at("%s/" LOCK, dir);
     FileList files = {0};
     if (!is_root(dir)) return;
-    int locked = lock(dir);
+    int locked = lock_list(dir);
     bool unused = read_list(dir, &list) && strcspn(list, "\n") + 1 == strlen(list);
-    if (unused && fs_file_list(own.text, &files, NULL) == 0 && files.n == 1) {
+    if (unused && fs_lock_take(lock, path.text) && fs_file_list(own.text, &files, NULL) == 0 &&
+        files.n == 1 + fs_file_exists(path.text)) {
         fs_file_remove(fs_file_at("%s/" LIST, dir).text);
+        fs_file_remove(path.text);
         rmdir(own.text);
     }
-    unlock(locked);
+    unlock_list(locked);
     fs_file_list_free(&files);
     free(list);
 }

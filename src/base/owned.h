@@ -10,15 +10,23 @@
 #pragma once
 
 #include "base/error.h"
+#include "base/lock.h"
 
 #define FS_OWNED_DIR ".flashsplat"
 
 // Makes dir a folder of ours, of a kind: "project", "capture", "renders" (a folder inside one of ours, but not inside a
 // capture, will do for renders). An error when it is one of another kind.
 int fs_owned_open(const char *dir, const char *kind, FsError *err);
-void fs_owned_leave(const char *dir); // takes the mark away again where nothing was written
+// For who writes into a project: false where another program does. Clears away what programs that are gone left half.
+bool fs_owned_lock(const char *dir, Lock *lock);
+// Takes the mark away again where nothing was written, and nobody else is about to. The lock is to be released after.
+void fs_owned_leave(const char *dir, Lock *lock);
 // 0 when path may be written: nothing is there, or a file of ours. Else an error that says what is in the way.
 int fs_owned_check(const char *path, FsError *err);
+// A file that the user names by itself, by a command: only what that command wrote may be replaced. Signed once it is
+// there; where the disk has no extended attributes, it is not replaced.
+int fs_owned_check_single(const char *path, const char *command, FsError *err);
+void fs_owned_sign(const char *path, const char *command);
 int fs_owned_check_tree(const char *dir, FsError *err); // every file below dir is ours; 0 where nothing is there
 bool fs_owned_is_result(const char *path);              // a file of ours, right in a folder of ours
 

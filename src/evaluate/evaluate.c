@@ -35,11 +35,11 @@ static int add_method(Evaluation *e, const char *name, size_t name_length, const
     for (int i = 0; i < e->n - 1; i++)
         if (strcmp(e->method[i].name, method->name) == 0)
             return fs_error_set(err, FS_ERR_USAGE, "--method: the name '%s' is taken twice", method->name);
-    if (!fs_file_is_dir(method->dir.text))
-        return fs_error_input(err, "%s: no such folder: %s", method->dir.text,
-                              e->n == 1 ? "render the layers first"
-                                        : "--method NAME=DIR expects <layer>/<view>.png in it");
-    return 0;
+    if (fs_file_is_dir(method->dir.text)) return 0;
+    if (e->n == 1 && !*e->project->set.output)
+        return fs_project_missing(e->project->out, FS_STAGE_RENDER, "renders", err);
+    return fs_error_input(err, "%s: no such folder: %s expects <layer>/<view>.png in it", method->dir.text,
+                          e->n == 1 ? "--output DIR" : "--method NAME=DIR");
 }
 
 // This project's renders first, then NAME=DIR,NAME=DIR.
@@ -145,18 +145,30 @@ static int check_renders(const FsProject *project, FsError *err)
                           project->out);
 }
 
+static int check_truth(const char *truth, FsError *err)
+{
+    const char *what = "expected a truth: <layer>/<view>.png and cameras.json, as `flashsplat synth -o DIR` makes "
+                       "them in DIR/truth";
+    if (!fs_file_is_dir(truth)) return fs_error_input(err, "%s: no such folder: %s", truth, what);
+    if (fs_file_exists(fs_file_at("%s/cameras.json", truth).text)) return 0;
+    bool inside = fs_file_exists(fs_file_at("%s/truth/cameras.json", truth).text);
+    return fs_error_input(err, "%s: has no cameras.json: %s%s%s", truth, inside ? "name " : what, inside ? truth : "",
+                          inside ? "/truth, which has" : "");
+}
+
 int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
 {
     Evaluation e = {.project = project, .truth = truth};
     int rc;
+    TRY(check_truth(truth, err));
     TRY(fs_dataset_read(&e.cameras, fs_file_at("%s/cameras.json", truth).text, err));
     TRY(check_renders(project, err));
     if (*project->set.json) TRY(fs_json_file_check(project->set.json, "methods", err));
+    TRY(list_methods(&e, err));
     TRY(fs_project_begin(project, FS_STAGE_EVALUATE, NULL, 0, err));
     e.context.threads = fs_threads_new(project->set.threads);
     TRY(e.context.threads ? 0 : fs_error_memory(err));
     TRY(open_lpips(&e, err));
-    TRY(list_methods(&e, err));
     for (int l = 0; l < FS_EVALUATE_LAYERS; l++) TRY(evaluate_layer(&e, l, err));
     TRY(evaluate_depth(&e, err));
     fs_log_progress(&project->log, "evaluate", FS_EVALUATE_LAYERS * e.n, FS_EVALUATE_LAYERS * e.n, "done");

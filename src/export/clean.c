@@ -40,14 +40,15 @@ static void free_work(Work *w)
 
 // ---- the photo ----
 
-static int check_size(const Work *w, FsError *err)
+// read: its size, upright.
+static int check_size(const Work *w, const int read[2], FsError *err)
 {
     const Camera *camera = &w->view->camera;
     if (w->small.width == camera->width && w->small.height == camera->height) return 0;
     return fs_error_input(err,
                           "%s: %d x %d pixels, which is not the shape of the photo that was ingested: has it been "
                           "cropped or turned? Put the original back, or ingest anew",
-                          w->picture.path.text, w->picture.rgb.width, w->picture.rgb.height);
+                          w->picture.path.text, read[0], read[1]);
 }
 
 // Against the working image that ingest made of it; finds what was masked.
@@ -81,26 +82,28 @@ fail:
     return rc;
 }
 
-static int read_photo(const Clean *c, Work *w, FsError *err)
+// At working size, and at its full size where that is wanted; then whether it is the one that was ingested.
+static int read_photo(const Clean *c, Work *w, bool full, FsError *err)
 {
     const Photos *photos = &c->args->originals->photos;
     PhotoFile *photo = (PhotoFile *)w->picture.photo;
     const Camera *camera = &w->view->camera;
     int longer = camera->width > camera->height ? camera->width : camera->height, rc;
-    PhotoSizes sizes = {.n = 2, .size = {{.long_edge = 0}, {.long_edge = longer}}};
+    PhotoSizes sizes = {.n = full ? 2 : 1, .size = {{.long_edge = longer}, {.long_edge = 0}}};
     PhotoLight light;
     const SensorLevels levels = fs_photos_developed(photos);
     TRY(fs_photo_read_info(w->picture.path.text, &photo->exif, photo->white_balance, NULL, err));
     TRY(fs_photo_read(w->picture.path.text, &levels, &sizes, &light, err));
     w->picture.encoded = light == PHOTO_ENCODED;
     Image *const from[4] = {&sizes.size[0].rgb, &sizes.size[0].clipped, &sizes.size[1].rgb, &sizes.size[1].clipped},
-                 *const to[4] = {&w->picture.rgb, &w->clipped, &w->small, &w->small_clipped};
-    for (int i = 0; i < 4; i++) {
+                 *const to[4] = {&w->small, &w->small_clipped, &w->picture.rgb, &w->clipped};
+    bool turned = photo->exif.orientation > 4;
+    for (int i = 0; i < 2 * sizes.n; i++) {
         TRY(fs_image_orient(from[i], photo->exif.orientation, err));
         *to[i] = *from[i];
         *from[i] = (Image){0};
     }
-    TRY(check_size(w, err));
+    TRY(check_size(w, (int[]){turned ? sizes.height : sizes.width, turned ? sizes.width : sizes.height}, err));
     TRY(check_content(c, w, err));
 fail:
     fs_sizes_free(&sizes);
@@ -207,17 +210,24 @@ fail:
 
 // ---- all of them ----
 
-static int clean_one(Clean *c, int v, FsError *err)
+static Work work_on(const CleanArgs *args, int v)
 {
-    const Originals *originals = c->args->originals;
+    const Originals *originals = args->originals;
     const PhotoFile *photo = &originals->photos.photo[originals->of_view[v]];
-    Work w = {.view = &c->args->views->view[v]};
+    Work w = {.view = &args->views->view[v]};
     w.picture = (CleanPicture){.name = w.view->name,
                                .photo = photo,
                                .path = fs_photos_path(&originals->photos, photo),
                                .white_balance = originals->photos.white_balance};
+    return w;
+}
+
+static int clean_one(Clean *c, int v, FsError *err)
+{
+    Work w = work_on(c->args, v);
+    const PhotoFile *photo = w.picture.photo;
     int rc;
-    TRY(read_photo(c, &w, err));
+    TRY(read_photo(c, &w, true, err));
     TRY(render_guide(c, &w, err));
     for (int k = 0; k < 3; k++) w.guide.full[k] = photo->kind <= PHOTO_NPY ? (float)w.picture.white_balance[k] : 1;
     TRY(fs_clean_photo_guide(&w.guide, &w.small, &w.small_clipped, &w.masked, err));
@@ -253,6 +263,21 @@ static int check_lenses(const CleanArgs *args, FsError *err)
     for (int v = 0; v < args->views->n; v++)
         if (args->views->view[v].distorted) return 0; // told
     for (int v = 0; v < args->views->n; v++) MUST(check_lens(args->project->out, args->views->view[v].name, err));
+    return 0;
+}
+
+int fs_clean_check(const CleanArgs *args, FsError *err)
+{
+    const Log *log = &args->project->log;
+    MUST(check_lenses(args, err));
+    for (int v = 0; v < args->views->n; v++) {
+        Work w = work_on(args, v);
+        if (fs_log_cancelled(log)) return fs_error_set(err, FS_ERR_CANCELLED, "export: stopped");
+        fs_log_progress(log, "export", v, args->views->n, "looking at the photos");
+        int rc = read_photo(&(Clean){.args = args}, &w, false, err);
+        free_work(&w);
+        if (rc < 0) return rc;
+    }
     return 0;
 }
 

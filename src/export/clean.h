@@ -16,5 +16,7 @@ typedef struct CleanArgs {
     const Development *development; // of photos that are not encoded
     const bool *wanted;             // (CLEAN_FORMATS)
 } CleanArgs;
+// Whether all photos are those that were ingested: before cleaned ones of an earlier export go.
+int fs_clean_check(const CleanArgs *args, FsError *err);
 // One photo after the other: memory for one at its full size.
 int fs_clean_run(const CleanArgs *args, FsError *err);

@@ -89,7 +89,6 @@ static int open_export(Export *x, FsError *err)
     x->has_pane = x->scene.pane_beta && x->scene.cloud[LAYER_R].n > 0;
     if (x->has_pane || set->unmirror)
         MUST(fs_pane_place_find(&x->scene, &x->photos, set->pane_distance, &x->pane, err));
-    MUST(fs_file_mkdirs(fs_file_at("%s/export", out).text, err));
     return develop(x, err);
 }
 
@@ -190,17 +189,15 @@ int fs_export_estimate(const FsProject *project, const char *folder, RunCost *co
     return fs_clean_trial_run(project, folder ? folder : found.text, clean, cost, err);
 }
 
-// Before anything of an earlier export goes.
+// Before anything of an earlier export goes. Where there is none, each photo is told of as it is cleaned.
 static int find_originals(Export *x, FsError *err)
 {
-    Dataset views = {0};
-    int rc;
+    const CleanArgs args = {.project = x->project, .views = &x->photos, .originals = &x->originals};
     if (!is_cleaned(x->clean)) return 0;
-    TRY(fs_dataset_read(&views, fs_file_at("%s/views.json", x->project->out).text, err));
-    TRY(fs_originals_open(&x->originals, x->project, &views, err));
-fail:
-    fs_dataset_free(&views);
-    return rc;
+    if (!x->photos.n) MUST(fs_dataset_read(&x->photos, fs_file_at("%s/views.json", x->project->out).text, err));
+    MUST(fs_originals_open(&x->originals, x->project, &x->photos, err));
+    bool again = fs_file_exists(fs_file_at("%s/export/photos", x->project->out).text);
+    return again ? fs_clean_check(&args, err) : 0;
 }
 
 int fs_export_run(FsProject *project, FsError *err)
@@ -210,11 +207,10 @@ int fs_export_run(FsProject *project, FsError *err)
     MUST(fs_formats_parse(project->set.formats, x.wanted, err));
     MUST(fs_clean_parse(project->set.clean, x.clean, err));
     if (fs_project_done(project, FS_STAGE_EXPORT)) return 0;
-    FilePath model = fs_file_at("%s/clouds/model.json", project->out);
-    if (!fs_file_exists(model.text)) return fs_error_input(err, "%s: missing: train the scene first", model.text);
+    TRY(open_export(&x, err));
     TRY(find_originals(&x, err));
     TRY(fs_project_begin(project, FS_STAGE_EXPORT, NULL, 0, err));
-    TRY(open_export(&x, err));
+    TRY(fs_file_mkdirs(fs_file_at("%s/export", project->out).text, err));
     for (int l = 0; l < LAYERS; l++) {
         if (fs_log_cancelled(&project->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "export: stopped"));
         fs_log_progress(&project->log, "export", l, LAYERS, fs_layers[l].name);

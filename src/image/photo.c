@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "base/file.h"
 #include "image/heif.h"
@@ -52,10 +53,19 @@ PhotoKind fs_photo_kind_inside(const char *path)
     return kind < 0 ? PHOTO_RAW : (PhotoKind)kind;
 }
 
+// Of a copy that was broken off, say.
+static int check_empty(const char *path, FsError *err)
+{
+    struct stat st;
+    if (stat(path, &st) != 0 || st.st_size > 0 || !S_ISREG(st.st_mode)) return 0;
+    return fs_error_input(err, "%s: is empty (0 bytes), expected a photo: copy it again", path);
+}
+
 int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], double *memory, FsError *err)
 {
     RawInfo raw;
     for (int c = 0; c < 3; c++) white_balance[c] = 0;
+    MUST(check_empty(path, err));
     MUST(fs_exif_read(path, exif, err));
     if (fs_photo_kind_inside(path) == PHOTO_NPY)
         return fs_npy_photo_size(path, &exif->width, &exif->height, memory, err);

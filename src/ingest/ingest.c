@@ -217,6 +217,7 @@ static int remember_again(const FsProject *project, const char *folder, FsError 
 
 int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
 {
+    MUST(fs_originals_check(project, folder, err));
     if (is_done(project, folder)) return remember_again(project, folder, err);
     int rc = 0;
     const Log *log = &project->log;

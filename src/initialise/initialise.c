@@ -12,16 +12,21 @@
 #include "model/colmap_model.h"
 #include "model/photos.h"
 
-static int read_points(const char *dir, SparsePoints *points, FsError *err)
+static int read_points(const FsProject *project, SparsePoints *points, FsError *err)
 {
     ColmapModel model = {0};
-    int rc = fs_colmap_model_read(dir, &model, err);
+    FilePath dir = fs_file_at("%s/sparse", project->out);
+    char *place = fs_colmap_model_find(dir.text);
+    bool there = place;
+    free(place);
+    if (!there) return fs_project_missing(project->out, FS_STAGE_POSES, "sparse", err);
+    int rc = fs_colmap_model_read(dir.text, &model, err);
     if (rc < 0) return rc;
     if (model.n_points < INPUT_FEWEST)
         TRY(fs_error_set(err, FS_ERR_INPUT,
                          "%s: %d points, at least %d are needed; run the poses stage again (--force), "
                          "or photograph a scene with more texture",
-                         dir, model.n_points, INPUT_FEWEST));
+                         dir.text, model.n_points, INPUT_FEWEST));
     TRY(fs_points_new(points, model.n_points, err));
     points->n = 0;
     for (int i = 0; i < model.n_points; i++) {
@@ -100,12 +105,14 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
     int fewest[2];
     fs_photos_fewest(&project->set, false, fewest);
     if (views->n_flash < fewest[1] || views->n - views->n_flash < fewest[0])
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %d photos with flash and %d without; both kinds are needed", path.text,
-                         views->n_flash, views->n - views->n_flash));
+        TRY(fs_error_set(err, FS_ERR_INPUT,
+                         "%s: %d photos with flash and %d without to begin with, both kinds are needed: pose more of "
+                         "them, or hold out fewer (poses --test-every)",
+                         path.text, views->n_flash, views->n - views->n_flash));
     if (*project->set.points)
         TRY(fs_given_points_read(project->set.points, views, points, given, err));
     else
-        TRY(read_points(fs_file_at("%s/sparse", project->out).text, points, err));
+        TRY(read_points(project, points, err));
 fail:
     fs_dataset_free(&dataset);
     return rc;

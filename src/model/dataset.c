@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "base/memory.h"
+#include "model/project.h"
 
 #define MAX_VIEWS 1000000
 
@@ -170,7 +171,9 @@ int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)
     int rc = 0;
     if (!fs_file_exists(path))
         TRY(fs_error_input(
-            err, "%s: not there: flashsplat poses writes views.json, and a truth comes with cameras.json", path));
+            err,
+            "%s: is not there: `flashsplat poses OUT` makes views.json (--force: again), and a truth has cameras.json",
+            path));
     TRY(fs_json_file_read(path, (size_t)1 << 30, &root, err));
     const json_t *views = json_object_get(root, "views");
     if (!views) views = json_object_get(root, "images");
@@ -198,6 +201,11 @@ int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image 
 {
     int rc = 0;
     FilePath path = fs_file_at("%s/images/%s.tif", out, view->name);
+    for (int i = 0; i < 1 + (mask != NULL); i++) {
+        FilePath name = fs_file_at("images/%s%s", view->name, i ? "_mask.png" : ".tif");
+        if (!fs_file_exists(fs_file_at("%s/%s", out, name.text).text))
+            TRY(fs_project_missing(out, FS_STAGE_POSES, name.text, err));
+    }
     TRY(fs_tiff_read(path.text, photo, err));
     TRY(check_picture(path.text, photo, 3, view, err));
     path = fs_file_at("%s/images/%s_mask.png", out, view->name);

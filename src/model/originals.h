@@ -6,6 +6,8 @@
 
 // Writes the folder down, unless that is what stands there.
 int fs_originals_remember(const FsProject *project, const char *folder, FsError *err);
+// An error where there is no such folder, and it is not the name of the one that stands there: that may be gone.
+int fs_originals_check(const FsProject *project, const char *folder, FsError *err);
 int fs_originals_folder(const FsProject *project, FilePath *folder, FsError *err); // or as the setting "originals" says
 
 // The photos of all views, as ingest levelled them: Photos.white_balance, PhotoFile.gain. From the setting "originals",

@@ -19,6 +19,7 @@ typedef struct Search {
     Photos *photos;
     int others;
     char other[100]; // one of these
+    FilePath ours;   // a folder that was passed over, as flashsplat made it
 } Search;
 
 // ---- names ----
@@ -60,8 +61,12 @@ char *fs_photos_view_name(const char *path)
 {
     char *name = as_utf8(path);
     if (!name) return NULL;
-    for (char *p = name; *p; p++)
-        if (*p == '/') *p = '_';
+    for (unsigned char *p = (unsigned char *)name; *p; p++) {
+        bool control = *p < ' ' || *p == 127, high_control = *p == 0xc2 && p[1] < 0xa0;
+        if (*p == '/' || *p == '\\' || control || high_control) *p = '_';
+        if (high_control) p[1] = '_';
+    }
+    for (char *p = name; *p == ' '; p++) *p = '_'; // COLMAP's reader drops them
     size_t n = strlen(name);
     if (n > MAX_NAME) {
         uint64_t hash = fs_hash_text(FS_HASH_EMPTY, name);
@@ -163,17 +168,29 @@ static bool is_ours(const char *folder)
     return fs_file_exists(fs_file_at("%s/" FS_OWNED_DIR, folder).text);
 }
 
+// As captures that are made have it.
+static bool has_raw(const char *folder)
+{
+    return fs_file_is_dir(fs_file_at("%s/raw", folder).text);
+}
+
 static int search_below(Search *s, const char *below, int says, int depth, FsError *err)
 {
     FileList list = {0};
     int rc = 0;
     FilePath folder = fs_file_at("%s/%s", s->photos->folder, below);
+    if (is_ours(folder.text)) s->ours = fs_file_at("%s", s->photos->folder); // it is not looked into
     if (depth == 0 || is_ours(folder.text) || fs_file_list(folder.text, &list, NULL) < 0) return 0;
     for (int i = 0; i < list.n; i++) {
         FilePath inner = fs_file_at("%s%s/", below, list.name[i]);
         FilePath whole = fs_file_at("%s/%s", s->photos->folder, inner.text);
         int inner_says = what_folder_says(list.name[i]);
-        if (!fs_file_is_dir(whole.text) || is_ours(whole.text)) continue;
+        if (!fs_file_is_dir(whole.text)) continue;
+        if (is_ours(whole.text)) {
+            whole.text[strlen(whole.text) - 1] = 0; // slash
+            if (!*s->ours.text || has_raw(whole.text)) s->ours = whole;
+            continue;
+        }
         if (inner_says < 0) inner_says = says;
         TRY(search(s, inner.text, inner_says, err));
         TRY(search_below(s, inner.text, inner_says, depth - 1, err));
@@ -181,6 +198,21 @@ static int search_below(Search *s, const char *below, int says, int depth, FsErr
 fail:
     fs_file_list_free(&list);
     return rc;
+}
+
+static int say_none(const Search *s, FsError *err)
+{
+    const Photos *photos = s->photos;
+    const char *ours = s->ours.text;
+    size_t n = strlen(ours);
+    bool raw = n && has_raw(ours);
+    if (n)
+        return fs_error_input(err,
+                              "%s: no photos; what is in folders that flashsplat made (%s) is not taken unasked: name "
+                              "the folder with the photos itself%s%s%s",
+                              photos->folder, ours, raw ? ", " : "", raw ? ours : "", raw ? "/raw" : "");
+    return fs_error_input(err, "%s: no photos (%d other files%s%s): expected %s", photos->folder, s->others,
+                          *s->other ? ", e.g. " : "", s->other, formats);
 }
 
 int fs_photos_list(Photos *photos, const Log *log, FsError *err)
@@ -193,9 +225,7 @@ int fs_photos_list(Photos *photos, const Log *log, FsError *err)
         MUST(search_below(&s, "", -1, MAX_DEPTH, err));
         if (photos->n) fs_log_info(log, "%s: no photos; %d in its subfolders are taken", photos->folder, photos->n);
     }
-    if (photos->n == 0)
-        return fs_error_input(err, "%s: no photos (%d other files%s%s): expected %s", photos->folder, s.others,
-                              *s.other ? ", e.g. " : "", s.other, formats);
+    if (photos->n == 0) return say_none(&s, err);
     if (s.others)
         fs_log_info(log, "%s: %d files that are not photos left out, e.g. %s", photos->folder, s.others, s.other);
     return 0;

@@ -59,7 +59,9 @@ void fs_photos_free(Photos *photos);
 // are an error.
 int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *err);
 int fs_photos_list(Photos *photos, const Log *log, FsError *err); // for scan: every file of photos->folder
-char *fs_photos_view_name(const char *path); // UTF-8, not too long for a file name, no folder; NULL: out of memory
+// UTF-8, not too long for a file name, without what breaks lines of text files (COLMAP's) or means a folder, here or
+// elsewhere. NULL: out of memory.
+char *fs_photos_view_name(const char *path);
 FilePath fs_photos_path(const Photos *photos, const PhotoFile *photo);
 void fs_photos_close_gaps(Photos *photos); // drops the photos without a path
 // Of the names and contents of the photos, their masks and of the list of flash photos (may be NULL): tells whether
@@ -81,7 +83,7 @@ bool fs_photos_is_copy(const Photos *photos, const PhotoFile *photo);
 void fs_photos_drop_copies(Photos *photos);
 
 // By EXIF, the name of the folder, the photo's own name where EXIF is silent, or the settings flash-glob and
-// flash-list; photos that do not tell get a failure, but where none needs to.
+// flash-list, which add up; photos that do not tell get a failure, but where none needs to.
 int fs_photos_mark_flash(Photos *photos, const Settings *set, const Log *log, FsError *err);
 // Flash or not, as fs_photos_mark_flash; then drops the photos that failed. An error unless both kinds are there.
 int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err);

@@ -53,6 +53,15 @@ const ProjectStage *fs_project_stage(unsigned stage)
     return row;
 }
 
+int fs_project_lock(FsProject *project, FsError *err)
+{
+    if (fs_owned_lock(project->out, &project->lock)) return 0;
+    return fs_error_input(err,
+                          "%s: another flashsplat works on it: wait until that is done, or let the results go to "
+                          "another folder",
+                          project->out);
+}
+
 static FilePath mark_path(const FsProject *project, unsigned stage)
 {
     return fs_file_at("%s/done/%s.json", project->out, fs_project_stage(stage)->name);
@@ -284,6 +293,17 @@ int fs_project_check_input(const FsProject *project, const char *path, FsError *
     free(input);
     free(out);
     return rc;
+}
+
+int fs_project_missing(const char *out, unsigned stage, const char *name, FsError *err)
+{
+    const char *made = fs_project_stage(stage)->name, *photos = stage == FS_STAGE_INGEST ? "PHOTOS -o " : "";
+    if (!fs_file_exists(fs_file_at("%s/done/%s.json", out, made).text))
+        return fs_error_input(err, "%s/%s: is not there: first run `flashsplat %s %s%s`", out, name, made, photos, out);
+    return fs_error_input(err,
+                          "%s/%s: is missing: `flashsplat %s %s%s --force` makes it again, with the options that it "
+                          "was made with",
+                          out, name, made, photos, out);
 }
 
 static int check_plan(const FsProject *project, unsigned stages, const Names *names, FsError *err)

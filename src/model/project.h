@@ -15,7 +15,8 @@
 //   index.html, report/                                          by report
 //   warnings/<stage>.txt                                         by each stage, as it runs
 //   done/<stage>.json                                            by each stage, last: what its results follow from
-//   .flashsplat/                                                 what in OUT is ours (owned.h), COLMAP's work
+//   .flashsplat/                                                 what in OUT is ours (owned.h), who writes, COLMAP's
+//   work
 //
 // fs_project_stages says the same to the program.
 //
@@ -23,6 +24,7 @@
 // noise kept; masks are 8-bit grey PNG, 255 where the pixel may be trusted, 0 where clipped or outside the photo.
 #pragma once
 
+#include "base/lock.h"
 #include "base/log.h"
 #include "model/settings.h"
 #include "model/warnings.h"
@@ -31,6 +33,7 @@ struct FsProject {
     char *out;
     Settings set;
     Log log;
+    Lock lock;                  // held from the first call that may write into out
     unsigned memory_failures;   // of the process, when the stage began
     Warnings *warnings;         // what log keeps for the report; NULL: nothing is kept
     char photos[17];            // hash of the photos, which ingest fills in; "": not there
@@ -52,6 +55,9 @@ typedef struct ProjectStage {
 extern const ProjectStage fs_project_stages[PROJECT_STAGES];
 const ProjectStage *fs_project_stage(unsigned stage); // the row of one FS_STAGE_*
 
+// An error where another program works on the folder. Before anything in it is touched; once more does no harm.
+int fs_project_lock(FsProject *project, FsError *err);
+
 // True when <out>/done/<stage>.json exists, setting "force" is off, and the stage's settings and inputs are those it
 // was made from; logs that the stage is skipped. A change makes it false and says which.
 bool fs_project_done(FsProject *project, unsigned stage);
@@ -63,6 +69,9 @@ void fs_project_unmark(const FsProject *project, unsigned stage); // and the sta
 int fs_project_begin(FsProject *project, unsigned stage, const char *const *view, int n, FsError *err);
 // An error when a file or folder of the user's that a stage reads is not there, or is where results go.
 int fs_project_check_input(const FsProject *project, const char *path, FsError *err);
+
+// An error: <out>/<name>, which the stage makes, is not there, and what makes it.
+int fs_project_missing(const char *out, unsigned stage, const char *name, FsError *err);
 
 // For what a stage leaves to go on from: settings and inputs as one text, taken when fs_project_done was asked. Store
 // it beside the work; then see whether work of `was` belongs to it: an error that says what differs.

@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "base/owned.h"
+#include "model/project.h"
 
 #define VERSION 2 // 1: flash_return was a constant factor on R
 
@@ -245,11 +246,25 @@ fail:
     return rc;
 }
 
+// What a stage left, or a checkpoint.
+static int check_there(const char *dir, const char *file, FsError *err)
+{
+    const char *folder = fs_file_name(dir);
+    FilePath path = fs_file_at("%s/%s", dir, file), name = fs_file_at("%s/%s", folder, file);
+    FilePath out = fs_file_at("%.*s", folder > dir ? (int)(folder - dir - 1) : 1, folder > dir ? dir : ".");
+    if (fs_file_exists(path.text)) return 0;
+    if (strcmp(folder, "start") == 0) return fs_project_missing(out.text, FS_STAGE_INITIALISE, name.text, err);
+    if (strcmp(folder, "clouds") == 0) return fs_project_missing(out.text, FS_STAGE_TRAIN, name.text, err);
+    return fs_error_input(err, "%s: is missing, which makes the rest worthless: begin anew, without --resume",
+                          path.text);
+}
+
 static int read_cloud(Scene *scene, int layer, const json_t *clouds, const char *dir, FsError *err)
 {
     json_t *count = json_object_get(clouds, fs_layers[layer].name);
     if (!count) return 0;
     FilePath path = fs_file_at("%s/%s.ply", dir, fs_layers[layer].name);
+    MUST(check_there(dir, fs_file_name(path.text), err));
     MUST(fs_cloud_ply_read(&scene->cloud[layer], path.text, err));
     if (json_is_integer(count) && json_integer_value(count) == scene->cloud[layer].n)
         return cloud_check(scene, layer, path.text, err);
@@ -273,6 +288,7 @@ static int read_list(const json_t *value, double *x, int n)
 static int read_field(Scene *scene, const json_t *field, const char *dir, FsError *err)
 {
     if (!field) return 0;
+    MUST(check_there(dir, "field.bin", err));
     FilePath model = fs_file_at("%s/model.json", dir);
     RadianceShape shape = {0};
     RadianceFrame f = {.near = json_number_value(json_object_get(field, "near")),
@@ -299,6 +315,7 @@ int fs_scene_read(Scene *scene, const char *dir, FsError *err)
     json_t *root = NULL;
     FilePath model = fs_file_at("%s/model.json", dir);
     int rc;
+    TRY(check_there(dir, "model.json", err));
     TRY(read_model(scene, &root, model.text, err));
     json_t *clouds = json_object_get(root, "clouds");
     int n = 0;

@@ -56,10 +56,10 @@ static const FsOption table[] = {
     ENUM("cpu", cpu, TRAIN | RENDER | EXPORT | BENCH, "best", "best|scalar|avx2|avx512|neon",
          "highest instruction set to use"),
 
-    STRING("flash-glob", flash_glob, INGEST | PAIR | CHECK, "", "PATTERN",
+    STRING("flash-glob", flash_glob, INGEST | CHECK, "", "PATTERN",
            "file names that are flash photos, instead of EXIF"),
     STRING("flash-list", flash_list, INGEST | CHECK, "", "FILE",
-           "text file with one flash photo's name per line, instead of EXIF"),
+           "text file with one flash photo's name per line, instead of EXIF; beside --flash-glob: these too"),
 
     STRING("masks", masks, INGEST, "", "DIR",
            "masks as COLMAP has them, PHOTO.png, black where the photo is not to be used (people, the photographer)"),
@@ -296,6 +296,8 @@ static int set_number(Settings *settings, const FsOption *option, const char *va
 static int check_choices(const FsOption *option, const char *value, FsError *err)
 {
     bool list = option->type == FS_OPTION_STRING;
+    if (option->choices && !*value && *option->initial)
+        return fs_error_set(err, FS_ERR_USAGE, "--%s: empty, expected some of %s", option->name, option->choices);
     for (const char *p = value; option->choices && (*p || !list);) {
         size_t n = list ? strcspn(p, ",") : strlen(p);
         if (!has_choice(option->choices, p, n))
@@ -357,14 +359,29 @@ static int apply_preset(Settings *settings, FsError *err)
     return rc;
 }
 
-int fs_settings_set(FsSettings *settings, const char *name, const char *value, FsError *err)
+// What a value may be beside what others are.
+static int check_meaning(const Settings *settings, const char *name, const char *value, FsError *err)
 {
-    const FsOption *option = find(name);
-    if (!option) return fs_error_set(err, FS_ERR_USAGE, "--%s: no such option", name);
     if (strcmp(name, "steps") == 0
             ? settings->minutes > 0
             : strcmp(name, "minutes") == 0 && strtod(value, NULL) > 0 && fs_settings_was_set(settings, "steps"))
         return fs_error_set(err, FS_ERR_USAGE, "--minutes and --steps: give one of them, the other follows");
+    const char *cameras = strcmp(name, "cameras") == 0 ? value : settings->cameras,
+               *path = strcmp(name, "path") == 0 ? value : settings->path;
+    if (*cameras && strcmp(path, "spiral") == 0)
+        return fs_error_set(err, FS_ERR_USAGE,
+                            "--path spiral and --cameras: give one of them, both say which views");
+    if (strcmp(name, "test-every") == 0 && strtod(value, NULL) == 1)
+        return fs_error_set(err, FS_ERR_USAGE,
+                            "--test-every: 1 would hold out every photo; give 0 for none, or 2 to 1000");
+    return 0;
+}
+
+int fs_settings_set(FsSettings *settings, const char *name, const char *value, FsError *err)
+{
+    const FsOption *option = find(name);
+    if (!option) return fs_error_set(err, FS_ERR_USAGE, "--%s: no such option", name);
+    MUST(check_meaning(settings, name, value, err));
     int rc = set_option(settings, option, value, err);
     if (rc < 0) return rc;
     settings->was_set[option - table] = 1;

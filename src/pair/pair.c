@@ -104,10 +104,12 @@ static int write_difference(Image *difference, const char *out, const char *tiff
 {
     if (tiff) {
         MUST(fs_tiff_write_float(tiff, difference, err));
+        fs_owned_sign(tiff, "pair");
         fs_log_info(log, "pair: %s, linear", tiff);
     }
     fs_tone_encode_image(difference);
     MUST(fs_png_write(out, difference, 8, err));
+    fs_owned_sign(out, "pair");
     fs_log_info(log, "pair: %s, %d x %d", out, difference->width, difference->height);
     return 0;
 }
@@ -122,8 +124,8 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
         return fs_error_set(err, FS_ERR_USAGE, "%s: the difference is written as PNG: give a name that ends in .png",
                             out);
     FilePath tiff = fs_file_at("%.*s.tif", (int)(strlen(out) - 4), out);
-    TRY(fs_owned_check(out, err));
-    if (settings->linear) TRY(fs_owned_check(tiff.text, err));
+    TRY(fs_owned_check_single(out, "pair", err));
+    if (settings->linear) TRY(fs_owned_check_single(tiff.text, "pair", err));
     TRY(fs_photos_levels(&levels, settings, err));
     TRY(fs_photo_read_info(flash.path, &flash.exif, flash.white_balance, NULL, err));
     TRY(fs_photo_read_info(noflash.path, &noflash.exif, noflash.white_balance, NULL, err));

@@ -9,6 +9,7 @@
 #include "base/json_file.h"
 #include "base/order.h"
 #include "image/image.h"
+#include "model/project.h"
 
 #define MAX_PHOTOS 100000
 
@@ -96,7 +97,7 @@ int fs_capture_read(const char *out, Capture *capture, FsError *err)
     FilePath path = fs_file_at("%s/ingest.json", out);
     capture->pictures = fs_file_path("%s/linear/features", out);
     if (!capture->pictures) TRY(fs_error_memory(err));
-    if (!fs_file_exists(path.text)) TRY(fs_error_input(err, "%s: not there; run the stage ingest first", path.text));
+    if (!fs_file_exists(path.text)) TRY(fs_project_missing(out, FS_STAGE_INGEST, "ingest.json", err));
     TRY(read_photos(path.text, capture, err));
     for (int i = 0; i < capture->n; i++) TRY(picture_size(capture->pictures, &capture->photo[i], err));
 fail:

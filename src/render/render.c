@@ -46,17 +46,18 @@ typedef struct Walk {
 
 static int parse_layers(const char *list, bool wanted[RENDER_LAYERS], FsError *err)
 {
-    for (int l = 0; l < RENDER_LAYERS; l++) wanted[l] = strcmp(list, "all") == 0;
-    if (wanted[0]) return 0;
+    memset(wanted, 0, sizeof(bool) * RENDER_LAYERS);
     for (const char *p = list; *p;) {
         size_t n = strcspn(p, ",");
-        int l = 0;
-        while (l < RENDER_LAYERS && (strlen(fs_render_layers[l].name) != n || strncmp(fs_render_layers[l].name, p, n)))
-            l++;
-        if (l == RENDER_LAYERS)
+        bool all = n == 3 && strncmp(p, "all", n) == 0, found = all;
+        for (int l = 0; l < RENDER_LAYERS; l++) {
+            bool named = strlen(fs_render_layers[l].name) == n && strncmp(fs_render_layers[l].name, p, n) == 0;
+            wanted[l] |= all || named;
+            found |= named;
+        }
+        if (!found)
             return fs_error_set(err, FS_ERR_USAGE,
                                 "--layers: '%.*s' is no layer; `flashsplat render --help` lists them", (int)n, p);
-        wanted[l] = true;
         p += n;
         if (*p == ',') p++;
     }
@@ -291,14 +292,10 @@ static int open_run(Run *run, FsError *err)
     const Settings *set = &project->set;
     bool spiral = strcmp(set->path, "spiral") == 0;
     FilePath views = fs_file_at("%s/views.json", project->out);
-    FilePath model = fs_file_at("%s/clouds/model.json", project->out);
     run->dir =
         *set->output ? fs_file_at("%s", set->output) : fs_file_at("%s/%s", project->out, spiral ? "path" : "renders");
     run->film_dir = fs_file_at("%s/video", *set->output ? set->output : project->out);
     MUST(parse_layers(set->layers, run->wanted, err));
-    if (!fs_file_exists(model.text))
-        return fs_error_input(err, "%s: not there; train the scene first (flashsplat train %s)", model.text,
-                              project->out);
     MUST(fs_scene_read(&run->scene, fs_file_at("%s/clouds", project->out).text, err));
     if (set->metres_per_unit > 0) run->scene.metres_per_unit = set->metres_per_unit;
     MUST(fs_dataset_read(&run->photos, views.text, err));
@@ -325,8 +322,6 @@ int fs_render_run(FsProject *project, FsError *err)
     bool spiral = strcmp(set->path, "spiral") == 0, model = *set->cameras, usual = !spiral && !model && !*set->output;
     Run run = {.project = project};
     int rc;
-    if (spiral && model)
-        return fs_error_set(err, FS_ERR_USAGE, "--path spiral and --cameras: give one of them, both say which views");
     if (usual && fs_project_done(project, FS_STAGE_RENDER)) return 0;
     TRY(open_run(&run, err));
     if (usual) TRY(fs_project_begin(project, FS_STAGE_RENDER, NULL, 0, err));

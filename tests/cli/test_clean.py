@@ -174,6 +174,13 @@ class Clean(common.FolderTest):
         shutil.copy(folder / "IMG_0003.DNG", folder / "IMG_0001.DNG")
         out = self.dir / "out"
         shutil.copytree(self.out, out)
+        names = lambda: sorted(str(p) for p in out.rglob("*") if "warnings" not in str(p))
+        before = names()
+        for _ in range(2):  # what was cleaned before stays
+            process = common.run("export", out, "--clean", "jpeg", "--originals", folder, timeout=300)
+            self.assert_fails(process, 1, "IMG_0001.DNG", "another picture")
+            self.assertEqual(names(), before)
+        shutil.rmtree(out / "export/photos")
         process = common.run("export", out, "--clean", "jpeg", "--originals", folder, timeout=300)
         self.assert_fails(process, 1, "IMG_0001.DNG", "another picture")
 

@@ -279,6 +279,15 @@ class Layouts(FolderTest):
         again = "user.flashsplat" in os.listxattr(picture)  # else the disk cannot tell whose it is
         for _ in range(2 * again):
             self.works(run("pair", flash, other, "-o", picture), False)
+        for more in ([], ["--linear"]):  # ours, but not of pair
+            inside = self.out / "renders/T_N/IMG_0001.png"
+            was = inside.read_bytes()
+            self.assert_fails(run("pair", flash, other, "-o", inside, *more), 1, inside, "in the way", "pair")
+            self.assertEqual(inside.read_bytes(), was)
+        shutil.copy(picture, self.put(self.dir / "pair.png"))
+        self.refuses(run("pair", flash, other, "-o", self.dir / "pair.png"), self.dir / "pair.png")
+        for _ in range(2 * again):
+            self.works(run("pair", flash, other, "-o", self.out / "mine.png", "--linear"), False)
         self.put(picture)
         self.keep(self.out)
         self.refuses(run("pair", flash, other, "-o", picture), picture)
@@ -316,6 +325,24 @@ class Layouts(FolderTest):
             self.kept()
         self.works(self.job())
         self.assertEqual([p for p in self.out.rglob("*") if ".part" in p.name], [])
+
+    def test_two_at_once(self):
+        """The second one is told so and touches nothing; one that was killed is in nobody's way."""
+        words = [common.PROGRAM, "run", self.photos, "-o", self.out, "--poses", self.model, *QUICK, "--steps", 10**6]
+        self.keep()
+        with subprocess.Popen([str(w) for w in words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as first:
+            try:
+                while not (self.out / "checkpoint").exists() and first.poll() is None:
+                    time.sleep(0.1)
+                for second in (self.job(), run("train", self.out, *TRAIN), run("ingest", self.photos, "-o", self.out)):
+                    self.refuses(second, self.out, "another flashsplat")
+                self.assertEqual(run("info", self.out).returncode, 0)
+                self.assertIsNone(first.poll())
+            finally:
+                first.kill()
+        self.works(self.job())
+        (self.out / ".flashsplat/lock").unlink()
+        self.works(self.job())
 
     # ---- results are what their settings say ----
 
@@ -391,10 +418,17 @@ class Layouts(FolderTest):
     def test_gone_inputs(self):
         """Photos and the model may go once they are used."""
         self.copy()
+        self.works(self.job())
+        link = self.dir / "link"
+        link.symlink_to(self.photos)
         shutil.rmtree(self.photos)
         shutil.rmtree(self.model)
         shutil.rmtree(self.out / "linear")
-        self.works(self.job())
+        for photos in (self.photos, f"{self.photos}/", self.out / "../photos", link):
+            self.works(self.job(photos=photos))
+        for photos in (self.dir / "fotos", self.photos / "photos", self.dir / "fotos/photos"):
+            self.refuses(self.job(photos=photos), photos, "no such folder", self.photos)
+            self.refuses(run("ingest", photos, "-o", self.out), photos, "no such folder", self.photos)
 
 
 common.main()

@@ -1,10 +1,13 @@
 """Captures that cannot work, files that are damaged, disks that are full: one line that says what is missing, and
 nothing half-written."""
 import os
+import pathlib
 import re
 import resource
+import shutil
 import signal
 import subprocess
+import tempfile
 import unittest
 
 import common
@@ -12,6 +15,7 @@ import pictures
 from common import FolderTest, run
 
 FLASH = ["--flash-glob", "F_*"]
+SMALL = ["--long-edge", 96, "--steps", 6, "--init-count", 300, "--max-splats", 400, "--threads", 1]
 
 
 class Captures(FolderTest):
@@ -82,6 +86,19 @@ class Captures(FolderTest):
             self.leaves_out(name)
             wrong.unlink()
 
+    def test_empty_files(self):
+        pictures.photos(self.photos, 3)
+        for name in ("a.dng", "b.jpg", "c.heic", "d.tif", "e.png", "f.npy"):
+            path = self.dir / name
+            path.touch()
+            self.assert_fails(run("info", path), 1, path, "0 bytes", "copy it again")
+        (self.photos / "F_99.jpg").touch()
+        self.leaves_out("F_99.jpg")
+        shutil.rmtree(self.out)
+        for path in self.photos.iterdir():
+            path.write_bytes(b"")
+        self.refuses("is empty", "copy it again", options=[])
+
     def test_pipe(self):
         os.mkfifo(pictures.photos(self.photos, 3) / "F_99.jpg")
         for words in (["check", self.photos], ["info", self.photos], ["ingest", self.photos, "-o", self.out]):
@@ -112,21 +129,6 @@ class Captures(FolderTest):
         for option in ("--poses", "--points", "--cameras", "--originals", "--masks"):
             self.refuses("nosuch", option, options=[*FLASH, option, self.dir / "nosuch"])
 
-    def test_input_that_is_missing_costs_nothing(self):
-        """What a stage needs is looked at before what it made earlier goes."""
-        scene = self.dir / "scene"
-        size = ["--width", 192, "--height", 128, "--photos", 10, "--held-out", 0, "--seed", 31]
-        self.assertEqual(run("synth", "-o", scene, *size).returncode, 0)
-        process = run("run", scene / "capture/raw", "-o", self.out, "--poses", scene / "truth/sparse", "--steps", 20, "--init-count", 500)
-        self.assertEqual(process.returncode, 0, process.stderr)
-        points = self.dir / "cut.ply"
-        points.write_bytes((self.out / "start/transmitted.ply").read_bytes()[:200])
-        names = lambda: sorted(str(p) for p in self.out.rglob("*") if "warnings" not in str(p))
-        before = names()
-        self.assert_fails(run("poses", self.out, "--colmap", "nosuch"), 1, "nosuch", "COLMAP")
-        self.assert_fails(run("initialise", self.out, "--points", points), 1, points)
-        self.assertEqual(names(), before)
-
     def test_all_photos_damaged(self):
         for path in pictures.photos(self.photos, 3).iterdir():
             path.write_bytes(path.read_bytes()[:100])
@@ -145,15 +147,106 @@ class Captures(FolderTest):
         self.assert_fails(run("run", self.photos, "-o", self.out, *FLASH), 1, self.out)
 
 
+class Finished(FolderTest):
+    """A small job that is done: what is wrong afterwards costs nothing of it."""
+
+    @classmethod
+    def setUpClass(cls):
+        holder = tempfile.TemporaryDirectory(prefix="flashsplat-hostile-")
+        cls.addClassCleanup(holder.cleanup)
+        cls.made = pathlib.Path(holder.name)
+        cls.scene, cls.done = cls.made / "scene", cls.made / "done"
+        process = run("synth", "-o", cls.scene, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 1, "--seed", 5)
+        assert process.returncode == 0, process.stderr
+        pictures.give_points(cls.scene / "truth")
+        cls.job = ["run", cls.scene / "capture/raw", "--poses", cls.scene / "truth/sparse", *SMALL]
+        process = run(*cls.job, "-o", cls.done)
+        assert process.returncode == 0, process.stderr
+
+    def setUp(self):
+        super().setUp()
+        self.out = pathlib.Path(shutil.copytree(self.done, self.dir / "out"))
+
+    def names(self):
+        return sorted(str(p) for p in self.out.rglob("*") if "warnings" not in str(p))
+
+    def test_input_that_is_missing_costs_nothing(self):
+        """What a stage needs is looked at before what it made earlier goes."""
+        points = self.dir / "cut.ply"
+        points.write_bytes((self.out / "start/transmitted.ply").read_bytes()[:200])
+        before = self.names()
+        self.assert_fails(run("poses", self.out, "--colmap", "nosuch"), 1, "nosuch", "COLMAP")
+        self.assert_fails(run("initialise", self.out, "--points", points), 1, points)
+        self.assertEqual(self.names(), before)
+
+    def test_values_that_cannot_be(self):
+        """Are told before the first stage works, and before figures go."""
+        new = self.dir / "new"
+        (self.dir / "notes.txt").write_text("hello")
+        self.assert_fails(run(*self.job, "-o", new, "--cameras", self.dir), 1, self.dir, "no COLMAP model")
+        self.assert_fails(run(*self.job, "-o", new, "--cameras", self.dir / "notes.txt"), 1, "notes.txt")
+        other = "neon" if os.uname().machine == "x86_64" else "avx512"
+        self.assert_fails(run(*self.job, "-o", new, "--cpu", other), 2, "--cpu", other)
+        self.assertEqual(list(new.glob("*")), [])
+        truth = self.scene / "truth"
+        self.assertEqual(run("evaluate", self.out, truth, "--views", "capture").returncode, 0)
+        before = self.names()
+        self.assert_fails(run("evaluate", self.out, truth, "--method", "x"), 2, "--method", "NAME=DIR")
+        self.assert_fails(run("evaluate", self.out, truth, "--method", "x=nosuch"), 1, "nosuch")
+        self.assertEqual(self.names(), before)
+
+    def test_results_that_are_missing(self):
+        """What made them is told, though its mark says that it is done."""
+        again = [("clouds/R.ply", ["render"], "train"), ("clouds/model.json", ["export"], "train"),
+                 ("start/R.ply", ["train", "--steps", 6], "initialise"), ("sparse/images.txt", ["initialise"], "poses"),
+                 ("images/IMG_0001.tif", ["train", "--steps", 6], "poses"), ("ingest.json", ["poses"], "ingest PHOTOS -o")]
+        for name, (stage, *options), made in again:
+            path = self.out / name
+            data = path.read_bytes()
+            path.unlink()
+            where = path.parent if path.parent.name == "sparse" else path
+            self.assert_fails(run(stage, self.out, *options, "--force"), 1, f"{where}: is missing", f"`flashsplat {made}",
+                              "--force")
+            (self.out / "done" / f"{made.split()[0]}.json").unlink()
+            self.assert_fails(run(stage, self.out, *options, "--force"), 1, f"{where}: is not there: first run")
+            shutil.rmtree(self.out)
+            shutil.copytree(self.done, self.out)
+            self.assertEqual(path.read_bytes(), data)
+        (self.out / "checkpoint/R.ply").unlink()
+        self.assert_fails(run("train", self.out, *SMALL[2:4], *SMALL[6:], "--resume", "--force"), 1, "checkpoint/R.ply", "--resume")
+        shutil.rmtree(self.out / "renders")
+        self.assert_fails(run("evaluate", self.out, self.scene / "truth"), 1, "renders: is missing", "flashsplat render")
+
+    def test_truth_that_is_none(self):
+        empty = self.dir / "empty"
+        empty.mkdir()
+        self.assert_fails(run("evaluate", self.out, empty), 1, empty, "cameras.json", "flashsplat synth")
+        self.assert_fails(run("evaluate", self.out, self.dir / "nosuch"), 1, "nosuch: no such folder", "cameras.json")
+        self.assert_fails(run("evaluate", self.out, self.scene), 1, f"name {self.scene}/truth")
+
+    def test_folders_that_are_passed_over(self):
+        for folder in (self.scene, self.scene / "capture"):
+            for words in (["check", folder], ["ingest", folder, "-o", self.dir / "new"]):
+                self.assert_fails(run(*words), 1, folder, "flashsplat made", self.scene / "capture/raw")
+        self.assert_fails(run("check", self.out), 1, self.out, "flashsplat made")
+
+    def test_all_among_others(self):
+        self.assertEqual(run("render", self.out, "--layers", "R,all", "-o", self.dir / "renders").returncode, 0)
+        self.assertTrue((self.dir / "renders/T_N").exists())
+
+
 class FullDisk(FolderTest):
     """A file-size limit stops every write at some byte, as a full disk does."""
 
-    def ingest(self, out, limit):
+    def limited(self, limit, *words, **options):
+        """With the signal that ends programs at the limit, as a shell's ulimit has it."""
         def limited():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-        photos = pictures.photos(self.dir / "photos", 6)
-        return run("ingest", photos, "-o", out, *FLASH, preexec_fn=limited)
+        return run(*words, preexec_fn=limited, **options)
+
+    def ingest(self, out, limit):
+        return self.limited(limit, "ingest", pictures.photos(self.dir / "photos", 6), "-o", out, *FLASH)
 
     def check(self, process, out):
         self.assert_fails(process, 1, out)
@@ -165,6 +258,15 @@ class FullDisk(FolderTest):
         for limit in (0, 100, 4096):
             self.check(self.ingest(out, limit), out)
         self.assertEqual(self.ingest(out, 10**8).returncode, 0)
+
+    def test_single_files_that_cannot_be_written(self):
+        photos, file = pictures.photos(self.dir / "photos", 3), self.dir / "file"
+        flash, other = photos / "F_00.png", photos / "N_00.png"
+        for words in (["check", photos, *FLASH, "--json", file], ["pair", flash, other, "-o", file.with_suffix(".png")],
+                      ["pair", flash, other, "--linear", "-o", file.with_suffix(".png")]):
+            self.assert_fails(self.limited(64, *words), 1, file, "cannot write")
+            self.assertEqual([p.name for p in self.dir.iterdir()], ["photos"])
+        self.assert_fails(self.limited(64, "synth", "-o", file, "--photos", 2, "--width", 32, "--height", 32), 1, file)
 
     @unittest.skipUnless(os.geteuid() == 0, "only root can mount a small disk")
     def test_small_disk(self):

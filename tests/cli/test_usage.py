@@ -55,6 +55,14 @@ class Help(unittest.TestCase):
     def test_version(self):
         for word in ("version", "--version"):
             self.assertRegex(run(word).stdout, r"^flashsplat \d+\.\d+\.\d+\n$")
+            self.assertEqual(run(word, "--help").stdout, run("help").stdout)
+
+    def test_help_of_help(self):
+        for words in (["help", "--help"], ["help", "-h"], ["help", "help"], ["--help", "--help"]):
+            process = run(*words)
+            self.assertEqual((process.returncode, process.stdout), (0, run("help").stdout), words)
+        for words in (["help", "train", "--help"], ["--help", "train"]):
+            self.assertEqual(run(*words).stdout, run("train", "--help").stdout, words)
 
 
 class Usage(FolderTest):
@@ -63,6 +71,10 @@ class Usage(FolderTest):
         self.assert_fails(process, 2, "'trian'", "did you mean 'train'")
         self.assertNotIn("did you mean", run("xyzzy").stderr)
         self.assert_fails(run("help", "xyzzy"), 2, "'xyzzy'")
+        for words in (["help", "train", "foo"], ["version", "foo"], ["--version", "foo"], ["help", "train", "--force"]):
+            process = run(*words)
+            self.assert_fails(process, 2, words[-1], "too many")
+            self.assertEqual(process.stdout, "")
 
     def test_unknown_option(self):
         self.assert_fails(run("train", self.dir, "--stepz", "3"), 2, "--stepz", "did you mean --steps?")
@@ -72,6 +84,7 @@ class Usage(FolderTest):
     def test_option_of_another_command(self):
         self.assert_fails(run("train", self.dir, "--photos", "4"), 2, "--photos is not an option of 'train'")
         self.assert_fails(run("info", self.dir, "-o", "x"), 2, "no -o")
+        self.assert_fails(run("pair", "a", "b", "-o", "c.png", "--flash-glob", "a"), 2, "not an option of 'pair'")
 
     def test_missing_value(self):
         self.assert_fails(run("train", self.dir, "--steps"), 2, "--steps needs a value")
@@ -81,11 +94,16 @@ class Usage(FolderTest):
     def test_wrong_values(self):
         for value in ("0", "-1", "abc", "1.5", "nan", "inf", "1e99", "", "3x", "99999999999999999999"):
             self.assert_fails(run("train", self.dir, f"--steps={value}"), 2, "--steps", "whole number")
+        self.assert_fails(run("poses", self.dir, "--test-every", 1), 2, "--test-every", "every photo", "2 to 1000")
         self.assert_fails(run("synth", "-o", "x", "--alpha", "x"), 2, "--alpha", "number")
         self.assert_fails(run("synth", "-o", self.dir / "x", "--field", "shake=x"), 2, "--field", "shake", "'x'")
         self.assert_fails(run("train", self.dir, "--preset", "best"), 2, "--preset", "preview|standard|paper")
         for option, value in (("--layers", "T_N,foo"), ("--formats", "ply,exe"), ("--clean", "gif"), ("--clean", "jpeg,,dng")):
             self.assert_fails(run("run", self.dir, "-o", self.dir / "out", option, value), 2, option, "is not one of")
+        for option in ("--layers", "--formats"):
+            self.assert_fails(run("run", self.dir, "-o", self.dir / "out", option, ""), 2, option, "empty")
+        self.assert_fails(run("run", self.dir, "-o", self.dir / "out", "--path", "spiral", "--cameras", "x"), 2,
+                          "--path spiral and --cameras", "one of them")
         self.assertFalse((self.dir / "out").exists())
         self.assert_fails(run("train", self.dir, "--force=maybe"), 2, "--force", "true or false")
         self.assert_fails(run("train", self.dir, "--no-steps"), 2, "--no-steps")

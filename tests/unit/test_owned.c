@@ -158,12 +158,42 @@ static void test_many_threads(void **state)
 
 static void test_unused_mark_goes(void **state)
 {
-    fs_owned_leave(*state);
+    Lock lock = {0}, other = {0};
+    fs_owned_leave(*state, &lock);
+    fs_lock_release(&lock);
     assert_false(fs_file_exists(in(state, FS_OWNED_DIR)));
+    assert_true(fs_owned_lock(*state, &lock)); // nothing that could be locked
+    assert_false(lock.held);
+    assert_int_equal(fs_owned_open(*state, "project", NULL), 0);
+    assert_true(fs_owned_lock(*state, &other));
+    fs_owned_leave(*state, &lock); // somebody else is about to write
+    assert_true(fs_file_exists(in(state, FS_OWNED_DIR "/made")));
+    fs_lock_release(&other);
+    fs_owned_leave(*state, &lock);
+    assert_false(fs_file_exists(in(state, FS_OWNED_DIR)));
+    fs_lock_release(&lock);
     assert_int_equal(fs_owned_open(*state, "project", NULL), 0);
     ours(in(state, "a"), "1");
-    fs_owned_leave(*state);
+    fs_owned_leave(*state, &lock);
     assert_int_equal(fs_owned_check(in(state, "a"), NULL), 0);
+}
+
+static void test_one_program_at_a_time(void **state)
+{
+    Lock lock = {0}, other = {0};
+    assert_true(fs_owned_lock(*state, &lock) && fs_owned_lock(*state, &lock));
+    assert_true(lock.held);
+    assert_false(fs_owned_lock(*state, &other));
+    fs_lock_release(&lock);
+    assert_true(fs_owned_lock(*state, &other));
+    assert_int_equal(unlink(in(state, FS_OWNED_DIR "/made")), 0); // a crash on the way out
+    assert_true(fs_owned_lock(*state, &lock));
+    assert_int_equal(fs_owned_open(*state, "project", NULL), 0);
+    assert_false(fs_owned_lock(*state, &lock));
+    fs_lock_release(&other);
+    assert_int_equal(unlink(in(state, FS_OWNED_DIR "/lock")) | mkdir(in(state, FS_OWNED_DIR "/lock"), 0777), 0);
+    assert_true(fs_owned_lock(*state, &lock)); // none can be had: without
+    assert_false(lock.held);
 }
 
 static void test_links(void **state)
@@ -265,7 +295,9 @@ static void test_files_in_the_making(void **state)
     assert_non_null(strstr(file.temp, "/" FS_OWNED_DIR "/"));
     fs_file_abort(&file);
     put(in(state, FS_OWNED_DIR "/999999999-3"), "of a process that is gone");
-    assert_int_equal(fs_owned_open(*state, "project", NULL), 0);
+    Lock lock = {0};
+    assert_true(fs_owned_lock(*state, &lock));
+    fs_lock_release(&lock);
     assert_false(fs_file_exists(in(state, FS_OWNED_DIR "/999999999-3")));
     assert_int_equal(fs_file_append(in(state, "log"), "1\n", NULL) | fs_file_append(in(state, "log"), "2\n", NULL), 0);
     assert_int_equal(fs_owned_check(in(state, "log"), NULL), 0);
@@ -281,6 +313,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_swapped_folders, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_many_threads, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_unused_mark_goes, make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_one_program_at_a_time, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_links, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_kinds_of_folders, make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_damaged_lists, make, temp_dir_remove),

@@ -78,12 +78,32 @@ static void test_folders_that_say_flash(void **state)
     snprintf(setting, sizeof setting, "flash-list=%s", temp("list.txt"));
     expect_good("photos", SET(setting), "1 with flash, 2 without (--flash-list)");
     expect_view("B", "flash/B.DNG", true);
+    expect_good("photos", SET(setting, "flash-glob=A*"), "2 with flash, 1 without (--flash-glob and --flash-list)");
+    expect_view("A", "flash/A.DNG", true);
     // a name that two photos have
     FILL({"flash.dng", "x/A.DNG"}, {"ambient.dng", "y/A.DNG"});
     assert_int_equal(fs_file_write(temp("list.txt"), "A.DNG\n", 6, NULL), 0);
     expect_error("photos", SET(setting), "may be 2 photos");
     assert_int_equal(fs_file_write(temp("list.txt"), "x/A.DNG\n", 8, NULL), 0);
     expect_good("photos", SET(setting), "1 with flash, 1 without");
+}
+
+// What breaks lines of COLMAP's text files, or its own names, is in no view's name, and in no message.
+static void test_names_that_break_lines(void **state)
+{
+    (void)state;
+    FILL({"flash.dng", "A\n1.DNG"}, {"ambient.dng", "B\\2.DNG"}, {"flash.dng", "C\x1b[31m\t.DNG"},
+         {"ambient.dng", "D\x85.DNG"}, {"flash.dng", " E e.DNG"}, {"make.py", "odd\nnotes.txt"});
+    expect_good("photos", NULL, "3 with flash, 2 without");
+    expect_view("A_1", "A\n1.DNG", true);
+    expect_view("_E e", " E e.DNG", true);
+    expect_view("B_2", "B\\2.DNG", false);
+    expect_view("C_[31m_", "C\x1b[31m\t.DNG", true);
+    expect_view("D__", "D\xc2\x85.DNG", false);
+    assert_null(strstr(said, "odd\n"));
+    assert_non_null(strstr(said, "odd notes"));
+    FILL({"flash.dng", "A\n1.DNG"}, {"ambient.dng", "A_1.DNG"});
+    expect_error("photos", NULL, "A?1.DNG and A_1.DNG would both become the view A_1: rename");
 }
 
 static void test_names_that_say_flash(void **state)
@@ -224,6 +244,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_subfolders),
         cmocka_unit_test(test_own_results_are_no_photos),
+        cmocka_unit_test(test_names_that_break_lines),
         cmocka_unit_test(test_names_that_say_flash),
         cmocka_unit_test(test_scene_folder),
         cmocka_unit_test(test_folders_that_say_flash),

@@ -285,7 +285,7 @@ static void test_refused(void **state)
 {
     char *out = fs_file_path("%s/out", (char *)*state), *model = fs_file_path("%s/model", (char *)*state);
     assert_int_equal(fs_file_mkdirs(out, NULL), 0);
-    assert_refused(out, "", FS_ERR_INPUT, "ingest.json", "ingest first");
+    assert_refused(out, "", FS_ERR_INPUT, "ingest.json", "flashsplat ingest");
     make_capture(out);
     assert_refused(out, "", FS_ERR_INPUT, "/nonexistent/colmap", "install");
     assert_refused(out, model, FS_ERR_INPUT, "model", "no such");

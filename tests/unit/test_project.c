@@ -294,6 +294,25 @@ static void test_open_refuses(void **state)
     free(file);
 }
 
+static void test_a_folder_is_of_one_program(void **state)
+{
+    Fixture *f = *state;
+    FsError err = {0};
+    FsProject *other;
+    assert_int_equal(fs_project_open(&other, f->out, f->settings, NULL, &err), 0);
+    assert_int_equal(fs_project_lock(f->project, &err), 0);
+    assert_int_equal(fs_train(other, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, f->out));
+    assert_non_null(strstr(err.message, "another flashsplat"));
+    assert_int_equal(fs_run(other, "nosuch", &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, "another flashsplat"));
+    assert_int_equal(fs_project_lock(f->project, &err), 0);
+    fs_project_close(f->project);
+    f->project = NULL;
+    assert_int_equal(fs_project_lock(other, &err), 0);
+    fs_project_close(other);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -309,6 +328,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_fingerprint_is_checked, setup, teardown),
         cmocka_unit_test_setup_teardown(test_the_instruction_set_used_counts, setup, teardown),
         cmocka_unit_test_setup_teardown(test_warnings_are_kept_until_their_stage_runs_again, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_folder_is_of_one_program, setup, teardown),
         cmocka_unit_test_setup_teardown(test_open_refuses, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -80,6 +80,25 @@ static void test_minutes_or_steps(void **state)
     fs_settings_free(other);
 }
 
+static void test_lists_and_ways(void **state)
+{
+    FsError err = {0};
+    Settings *s = *state;
+    set(s, "layers", "R,all");
+    set(s, "clean", "");
+    assert_int_equal(fs_settings_set(s, "layers", "", &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_set(s, "formats", "", &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_set(s, "formats", "ply,,spz", &err), FS_ERR_USAGE);
+    assert_string_equal(s->layers, "R,all");
+    set(s, "path", "spiral");
+    set(s, "cameras", "");
+    assert_int_equal(fs_settings_set(s, "cameras", "model", &err), FS_ERR_USAGE);
+    set(s, "path", "none");
+    set(s, "cameras", "model");
+    assert_int_equal(fs_settings_set(s, "path", "spiral", &err), FS_ERR_USAGE);
+    assert_non_null(strstr(err.message, "--cameras"));
+}
+
 static void test_what_the_user_sets_wins_over_presets(void **state)
 {
     Settings *s = *state;
@@ -143,6 +162,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_every_option_takes_its_own_text, setup, teardown),
         cmocka_unit_test_setup_teardown(test_out_of_range_is_refused_and_changes_nothing, setup, teardown),
         cmocka_unit_test_setup_teardown(test_minutes_or_steps, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_lists_and_ways, setup, teardown),
         cmocka_unit_test_setup_teardown(test_what_the_user_sets_wins_over_presets, setup, teardown),
         cmocka_unit_test(test_presets_exist),
         cmocka_unit_test_setup_teardown(test_copies_are_deep, setup, teardown),
