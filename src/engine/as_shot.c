@@ -101,7 +101,8 @@ int fs_as_shot_layers(const AsShot *a, const View *view, const Camera *camera, c
     find_light(a, view->name, &state);
     fs_view_plan_photo(&plan, a->scene, camera, &state, (const float[2]){1, 1}, 0);
     const Camera *frame = &view->camera; // whose corners the vignetting is told by
-    plan.calibration.per_px = (float)(2 / hypot(frame->width, frame->height) * frame->fx / camera->fx);
+    plan.calibration.per_px[0] = plan.calibration.per_px[1] =
+        fs_view_plan_per_px(frame) * (float)(frame->fx / camera->fx);
     MUST(fs_image_new(transmitted, camera->width, camera->height, 3, err));
     MUST(fs_image_new(whole, camera->width, camera->height, 3, err));
     mix(view, &state, renders, transmitted, whole);

@@ -107,8 +107,10 @@ enum {
 };
 
 typedef struct StepArgs {
-    int view; // number of the photo
-    int step; // steps done before this one
+    int view;      // number of the photo
+    int step;      // steps done before this one
+    int stride[2]; // only every so many-th column and row of the photo is looked at, beginning anywhere; 0: all. Fields
+                   // take what rays they have time for instead
     double weight[LOSS_TERMS];
     double slope_floor;        // kernels/compose.h
     double rate[CLOUD_FIELDS]; // Adam's learning rates (means: world units); 0: the field stays as it is

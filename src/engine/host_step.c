@@ -4,9 +4,8 @@
 //   L = the terms of engine/loss.h
 #include <string.h>
 
-#include "base/rng.h"
 #include "base/threads.h"
-#include "engine/host_engine.h"
+#include "engine/host_pixels.h"
 #include "engine/scratch.h"
 #include "engine/update.h"
 #include "engine/view_loss.h"
@@ -27,9 +26,7 @@ typedef struct Step {
     HostEngine *engine;
     const StepArgs *args;
     HostView *view;
-    int stride;
-    Camera camera;                // of the view's pixels that are looked at:
-    Planes photo, trust, mu, var; // the view's planes at these
+    HostPixels pixels; // of the view, that are looked at
     ViewImages images;
     RasterPass pass, back; // what is rasterised; what gets gradients
     ViewLoss loss;
@@ -59,20 +56,20 @@ static RasterTask *add(Step *s, int number, const PlanPart *part)
 // field both are one.
 static void add_other(Step *s)
 {
-    ViewPlan plan = fs_view_plan(&s->engine->scene, &s->camera, !s->view->flash);
+    ViewPlan plan = fs_view_plan(&s->engine->scene, &s->pixels.camera, !s->view->flash);
     if (!plan.T.there || plan.T.layer == s->images.plan.T.layer) return;
     RasterTask *task = fs_host_engine_task(s->engine, TASK_OTHER_T, &plan.T);
     fs_raster_pass_add(&s->pass, task);
     s->loss.other = task;
     task->train = s->engine->volumes.field != NULL;
     if (task->train) fs_raster_pass_add(&s->back, task);
-    s->other_linear = fs_scratch_planes(&s->engine->arena, &s->camera, 3);
+    s->other_linear = fs_scratch_planes(&s->engine->arena, &s->pixels.camera, 3);
 }
 
 static int set_up_strips(Step *s, FsError *err)
 {
     HostEngine *e = s->engine;
-    const Camera *camera = &s->camera;
+    const Camera *camera = &s->pixels.camera;
     int threads = e->threads ? fs_threads_count(e->threads) : 1;
     s->n_strips = fs_host_engine_strips(e, camera->height);
     s->strips = ARENA_NEW(&e->arena, StripSums, s->n_strips);
@@ -92,12 +89,10 @@ static int set_up_strips(Step *s, FsError *err)
 
 // ---- the pixels that are looked at ----
 
-// Radiance fields are too slow for all of a photo: a step takes every so many-th pixel of every so many-th row,
-// beginning anywhere, as many as rays with that many samples may be.
+// Radiance fields are too slow for all of a photo: a step takes as many pixels as rays with that many samples may be.
 static int stride_of(const Step *s)
 {
     const Radiance *field = &s->engine->scene.field;
-    if (!fs_radiance_is(field)) return 1;
     double pace = 0;
     for (int v = 0; v < VOLUMES; v++) {
         if (!field->shape.colors[v]) continue;
@@ -112,40 +107,13 @@ static int stride_of(const Step *s)
     return stride;
 }
 
-static Planes planes_at(Step *s, const Planes *all, int stride, const int first[2])
-{
-    Planes some = fs_scratch_planes(&s->engine->arena, &s->camera, all->channels);
-    for (int c = 0; c < some.channels && some.px; c++)
-        for (int y = 0; y < some.height; y++) {
-            const float *from = fs_planes_row(all, c, first[1] + y * stride) + first[0];
-            float *row = fs_planes_row(&some, c, y);
-            for (int x = 0; x < some.stride; x++) row[x] = x < some.width ? from[x * stride] : 0;
-        }
-    return some;
-}
-
 static void look_at(Step *s)
 {
-    HostView *v = s->view;
-    const int stride = s->stride = stride_of(s);
-    s->camera = v->camera;
-    s->photo = v->photo;
-    s->trust = v->mask;
-    s->mu = v->mu;
-    s->var = v->var;
-    if (stride == 1) return;
+    const bool field = fs_radiance_is(&s->engine->scene.field);
+    int stride[2];
+    for (int k = 0; k < 2; k++) stride[k] = field ? stride_of(s) : s->args->stride[k] > 1 ? s->args->stride[k] : 1;
     Rng rng = fs_rng_new(s->args->seed * 1000003u + (uint64_t)s->args->step);
-    Camera *c = &s->camera;
-    int first[2] = {fs_rng_below(&rng, stride < c->width ? stride : c->width),
-                    fs_rng_below(&rng, stride < c->height ? stride : c->height)};
-    c->width = (c->width - 1 - first[0]) / stride + 1;
-    c->height = (c->height - 1 - first[1]) / stride + 1;
-    c->fx /= stride;
-    c->fy /= stride;
-    c->cx = (c->cx - first[0] - 0.5) / stride + 0.5;
-    c->cy = (c->cy - first[1] - 0.5) / stride + 0.5;
-    s->photo = s->mu = s->var = planes_at(s, &v->photo, stride, first); // no windows of SSIM in these
-    s->trust = planes_at(s, &v->mask, stride, first);
+    fs_host_pixels_pick(&s->pixels, &s->engine->arena, s->view, stride, !field, &rng);
 }
 
 static uint64_t jitter_of(const Step *s)
@@ -156,18 +124,27 @@ static uint64_t jitter_of(const Step *s)
 static int set_up(Step *s, FsError *err)
 {
     HostEngine *e = s->engine;
-    const Camera *camera = &s->camera;
+    const Camera *camera = &s->pixels.camera;
     ViewPlan *plan = &s->images.plan;
     fs_arena_reset(&e->arena);
     look_at(s);
-    s->pass = (RasterPass){
-        &e->kernels,  e->threads,     {NULL},        0, camera, (float)(FS_NEAR * e->scene.extent), &e->volumes,
-        jitter_of(s), s->args->every, s->args->blind};
+    s->pass = (RasterPass){&e->kernels,
+                           e->threads,
+                           {NULL},
+                           0,
+                           camera,
+                           (float)(FS_NEAR * e->scene.extent),
+                           &e->volumes,
+                           jitter_of(s),
+                           s->args->every,
+                           s->args->blind,
+                           {s->pixels.stride[0], s->pixels.stride[1]}};
     s->back = s->pass;
     *plan = fs_view_plan(&e->scene, camera, s->view->flash);
     const float flash[2] = {fs_host_engine_flash(s->view, PHOTO_T), fs_host_engine_flash(s->view, PHOTO_R)};
     fs_view_plan_photo(plan, &e->scene, camera, &s->view->state, flash, s->args->learn);
-    plan->calibration.per_px = (float)(2 / hypot(s->view->camera.width, s->view->camera.height) * s->stride);
+    const float per_px = fs_view_plan_per_px(&s->view->camera);
+    for (int k = 0; k < 2; k++) plan->calibration.per_px[k] = per_px * (float)s->pixels.stride[k];
     if (!plan->T.there)
         return fs_error_set(err, FS_ERR_INPUT, "training: no cloud %s for photos of that lighting",
                             fs_layers[plan->T.layer].name);
@@ -183,9 +160,9 @@ static int set_up(Step *s, FsError *err)
     s->loss.kernels = &e->kernels;
     s->loss.weight = s->args->weight;
     s->loss.images = &s->images;
-    s->loss.photo = &s->photo;
-    s->loss.mu = &s->mu;
-    s->loss.var = &s->var;
+    s->loss.photo = &s->pixels.photo;
+    s->loss.mu = &s->pixels.mu;
+    s->loss.var = &s->pixels.var;
     s->loss.mask = &s->mask;
     s->loss.other_linear = &s->other_linear;
     s->loss.pearson = &s->pearson;
@@ -196,12 +173,12 @@ static int set_up(Step *s, FsError *err)
 
 static void forward_job(void *context, int strip, int worker)
 {
-    (void)worker;
     Step *s = context;
     const Kernels *k = &s->engine->kernels;
-    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->camera.height);
+    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->pixels.camera.height);
+    fs_host_pixels_windows(&s->pixels, k, y0, y1, s->scratch[worker]);
     fs_view_images_forward(&s->images, y0, y1);
-    k->pixelwise->clipped(&s->trust, &s->photo, &s->images.P, &s->mask, y0, y1);
+    k->pixelwise->clipped(&s->pixels.trust, &s->pixels.photo, &s->images.P, &s->mask, y0, y1);
     if (!s->loss.other) return;
     Planes other = fs_view_images_rgb(&s->loss.other->feature);
     k->compose->decode(&other, &s->other_linear, y0, y1);
@@ -220,7 +197,7 @@ static void backward_job(void *context, int strip, int worker)
     Step *s = context;
     ViewLoss loss = s->loss;
     StripSums *sums = &s->strips[strip];
-    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->camera.height);
+    int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->pixels.camera.height);
     loss.scratch = s->scratch[worker];
     for (int t = 0; t < s->back.n; t++) zero_rows(&s->back.task[t]->d_feature, y0, y1);
     fs_view_images_zero(&s->images, y0, y1);

@@ -35,15 +35,24 @@ static ShadeCloud shade_cloud(const Cloud *cloud)
     return (ShadeCloud){cloud->field[CLOUD_MEANS], cloud->field[CLOUD_COLORS], cloud->field[CLOUD_GAINS]};
 }
 
-static ProjectCamera project_camera(const Camera *camera, float near)
+// A photo's pixel is as large as it is, however many of them are looked at.
+static float dilation(int stride)
 {
+    return stride > 1 ? FS_COV_DILATION / (float)(stride * stride) : FS_COV_DILATION;
+}
+
+static ProjectCamera project_camera(const RasterPass *pass)
+{
+    const Camera *camera = pass->camera;
     ProjectCamera c = {.fx = (float)camera->fx,
                        .fy = (float)camera->fy,
                        .cx = (float)camera->cx,
                        .cy = (float)camera->cy,
-                       .near = near,
+                       .near = pass->near,
                        .width = camera->width,
-                       .height = camera->height};
+                       .height = camera->height,
+                       .dilation_x = dilation(pass->stride[0]),
+                       .dilation_y = dilation(pass->stride[1])};
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) c.rotation[3 * i + k] = (float)camera->w2c[4 * i + k];
         c.translation[i] = (float)camera->w2c[4 * i + 3];
@@ -72,14 +81,15 @@ static void set_up_backward(RasterTask *task, const Camera *camera)
     w->chunk_tint = (double(*)[3])fs_arena_alloc(a, sizeof(double[3]) * (size_t)(w->chunks + 1));
 }
 
-void fs_raster_pass_set_up(RasterTask *task, const Camera *camera, float near)
+void fs_raster_pass_set_up(RasterTask *task, const RasterPass *pass)
 {
+    const Camera *camera = pass->camera;
     Arena *a = &task->arena;
     fs_arena_reset(a);
     int n = task->cloud->n;
     RasterWork *w = task->work = ARENA_NEW(a, RasterWork, 1);
     if (!w) return;
-    *w = (RasterWork){.camera = project_camera(camera, near), .n = n, .chunks = (n + RASTER_CHUNK - 1) / RASTER_CHUNK};
+    *w = (RasterWork){.camera = project_camera(pass), .n = n, .chunks = (n + RASTER_CHUNK - 1) / RASTER_CHUNK};
     w->splats = ARENA_NEW(a, Splat, n);
     if (task->light) w->shaded = ARENA_NEW(a, float, 3 * (size_t)n);
     task->n_visible = 0;

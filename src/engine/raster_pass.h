@@ -58,6 +58,7 @@ typedef struct RasterPass {
     uint64_t jitter;             // VolumeMarch
     int every;                   // likewise; 0: 1
     bool blind;                  // colours are taken to be the same from everywhere
+    int stride[2];               // of a photo, the camera has only every so many-th column and row; 0: 1
 } RasterPass;
 
 typedef struct Rasteriser {
@@ -90,7 +91,7 @@ typedef struct RasterWork {
 enum { RASTER_CHUNK = 1024 }; // Gaussians per job
 int fs_raster_pass_chunk_end(const RasterWork *work, int chunk);
 // Memory for a pass from the task's arena; check arena.failed afterwards.
-void fs_raster_pass_set_up(RasterTask *task, const Camera *camera, float near);
+void fs_raster_pass_set_up(RasterTask *task, const RasterPass *pass);
 void fs_raster_pass_project(RasterTask *task, const Kernels *kernels, int chunk);   // fills splats and `seen`
 void fs_raster_pass_gradients(RasterTask *task, const Kernels *kernels, int chunk); // from moments to d_field, d_screen
 void fs_raster_pass_sum_tint(RasterTask *task);

@@ -51,7 +51,7 @@ static int forward(const RasterPass *pass, FsError *err)
 {
     for (int t = 0; t < pass->n; t++) {
         RasterTask *task = pass->task[t];
-        fs_raster_pass_set_up(task, pass->camera, pass->near);
+        fs_raster_pass_set_up(task, pass);
         if (task->arena.failed) return fs_error_memory(err);
         for (int c = 0; c < task->work->chunks; c++) fs_raster_pass_project(task, pass->kernels, c);
         const TileEntry *entry = entries_of(task);

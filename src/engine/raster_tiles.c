@@ -273,7 +273,7 @@ static void reduce_job(void *context, int job, int worker)
 static void set_up(const RasterPass *pass, RasterTask *task, int n_threads)
 {
     const Camera *camera = pass->camera;
-    fs_raster_pass_set_up(task, camera, pass->near);
+    fs_raster_pass_set_up(task, pass);
     Arena *a = &task->arena;
     TileLists *w = ARENA_NEW(a, TileLists, 1);
     if (!w) return;

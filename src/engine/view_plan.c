@@ -75,10 +75,15 @@ ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash)
     return plan;
 }
 
+float fs_view_plan_per_px(const Camera *camera)
+{
+    return (float)(2 / hypot(camera->width, camera->height));
+}
+
 static CalibrationView calibration_of(const Scene *scene, const Camera *camera, const PhotoState *photo)
 {
     CalibrationView v = {.cx = (float)camera->cx, .cy = (float)camera->cy};
-    v.per_px = (float)(2 / hypot(camera->width, camera->height));
+    v.per_px[0] = v.per_px[1] = fs_view_plan_per_px(camera);
     for (int k = 0; k < 3; k++) v.white[k] = photo->x[PHOTO_WHITE + k];
     for (int k = 0; k < FS_OPTICS_VIGNETTING; k++) v.vignetting[k] = (float)scene->vignetting[k];
     for (int k = 0; k < FS_OPTICS_KNOTS; k++) v.response[k] = (float)scene->response[k];

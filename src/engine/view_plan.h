@@ -37,6 +37,7 @@ ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash);
 // flash: factors on the flash's light on T and R.
 void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,
                         const float flash[2], unsigned learn);
+float fs_view_plan_per_px(const Camera *camera); // CalibrationView.per_px where all pixels are looked at
 PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera);
 
 #define FS_NEAR 0.1 // near plane, in scene extents

@@ -16,7 +16,7 @@
 typedef struct CalibrationView {
     float white[3]; // logarithms of factors in linear light
     float vignetting[FS_OPTICS_VIGNETTING];
-    float cx, cy, per_px;            // the centre, pixels; u = 1 at a distance of 1 / per_px pixels
+    float cx, cy, per_px[2];         // the centre, pixels; u = 1 at a distance of 1 / per_px columns or rows
     float response[FS_OPTICS_KNOTS]; // tone-mapped; used where `curved`
     int curved;
 } CalibrationView;

@@ -5,8 +5,8 @@
 
 FN real vignetting(const CalibrationView *v, int x, int y, real *u)
 {
-    real dx = (r_set((float)x + 0.5f - v->cx) + r_lanes()) * r_set(v->per_px);
-    float dy = ((float)y + 0.5f - v->cy) * v->per_px;
+    real dx = (r_set((float)x + 0.5f - v->cx) + r_lanes()) * r_set(v->per_px[0]);
+    float dy = ((float)y + 0.5f - v->cy) * v->per_px[1];
     *u = dx * dx + r_set(dy * dy);
     real sum = r_set(0);
     for (int k = FS_OPTICS_VIGNETTING - 1; k >= 0; k--) sum = (sum + r_set(v->vignetting[k])) * *u;

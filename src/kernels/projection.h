@@ -1,7 +1,8 @@
 // EWA projection of Gaussians to splats (Zwicker et al. 2001; 3DGS, section 4), forward and backward.
 //
 //   p = R mean + t,  J = [[fx/z, 0, -fx x/z^2], [0, fy/z, -fy y/z^2]],  V = J R Rq diag(exp(scales))
-//   cov = V V^T + 0.3 I (pixels),  conic = cov^-1,  log2 alpha = L - log2(e)/2 d^T conic d,  L = log2 sigmoid(opacity)
+//   cov = V V^T + diag(dilation) (pixels; 0.3 where a pixel of the photo is one of the camera),  conic = cov^-1,  log2
+//   alpha = L - log2(e)/2 d^T conic d,  L = log2 sigmoid(opacity)
 #ifndef FS_KERNELS_PROJECTION_H
 #define FS_KERNELS_PROJECTION_H
 
@@ -12,9 +13,10 @@
 typedef struct ProjectCamera {
     float rotation[9], translation[3]; // world to camera
     float fx, fy, cx, cy;
-    float near;             // splats with z under this are invisible, world units
-    int width, height;      // pixels
-    float limit_x, limit_y; // |x/z| and |y/z| are clamped to this in J
+    float near;                   // splats with z under this are invisible, world units
+    int width, height;            // pixels
+    float limit_x, limit_y;       // |x/z| and |y/z| are clamped to this in J
+    float dilation_x, dilation_y; // pixels squared
 } ProjectCamera;
 
 // Parameters and, for backward, their gradients: (N, 3), (N, 3), (N, 4), (N, 1).

@@ -47,9 +47,10 @@ FN void project(const ProjectCamera *cam, const Gaussian *g, Projection *o)
         o->w0[k] = jx * (r_set(cam->rotation[k]) - o->tx * r_set(cam->rotation[6 + k]));
         o->w1[k] = jy * (r_set(cam->rotation[3 + k]) - o->ty * r_set(cam->rotation[6 + k]));
     }
-    const real dilation = r_set(FS_COV_DILATION);
+    const real ex = r_set(cam->dilation_x), ey = r_set(cam->dilation_y);
     real v0[3], v1[3];
-    o->xx = o->yy = dilation;
+    o->xx = ex;
+    o->yy = ey;
     o->xy = r_set(0);
     for (int k = 0; k < 3; k++) {
         o->s[k] = r_exp(g->scale[k]);
@@ -60,9 +61,9 @@ FN void project(const ProjectCamera *cam, const Gaussian *g, Projection *o)
         o->xy += v0[k] * v1[k];
         o->yy += v1[k] * v1[k];
     }
-    // det(V V^T + e I) as a sum of squares: xx yy - xy^2 of a long thin splat at 45 degrees would cancel to nothing.
+    // det(V V^T + e) as a sum of squares: xx yy - xy^2 of a long thin splat at 45 degrees would cancel to nothing.
     real m0 = v0[1] * v1[2] - v0[2] * v1[1], m1 = v0[2] * v1[0] - v0[0] * v1[2], m2 = v0[0] * v1[1] - v0[1] * v1[0];
-    real inv_det = r_set(1) / (m0 * m0 + m1 * m1 + m2 * m2 + dilation * (o->xx + o->yy - dilation));
+    real inv_det = r_set(1) / (m0 * m0 + m1 * m1 + m2 * m2 + ex * (o->yy - ey) + ey * o->xx);
     o->a = o->yy * inv_det;
     o->b = r_set(0) - o->xy * inv_det;
     o->c = o->xx * inv_det;

@@ -20,7 +20,7 @@ typedef struct FsSettings {
     int init_count;
     // train
     int steps, levels, test_every, checkpoint_every, progress_every, max_splats;
-    double minutes;
+    double minutes, pixels_per_splat;
     bool resume;
     char *model, *separation, *lighting, *geometry, *beta, *densify;
     double rgb_weight, dssim, contrast, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg,

@@ -40,6 +40,18 @@ int fs_schedule_budget(const Settings *set, double pixels)
     return set->max_splats ? set->max_splats : (int)(SPLATS_PER_SIDE * sqrt(pixels));
 }
 
+void fs_schedule_stride(const Settings *set, double pixels, int budget, int stride[2])
+{
+    double least = set->pixels_per_splat * budget;
+    stride[0] = stride[1] = 1;
+    for (int k = 1; least > 0; k = !k) { // rows first
+        stride[k]++;
+        if (pixels / (stride[0] * stride[1]) >= least) continue;
+        stride[k]--;
+        return;
+    }
+}
+
 int fs_schedule_grown(const Settings *set, int budget, int n, int step)
 {
     double rounds = (GROWN_BY * set->steps - step) / RELOCATE_EVERY + 1;

@@ -117,8 +117,10 @@ fail:
     return rc;
 }
 
-// Seconds of a step, and of a render of all layers (NULL: not wanted), with clouds of n.
-static int time_step(const FsProject *project, const RunSize *size, int n, double *step, double *render, FsError *err)
+// Seconds of a step, and of a render of all layers (NULL: not wanted), with clouds of n that may have `budget` (0: all
+// pixels are looked at).
+static int time_step(const FsProject *project, const RunSize *size, int n, int budget, double *step, double *render,
+                     FsError *err)
 {
     const Settings *set = &project->set;
     int width = size->width, height = size->height;
@@ -137,6 +139,7 @@ static int time_step(const FsProject *project, const RunSize *size, int n, doubl
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-9; // the clouds stay as they are
     args.explore = args.settle = 0;
     args.learn = fs_schedule_learns(set, false);
+    fs_schedule_stride(set, (double)width * height, budget, args.stride);
     double begin = 0, total = 0;
     for (steps = -1; steps < MOST_STEPS && (steps < 2 || total < ENOUGH_SECONDS); steps++) { // the first warms up
         if (steps == 0) begin = fs_clock_seconds();
@@ -157,8 +160,8 @@ fail:
 
 int fs_train_reference(const FsProject *project, double *seconds, FsError *err)
 {
-    return time_step(project, &(RunSize){0, REFERENCE_EDGE, REFERENCE_EDGE * 2 / 3, 0}, REFERENCE_SPLATS, seconds, NULL,
-                     err);
+    return time_step(project, &(RunSize){0, REFERENCE_EDGE, REFERENCE_EDGE * 2 / 3, 0}, REFERENCE_SPLATS, 0, seconds,
+                     NULL, err);
 }
 
 // The size of a cloud after a step.
@@ -235,6 +238,7 @@ int fs_train_time(const FsProject *project, const RunSize *size, TrainPace *pace
 {
     const Settings *set = &project->set;
     *pace = (TrainPace){.splats = {first_splats(set, size), last_splats(set, size)}};
+    int budget = fs_schedule_budget(set, (double)size->width * size->height);
     for (int h = fs_schedule_halvings(set, long_edge(size), 0); h >= 0; h--) {
         RunSize at = {.width = size->width >> h, .height = size->height >> h};
         for (int k = 0; k < 2; k++) {
@@ -242,7 +246,8 @@ int fs_train_time(const FsProject *project, const RunSize *size, TrainPace *pace
                 return fs_error_set(err, FS_ERR_CANCELLED, "cancelled before it started");
             pace->step[h][k] = pace->step[h][0];
             if (k == 0 || h == 0 || pace->splats[1] > pace->splats[0])
-                MUST(time_step(project, &at, pace->splats[k], &pace->step[h][k], k && !h ? &pace->render : NULL, err));
+                MUST(time_step(project, &at, pace->splats[k], budget, &pace->step[h][k], k && !h ? &pace->render : NULL,
+                               err));
         }
     }
     return 0;

@@ -51,8 +51,8 @@ static World *make_world(void)
         for (int i = 0; i < FS_TILE_PIXELS; i++) w->want_t[t][i] = fs_rng_normal(&rng);
     }
     const double s = sin(0.1), c = cos(0.1);
-    w->camera =
-        (ProjectCamera){{c, 0, s, 0, 1, 0, -s, 0, c}, {0.05, -0.1, 0.2}, 30, 31, 16, 15, 0.1, 32, 32, 0.65, 0.65};
+    w->camera = (ProjectCamera){
+        {c, 0, s, 0, 1, 0, -s, 0, c}, {0.05, -0.1, 0.2}, 30, 31, 16, 15, 0.1, 32, 32, 0.65, 0.65, 0.3, 0.1};
     return w;
 }
 

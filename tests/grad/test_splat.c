@@ -31,7 +31,9 @@ static const ProjectCamera camera = {.rotation = {0.96f, 0.02f, -0.28f, 0, 1, 0.
                                      .width = 16,
                                      .height = 16,
                                      .limit_x = 1.0f,
-                                     .limit_y = 1.0f};
+                                     .limit_y = 1.0f,
+                                     .dilation_x = 0.3f,
+                                     .dilation_y = 0.1f};
 static float weight[5 * FS_TILE_PIXELS]; // of three colours, depth, transmittance
 
 static ProjectParams params_of(Scene *s)

@@ -31,7 +31,7 @@ static void make(Case *c, int curved)
                                 .vignetting = {-0.05f, 0.03f, -0.08f},
                                 .cx = 35.2f,
                                 .cy = 13.1f,
-                                .per_px = 1 / 40.0f,
+                                .per_px = {1 / 40.0f, 1 / 44.0f},
                                 .curved = curved};
     for (int k = 1; k < FS_OPTICS_KNOTS; k++) c->view.response[k] = 0.05f * (fs_rng_uniform(&rng) - 0.5f);
     c->I = random_planes(W, H, 3, 0, 1.6f, &rng); // some beyond the last knot
@@ -116,7 +116,7 @@ static void check_identity(void)
     Case c;
     make(&c, 1);
     c.k = &fs_calibration_scalar;
-    c.view = (CalibrationView){.per_px = 0.02f, .curved = 1};
+    c.view = (CalibrationView){.per_px = {0.02f, 0.02f}, .curved = 1};
     run_forward(&c);
     double difference = planes_difference(&c.I, &c.P);
     CHECK(difference == 0, "%g", difference);

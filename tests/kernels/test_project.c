@@ -32,8 +32,19 @@ static Case *make(void)
         c->d_depth[i] = fs_rng_normal(&rng);
     }
     const float s = sinf(0.2f), co = cosf(0.2f);
-    c->camera = (ProjectCamera){
-        {co, 0, s, 0, 1, 0, -s, 0, co}, {0.1f, -0.2f, 0.5f}, 300, 310, 160, 120, 0.2f, 320, 240, 0.7f, 0.5f};
+    c->camera = (ProjectCamera){{co, 0, s, 0, 1, 0, -s, 0, co},
+                                {0.1f, -0.2f, 0.5f},
+                                300,
+                                310,
+                                160,
+                                120,
+                                0.2f,
+                                320,
+                                240,
+                                0.7f,
+                                0.5f,
+                                0.3f,
+                                0.075f};
     c->params = (ProjectParams){c->means, c->scales, c->quats, c->opacities};
     c->gradients = (ProjectParams){c->d_means, c->d_scales, c->d_quats, c->d_opacities};
     return c;
@@ -118,7 +129,8 @@ static void check_needle(CpuLevel level)
         memcpy(c->quats + 4 * i, quat, sizeof quat);
         c->opacities[i] = 2;
     }
-    c->camera = (ProjectCamera){{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, 300, 300, 160, 120, 0.2f, 320, 240, 0.7f, 0.5f};
+    c->camera =
+        (ProjectCamera){{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, 300, 300, 160, 120, 0.2f, 320, 240, 0.7f, 0.5f, 0.3f, 0.3f};
     c->k = fs_kernels_at(level).project;
     run_forward(c);
     run_backward(c);

@@ -141,6 +141,8 @@ static inline void send_neighbours(Engine *engine, const Cloud *cloud)
 }
 
 // All terms, at a late step; rates too small to move anything.
+static int sparse[2] = {1, 1}; // StepArgs.stride
+
 static inline StepArgs make_args(const Scene *scene)
 {
     FsSettings *set = fs_settings_new();
@@ -152,7 +154,7 @@ static inline StepArgs make_args(const Scene *scene)
                                       {"response-smooth", "0.5"}};
     for (size_t i = 0; i < sizeof weights / sizeof *weights; i++)
         assert_int_equal(fs_settings_set(set, weights[i][0], weights[i][1], NULL), 0);
-    StepArgs args = {.step = 0, .statistics = true, .settle = 1e-12};
+    StepArgs args = {.step = 0, .stride = {sparse[0], sparse[1]}, .statistics = true, .settle = 1e-12};
     args.learn = LEARN_LIGHT | LEARN_WHITE | LEARN_VIGNETTING | LEARN_RESPONSE;
     fs_loss_weights(set, scene, 1, args.weight);
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-12;

@@ -215,6 +215,71 @@ static void test_gradients_of_photo(void **state)
     }
 }
 
+static void test_gradients_of_some_pixels(void **state)
+{
+    wide = 0.55f;
+    sparse[1] = 2;
+    FOR_DEVICES(d) for (int flash = 0; flash < 2; flash++)
+    {
+        check_kind(devices[d], &kinds[0], flash == 1);
+        check_kind(devices[d], &kinds[3], flash == 1);
+    }
+    wide = 0.12f;
+    test_gradients_of_numbers(state);
+    test_gradients_of_photo(state);
+    sparse[0] = sparse[1] = 1;
+    assert_int_equal(bad_slopes, 0);
+}
+
+// What is looked at is the photo: the even and the odd columns together have its L1, and its gradients.
+static void l1_step(const char *device, const Scene *scene, int columns, int step, double *l1, Cloud *gradients)
+{
+    const Camera camera = make_camera();
+    Engine *engine = open_engine(device, scene);
+    StepArgs args = make_args(scene);
+    StepResult result;
+    TrainState state = {0};
+    for (int k = 0; k < LOSS_TERMS; k++) args.weight[k] = k == LOSS_L1;
+    args.stride[0] = columns;
+    args.step = step;
+    load_photo(engine, &camera, true);
+    send_neighbours(engine, &scene->cloud[LAYER_T_N]);
+    assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+    assert_int_equal(fs_engine_state_down(engine, &state, NULL), 0);
+    *l1 = result.loss[LOSS_L1];
+    *gradients = state.cloud[LAYER_T_N].m;
+    state.cloud[LAYER_T_N].m = (Cloud){0};
+    fs_engine_state_free(&state);
+    fs_engine_free(engine);
+}
+
+static void test_pixels_together(void **state)
+{
+    (void)state;
+    FOR_DEVICES(d)
+    {
+        Scene scene = make_scene(&kinds[0]);
+        double all, part[2] = {0};
+        Cloud whole, half[2] = {{0}};
+        l1_step(devices[d], &scene, 1, 0, &all, &whole);
+        l1_step(devices[d], &scene, 2, 0, &part[0], &half[0]);
+        for (int step = 1; !part[1] || part[1] == part[0]; step++) {
+            fs_cloud_free(&half[1]);
+            assert_true(step < 30); // beginning anywhere
+            l1_step(devices[d], &scene, 2, step, &part[1], &half[1]);
+        }
+        assert_true(fabs((part[0] + part[1]) / 2 - all) < 1e-6 && fabs(part[0] - part[1]) > 1e-4);
+        for (int f = 0; f < CLOUD_FIELDS; f++)
+            for (int i = 0; i < whole.n * whole.width[f]; i++) {
+                float mean = (half[0].field[f][i] + half[1].field[f][i]) / 2;
+                assert_true(fabsf(mean - whole.field[f][i]) < 1e-6f + 1e-4f * fabsf(mean));
+            }
+        fs_cloud_free(&whole);
+        for (int k = 0; k < 2; k++) fs_cloud_free(&half[k]);
+        fs_scene_free(&scene);
+    }
+}
+
 // Who stands in the mirrored light's way: one step of a grid, at a loss without its cost.
 static double loss_of_occlusion(const char *device, const Scene *scene, OcclusionState *occlusion, double settle)
 {
@@ -308,7 +373,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_gradients),          cmocka_unit_test(test_gradients_of_numbers),
         cmocka_unit_test(test_gradients_of_photo), cmocka_unit_test(test_gradients_of_occlusion),
-        cmocka_unit_test(test_occlusion_hides_R),
+        cmocka_unit_test(test_occlusion_hides_R),  cmocka_unit_test(test_gradients_of_some_pixels),
+        cmocka_unit_test(test_pixels_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
