@@ -215,8 +215,7 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
 {
     HostEngine *e = fs_host_engine(base);
     int w = view->camera->width, h = view->camera->height;
-    size_t three = fs_planes_floats(w, h, 3), one = fs_planes_floats(w, h, 1),
-           bytes = (3 * three + one) * sizeof(float);
+    size_t three = fs_planes_floats(w, h, 3), bytes = (three + fs_planes_floats(w, h, 1)) * sizeof(float);
     if (fs_memory_grow(&e->views, e->n_views, sizeof *e->views, err) < 0) return FS_ERR_MEMORY;
     HostView *v = &e->views[e->n_views];
     *v = (HostView){.camera = *view->camera,
@@ -224,22 +223,12 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
                     .state = view->state,
                     .flash_gain = view->flash_gain > 0 ? view->flash_gain : 1,
                     .memory = aligned_alloc(64, bytes)};
-    void *scratch = aligned_alloc(64, (fs_photometric_scratch(w) + 63) / 64 * 64);
-    if (!v->memory || !scratch) {
-        free(v->memory);
-        free(scratch);
-        return fs_error_memory(err);
-    }
+    if (!v->memory) return fs_error_memory(err);
     memset(v->memory, 0, bytes);
     v->photo = fs_planes_over(v->memory, w, h, 3);
-    v->mu = fs_planes_over(v->memory + three, w, h, 3);
-    v->var = fs_planes_over(v->memory + 2 * three, w, h, 3);
-    v->mask = fs_planes_over(v->memory + 3 * three, w, h, 1);
+    v->mask = fs_planes_over(v->memory + three, w, h, 1);
     from_image(view->photo, &v->photo, true);
     from_image(view->mask, &v->mask, false);
-    PhotometricArgs args = {.I = &v->photo, .Y = &v->photo, .mu_Y = &v->mu, .var_Y = &v->var, .scratch = scratch};
-    e->kernels.photometric->target_stats(&args, 0, h);
-    free(scratch);
     e->n_views++;
     return 0;
 }

@@ -12,9 +12,8 @@
 typedef struct HostView {
     Camera camera;
     bool flash;
-    Planes photo;   // (3, h, w) tone-mapped
-    Planes mask;    // (1, h, w)
-    Planes mu, var; // (3, h, w) of photo, for SSIM
+    Planes photo; // (3, h, w) tone-mapped
+    Planes mask;  // (1, h, w)
     PhotoState state;
     float flash_gain;
     float *memory;             // of all the planes

@@ -20,29 +20,21 @@ static int fewer(int pixels, int stride, Rng *rng, int *first)
     return (pixels - 1 - *first) / stride + 1;
 }
 
-void fs_host_pixels_pick(HostPixels *p, Arena *arena, const HostView *v, const int stride[2], bool windows, Rng *rng)
+void fs_host_pixels_pick(HostPixels *p, Arena *arena, const HostView *v, const int stride[2], Rng *rng)
 {
-    *p = (HostPixels){{stride[0], stride[1]}, v->camera, v->photo, v->mask, v->mu, v->var, false};
-    if (stride[0] == 1 && stride[1] == 1) return;
-    int first[2];
-    Camera *c = &p->camera;
-    c->width = fewer(c->width, stride[0], rng, &first[0]);
-    c->height = fewer(c->height, stride[1], rng, &first[1]);
-    c->fx /= stride[0];
-    c->fy /= stride[1];
-    c->cx = (c->cx - first[0] - 0.5) / stride[0] + 0.5;
-    c->cy = (c->cy - first[1] - 0.5) / stride[1] + 0.5;
-    p->photo = p->mu = p->var = planes_at(p, arena, &v->photo, first);
-    p->trust = planes_at(p, arena, &v->mask, first);
-    p->windows = windows;
-    if (!windows) return;
-    p->mu = fs_scratch_planes(arena, c, 3);
-    p->var = fs_scratch_planes(arena, c, 3);
-}
-
-void fs_host_pixels_windows(const HostPixels *p, const Kernels *kernels, int y0, int y1, void *scratch)
-{
-    if (!p->windows) return;
-    PhotometricArgs args = {.I = &p->photo, .Y = &p->photo, .mu_Y = &p->mu, .var_Y = &p->var, .scratch = scratch};
-    kernels->photometric->target_stats(&args, y0, y1);
+    *p = (HostPixels){.stride = {stride[0], stride[1]}, .camera = v->camera, .photo = v->photo, .trust = v->mask};
+    if (stride[0] > 1 || stride[1] > 1) {
+        int first[2];
+        Camera *c = &p->camera;
+        c->width = fewer(c->width, stride[0], rng, &first[0]);
+        c->height = fewer(c->height, stride[1], rng, &first[1]);
+        c->fx /= stride[0];
+        c->fy /= stride[1];
+        c->cx = (c->cx - first[0] - 0.5) / stride[0] + 0.5;
+        c->cy = (c->cy - first[1] - 0.5) / stride[1] + 0.5;
+        p->photo = planes_at(p, arena, &v->photo, first);
+        p->trust = planes_at(p, arena, &v->mask, first);
+    }
+    p->mu = fs_scratch_planes(arena, &p->camera, 3);
+    p->var = fs_scratch_planes(arena, &p->camera, 3);
 }

@@ -113,7 +113,7 @@ static void look_at(Step *s)
     int stride[2];
     for (int k = 0; k < 2; k++) stride[k] = field ? stride_of(s) : s->args->stride[k] > 1 ? s->args->stride[k] : 1;
     Rng rng = fs_rng_new(s->args->seed * 1000003u + (uint64_t)s->args->step);
-    fs_host_pixels_pick(&s->pixels, &s->engine->arena, s->view, stride, !field, &rng);
+    fs_host_pixels_pick(&s->pixels, &s->engine->arena, s->view, stride, &rng);
 }
 
 static uint64_t jitter_of(const Step *s)
@@ -171,12 +171,20 @@ static int set_up(Step *s, FsError *err)
 
 // ---- jobs over strips of rows ----
 
+static void windows(const Step *s, int y0, int y1, void *scratch)
+{
+    const HostPixels *p = &s->pixels;
+    PhotometricArgs args = {.I = &p->photo, .Y = &p->photo, .mu_Y = &p->mu, .var_Y = &p->var, .scratch = scratch};
+    if (s->args->weight[LOSS_DSSIM] > 0 || s->args->weight[LOSS_CONTRAST] > 0)
+        s->engine->kernels.photometric->target_stats(&args, y0, y1);
+}
+
 static void forward_job(void *context, int strip, int worker)
 {
     Step *s = context;
     const Kernels *k = &s->engine->kernels;
     int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->pixels.camera.height);
-    fs_host_pixels_windows(&s->pixels, k, y0, y1, s->scratch[worker]);
+    windows(s, y0, y1, s->scratch[worker]);
     fs_view_images_forward(&s->images, y0, y1);
     k->pixelwise->clipped(&s->pixels.trust, &s->pixels.photo, &s->images.P, &s->mask, y0, y1);
     if (!s->loss.other) return;
