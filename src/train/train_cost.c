@@ -17,8 +17,8 @@ enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_ST
 
 // Bytes, measured on captures of 300 to 2400 pixels.
 #define BYTES_PROGRAM 30e6
-#define BYTES_VIEW 40.0   // a pixel of a photo: itself, what SSIM needs of it, mask
-#define BYTES_STEP 304.0  // a pixel of the view that is rendered
+#define BYTES_VIEW 16.0   // a pixel of a photo: itself, mask
+#define BYTES_STEP 328.0  // a pixel of the view that is rendered
 #define BYTES_SHEET 450.0 // a pixel of a view, for contact sheets
 #define BYTES_SPLAT 740.0
 #define BYTES_NUMBER 16.0 // of a radiance field: itself, its gradient, two moments
@@ -198,13 +198,26 @@ static double field_bytes(const Settings *set, const RunSize *size)
            BYTES_VOLUME * (shape.colors[VOLUME_R] ? 2 : 1);
 }
 
+// Most pixels that a step looks at.
+static double step_pixels(const Settings *set, const RunSize *size)
+{
+    double pixels = (double)size->width * size->height, most = 0;
+    for (int h = fs_schedule_halvings(set, long_edge(size), 0); h >= 0; h--) {
+        double at = ldexp(pixels, -2 * h);
+        int stride[2];
+        fs_schedule_stride(set, at, fs_schedule_budget(set, pixels), stride);
+        most = fmax(most, at / (stride[0] * stride[1]));
+    }
+    return most;
+}
+
 double fs_train_bytes(const Settings *set, const RunSize *size)
 {
     double pixels = (double)size->width * size->height;
     int clouds = 0;
     for (int l = 0; l < LAYERS; l++) clouds += has_cloud(set, l);
-    return BYTES_PROGRAM + pixels * (BYTES_VIEW * size->photos + BYTES_STEP + (set->progress_every ? BYTES_SHEET : 0)) +
-           clouds * BYTES_SPLAT * last_splats(set, size) + field_bytes(set, size);
+    return BYTES_PROGRAM + pixels * (BYTES_VIEW * size->photos + (set->progress_every ? BYTES_SHEET : 0)) +
+           BYTES_STEP * step_pixels(set, size) + clouds * BYTES_SPLAT * last_splats(set, size) + field_bytes(set, size);
 }
 
 RunSize fs_trainer_size(const Trainer *trainer)

@@ -225,6 +225,28 @@ static void test_schedule(void **state)
     fs_settings_free(set);
 }
 
+// As few pixels as the setting allows: rows first, then columns, in turn.
+static void test_stride(void **state)
+{
+    (void)state;
+    const struct {
+        double pixels;
+        int stride[2];
+    } wanted[] = {{900, {1, 1}},  {1999, {1, 1}}, {2000, {1, 2}}, {3999, {1, 2}},
+                  {4000, {2, 2}}, {8500, {2, 3}}, {9000, {3, 3}}};
+    FsSettings *set = settings("standard", "1000");
+    int stride[2];
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+        assert_int_equal(fs_settings_set(set, "pixels-per-splat", "2", NULL), 0);
+        fs_schedule_stride(set, wanted[i].pixels, 500, stride);
+        assert_memory_equal(stride, wanted[i].stride, sizeof stride);
+        assert_int_equal(fs_settings_set(set, "pixels-per-splat", "0", NULL), 0);
+        fs_schedule_stride(set, wanted[i].pixels, 500, stride);
+        assert_true(stride[0] == 1 && stride[1] == 1); // all
+    }
+    fs_settings_free(set);
+}
+
 // From coarse photos to full ones, whatever the number of steps, and clouds that grow to their budget and no further.
 static void test_levels(void **state)
 {
@@ -276,8 +298,8 @@ static void test_cost(void **state)
     FsSettings *set = fs_settings_new();
     RunSize size = {30, 1200, 800, 0, 0}, large = {60, 2400, 1600, 0, 0}, tiny = {4, 120, 80, 0, 0};
     double bytes = fs_train_bytes(set, &size);
-    assert_true(bytes > 1.6e9 && bytes < 2.5e9);
-    assert_true(fs_train_bytes(set, &large) > 9.2e9); // the photos alone
+    assert_true(bytes > 1.1e9 && bytes < 1.5e9);
+    assert_true(fs_train_bytes(set, &large) > 3.6e9); // the photos alone
     size.splats = 2000000;                            // more than the budget: they stay
     assert_true(fs_train_bytes(set, &size) > bytes + 2 * 1.8e6 * 300);
 
@@ -388,15 +410,11 @@ static void test_loss_table(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_edit),
-        cmocka_unit_test(test_relocation_keeps_the_picture),
-        cmocka_unit_test(test_all_dead),
-        cmocka_unit_test(test_fsgs),
-        cmocka_unit_test(test_schedule),
-        cmocka_unit_test(test_levels),
-        cmocka_unit_test(test_cost),
-        cmocka_unit_test(test_steps_that_fit),
-        cmocka_unit_test(test_order_of_photos),
+        cmocka_unit_test(test_edit),           cmocka_unit_test(test_relocation_keeps_the_picture),
+        cmocka_unit_test(test_all_dead),       cmocka_unit_test(test_fsgs),
+        cmocka_unit_test(test_schedule),       cmocka_unit_test(test_levels),
+        cmocka_unit_test(test_stride),         cmocka_unit_test(test_cost),
+        cmocka_unit_test(test_steps_that_fit), cmocka_unit_test(test_order_of_photos),
         cmocka_unit_test(test_loss_table),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
