@@ -87,9 +87,9 @@ static const FsOption table[] = {
           "fewer steps, as many as let run (or train, alone) take X minutes on this machine; 0: as many as --steps"),
     INT("levels", levels, TRAIN, "3", 1, 8, "N",
         "sizes of the photos that training goes through, each half the next; 1: full size only"),
-    FLOAT("pixels-per-splat", pixels_per_splat, TRAIN, "1.3", 0, 1000, "X",
-          "a step looks at as many pixels of a photo for each Gaussian that a cloud may have, every so many-th of every "
-          "so many-th row; 0: all pixels"),
+    FLOAT("pixels-per-splat", pixels_per_splat, TRAIN, "0.65", 0, 1000, "X",
+          "a step looks at every second row of a photo, and column, if that leaves as many pixels for each Gaussian that a "
+          "cloud may have; 0: all pixels"),
     INT("test-every", test_every, POSES, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
     INT("checkpoint-every", checkpoint_every, TRAIN, "500", 0, 1000000, "N",
         "steps between checkpoints; 0: only at the end"),
@@ -234,7 +234,7 @@ static const struct {
     const char *preset, *name, *value;
 } preset_values[] = {
     {"preview", "steps", "2700"},    {"preview", "long-edge", "300"},    {"preview", "init-count", "12000"},
-    {"preview", "pixels-per-splat", "0.65"}, {"paper", "pixels-per-splat", "0"},
+    {"paper", "pixels-per-splat", "0"},
     {"paper", "steps", "5000"},      {"paper", "levels", "1"},           {"paper", "geometry", "separate"},
     {"paper", "beta", "cloud"},      {"paper", "init-count", "350000"},  {"paper", "max-splats", "500000"},
     {"paper", "densify", "fsgs"},    {"paper", "rgb-weight", "2"},       {"paper", "linearity", "0.001"},

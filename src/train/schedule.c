@@ -42,14 +42,9 @@ int fs_schedule_budget(const Settings *set, double pixels)
 
 void fs_schedule_stride(const Settings *set, double pixels, int budget, int stride[2])
 {
-    double least = set->pixels_per_splat * budget;
-    stride[0] = stride[1] = 1;
-    for (int k = 1; least > 0; k = !k) { // rows first
-        stride[k]++;
-        if (pixels / (stride[0] * stride[1]) >= least) continue;
-        stride[k]--;
-        return;
-    }
+    double least = set->pixels_per_splat * budget, all = least > 0 ? pixels / least : 1;
+    stride[1] = all >= STRIDE ? STRIDE : 1; // rows first
+    stride[0] = all >= STRIDE * STRIDE ? STRIDE : 1;
 }
 
 int fs_schedule_grown(const Settings *set, int budget, int n, int step)

@@ -19,7 +19,10 @@
 
 // Levels, from coarse to fine.
 #define COARSE_UNTIL 0.5 // experiment  share of the steps before the full size
-enum { COARSEST = 100 }; // -           pixels of the longer side
+enum {
+    COARSEST = 100, // -           pixels of the longer side
+    STRIDE = 2,     // experiment  of rows and columns, where not all pixels are looked at
+};
 
 // --densify relocate
 #define DEAD 0.005f         // MCMC        opacity
