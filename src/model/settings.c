@@ -88,8 +88,8 @@ static const FsOption table[] = {
     INT("levels", levels, TRAIN, "3", 1, 8, "N",
         "sizes of the photos that training goes through, each half the next; 1: full size only"),
     FLOAT("pixels-per-splat", pixels_per_splat, TRAIN, "0.65", 0, 1000, "X",
-          "a step looks at every second row of a photo, and column, if that leaves as many pixels for each Gaussian that a "
-          "cloud may have; 0: all pixels"),
+          "at the photos' full size a step looks at every second row, and column, if that leaves as many pixels for each "
+          "Gaussian that a cloud may have; 0: all pixels"),
     INT("test-every", test_every, POSES, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
     INT("checkpoint-every", checkpoint_every, TRAIN, "500", 0, 1000000, "N",
         "steps between checkpoints; 0: only at the end"),

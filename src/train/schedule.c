@@ -40,9 +40,9 @@ int fs_schedule_budget(const Settings *set, double pixels)
     return set->max_splats ? set->max_splats : (int)(SPLATS_PER_SIDE * sqrt(pixels));
 }
 
-void fs_schedule_stride(const Settings *set, double pixels, int budget, int stride[2])
+void fs_schedule_stride(const Settings *set, int halvings, double pixels, int budget, int stride[2])
 {
-    double least = set->pixels_per_splat * budget, all = least > 0 ? pixels / least : 1;
+    double least = halvings ? 0 : set->pixels_per_splat * budget, all = least > 0 ? pixels / least : 1;
     stride[1] = all >= STRIDE ? STRIDE : 1; // rows first
     stride[0] = all >= STRIDE * STRIDE ? STRIDE : 1;
 }

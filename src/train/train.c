@@ -101,7 +101,9 @@ static int train_loop(Trainer *trainer, FsError *err)
         fs_schedule_step(trainer->set, &trainer->scene, trainer->step, &args);
         args.learn = trainer->learn;
         args.view = fs_views_at_step(trainer, trainer->step);
-        fs_schedule_stride(trainer->set, fs_views_pixels(trainer, args.view), trainer->budget, args.stride);
+        const Camera *camera = &trainer->views[args.view]->camera;
+        fs_schedule_stride(trainer->set, trainer->halvings, (double)camera->width * camera->height, trainer->budget,
+                           args.stride);
         TRY(fs_engine_step(trainer->engine, &args, &trainer->last, err));
         trainer->step++;
         TRY(fs_densify_step(trainer, err));

@@ -19,7 +19,7 @@ enum { MOST_STEPS = 8, REFERENCE_SPLATS = 20000, REFERENCE_EDGE = 300, FEWEST_ST
 #define BYTES_PROGRAM 30e6
 #define BYTES_VIEW 16.0   // a pixel of a photo: itself, mask
 #define BYTES_STEP 328.0  // a pixel of the view that is rendered
-#define BYTES_SHEET 450.0 // a pixel of a view, for contact sheets
+#define BYTES_SHEET 550.0 // a pixel of a view, for contact sheets
 #define BYTES_SPLAT 740.0
 #define BYTES_NUMBER 16.0 // of a radiance field: itself, its gradient, two moments
 #define BYTES_FIELD 10e6
@@ -117,10 +117,9 @@ fail:
     return rc;
 }
 
-// Seconds of a step, and of a render of all layers (NULL: not wanted), with clouds of n that may have `budget` (0: all
-// pixels are looked at).
-static int time_step(const FsProject *project, const RunSize *size, int n, int budget, double *step, double *render,
-                     FsError *err)
+// Seconds of a step, and of a render of all layers (NULL: not wanted), with clouds of n.
+static int time_step(const FsProject *project, const RunSize *size, int n, const int stride[2], double *step,
+                     double *render, FsError *err)
 {
     const Settings *set = &project->set;
     int width = size->width, height = size->height;
@@ -139,7 +138,7 @@ static int time_step(const FsProject *project, const RunSize *size, int n, int b
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-9; // the clouds stay as they are
     args.explore = args.settle = 0;
     args.learn = fs_schedule_learns(set, false);
-    fs_schedule_stride(set, (double)width * height, budget, args.stride);
+    for (int k = 0; k < 2; k++) args.stride[k] = stride[k];
     double begin = 0, total = 0;
     for (steps = -1; steps < MOST_STEPS && (steps < 2 || total < ENOUGH_SECONDS); steps++) { // the first warms up
         if (steps == 0) begin = fs_clock_seconds();
@@ -160,8 +159,8 @@ fail:
 
 int fs_train_reference(const FsProject *project, double *seconds, FsError *err)
 {
-    return time_step(project, &(RunSize){0, REFERENCE_EDGE, REFERENCE_EDGE * 2 / 3, 0}, REFERENCE_SPLATS, 0, seconds,
-                     NULL, err);
+    return time_step(project, &(RunSize){0, REFERENCE_EDGE, REFERENCE_EDGE * 2 / 3, 0}, REFERENCE_SPLATS,
+                     (const int[2]){1, 1}, seconds, NULL, err);
 }
 
 // The size of a cloud after a step.
@@ -203,10 +202,9 @@ static double step_pixels(const Settings *set, const RunSize *size)
 {
     double pixels = (double)size->width * size->height, most = 0;
     for (int h = fs_schedule_halvings(set, long_edge(size), 0); h >= 0; h--) {
-        double at = ldexp(pixels, -2 * h);
         int stride[2];
-        fs_schedule_stride(set, at, fs_schedule_budget(set, pixels), stride);
-        most = fmax(most, at / (stride[0] * stride[1]));
+        fs_schedule_stride(set, h, pixels, fs_schedule_budget(set, pixels), stride);
+        most = fmax(most, ldexp(pixels, -2 * h) / (stride[0] * stride[1]));
     }
     return most;
 }
@@ -251,15 +249,17 @@ int fs_train_time(const FsProject *project, const RunSize *size, TrainPace *pace
 {
     const Settings *set = &project->set;
     *pace = (TrainPace){.splats = {first_splats(set, size), last_splats(set, size)}};
-    int budget = fs_schedule_budget(set, (double)size->width * size->height);
+    double pixels = (double)size->width * size->height;
     for (int h = fs_schedule_halvings(set, long_edge(size), 0); h >= 0; h--) {
         RunSize at = {.width = size->width >> h, .height = size->height >> h};
+        int stride[2];
+        fs_schedule_stride(set, h, pixels, fs_schedule_budget(set, pixels), stride);
         for (int k = 0; k < 2; k++) {
             if (fs_log_cancelled(&project->log))
                 return fs_error_set(err, FS_ERR_CANCELLED, "cancelled before it started");
             pace->step[h][k] = pace->step[h][0];
             if (k == 0 || h == 0 || pace->splats[1] > pace->splats[0])
-                MUST(time_step(project, &at, pace->splats[k], budget, &pace->step[h][k], k && !h ? &pace->render : NULL,
+                MUST(time_step(project, &at, pace->splats[k], stride, &pace->step[h][k], k && !h ? &pace->render : NULL,
                                err));
         }
     }

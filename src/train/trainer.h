@@ -39,7 +39,6 @@ typedef struct Trainer {
 int fs_views_load(Trainer *trainer, FsError *err);
 void fs_views_free(Trainer *trainer);
 int fs_views_load_halved(Trainer *trainer, int halvings, FsError *err); // the same, of a size
-double fs_views_pixels(const Trainer *trainer, int view);               // of a photo, as the engine has it
 int fs_views_at_step(Trainer *trainer, int step);                // every view once per epoch, shuffled by the seed
 int fs_views_for_step(Trainer *trainer, int step, FsError *err); // the engine gets the photos of the size of that step
 
@@ -49,8 +48,8 @@ unsigned fs_schedule_learns(const Settings *set, bool encoded);         // encod
 bool fs_schedule_relocates(const Settings *set, int step);              // after that many steps; densify.c
 int fs_schedule_halvings(const Settings *set, int long_edge, int step); // of the photos' size
 int fs_schedule_budget(const Settings *set, double pixels);             // Gaussians of a cloud, for photos of that size
-// StepArgs.stride, for photos of so many pixels and clouds that may have `budget` Gaussians.
-void fs_schedule_stride(const Settings *set, double pixels, int budget, int stride[2]);
+// StepArgs.stride, for photos of so many pixels, halved so often, and clouds that may have `budget` Gaussians.
+void fs_schedule_stride(const Settings *set, int halvings, double pixels, int budget, int stride[2]);
 int fs_schedule_grown(const Settings *set, int budget, int n, int step); // relocation: a cloud of n after a round
 bool fs_schedule_fsgs(int step);                                         // fsgs.c
 

@@ -1,5 +1,4 @@
 // The photos of training: which, and in what order.
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -68,12 +67,6 @@ int fs_views_for_step(Trainer *trainer, int step, FsError *err)
     fs_log_info(&trainer->project->log, "train: photos of %d pixels from step %d on", trainer->long_edge >> halvings,
                 step + 1);
     return 0;
-}
-
-double fs_views_pixels(const Trainer *trainer, int view)
-{
-    const Camera *camera = &trainer->views[view]->camera;
-    return ldexp((double)camera->width * camera->height, -2 * trainer->halvings);
 }
 
 static void add_view(Trainer *trainer, const View *view)

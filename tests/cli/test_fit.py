@@ -12,8 +12,8 @@ from common import FolderTest, run
 
 START = ["--long-edge", 96, "--init-count", 2500, "--threads", 1]
 TRAIN = ["--threads", 1, "--progress-every", 0]
-PIXELS = 6e6  # of a photo of the tests of memory; each takes 40 bytes of them
-PHOTOS = int(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / (40 * PIXELS)) + 10
+PIXELS = 6e6  # of a photo of the tests of memory; each takes 16 bytes of them
+PHOTOS = int(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / (16 * PIXELS)) + 10
 
 
 class Fit(FolderTest):

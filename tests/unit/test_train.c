@@ -237,10 +237,12 @@ static void test_stride(void **state)
     int stride[2];
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         assert_int_equal(fs_settings_set(set, "pixels-per-splat", "2", NULL), 0);
-        fs_schedule_stride(set, wanted[i].pixels, 500, stride);
+        fs_schedule_stride(set, 0, wanted[i].pixels, 500, stride);
         assert_memory_equal(stride, wanted[i].stride, sizeof stride);
+        fs_schedule_stride(set, 1, wanted[i].pixels, 500, stride); // small photos, at the beginning: all
+        assert_true(stride[0] == 1 && stride[1] == 1);
         assert_int_equal(fs_settings_set(set, "pixels-per-splat", "0", NULL), 0);
-        fs_schedule_stride(set, wanted[i].pixels, 500, stride);
+        fs_schedule_stride(set, 0, wanted[i].pixels, 500, stride);
         assert_true(stride[0] == 1 && stride[1] == 1); // all
     }
     fs_settings_free(set);
