@@ -12,7 +12,9 @@ echo "== A capture through glass: photos, and the truth to compare with"
 [ -f $scene/truth/cameras.json ] || "$flashsplat" synth -o $scene
 
 echo "== From the photos to the separated scene"
-"$flashsplat" run $scene/capture/raw -o $out --preset preview --resume
+resume=--resume # what was interrupted; a demo that an earlier version finished is made anew where that is needed
+[ ! -f $out/done/train.json ] || resume=
+"$flashsplat" run $scene/capture/raw -o $out --preset preview $resume
 
 echo "== Measured against the truth, at the photos' own poses"
 "$flashsplat" evaluate $out $scene/truth --views capture

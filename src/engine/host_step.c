@@ -110,8 +110,8 @@ static int stride_of(const Step *s)
 static void look_at(Step *s)
 {
     const bool field = fs_radiance_is(&s->engine->scene.field);
-    int stride[2];
-    for (int k = 0; k < 2; k++) stride[k] = field ? stride_of(s) : s->args->stride[k] > 1 ? s->args->stride[k] : 1;
+    int stride[2], rays = field ? stride_of(s) : 0;
+    for (int k = 0; k < 2; k++) stride[k] = field ? rays : s->args->stride[k] > 1 ? s->args->stride[k] : 1;
     Rng rng = fs_rng_new(s->args->seed * 1000003u + (uint64_t)s->args->step);
     fs_host_pixels_pick(&s->pixels, &s->engine->arena, s->view, stride, &rng);
 }
