@@ -21,7 +21,7 @@ int fs_cloud_edit_append(Edit *edit, int n, FsError *err); // n rows, zeroed, wi
 void fs_cloud_edit_copy(Edit *edit, int to, int from);     // parameters only
 void fs_cloud_edit_compact(Edit *edit, const unsigned char *keep);
 
-// densify.c: dead Gaussians of a cloud move onto live ones, and the cloud grows to `grown` (at least its size).
+// densify.c: dead Gaussians of a cloud move beside live ones, and the cloud grows to `grown` (at least its size).
 // Negative with FS_ERR_NUMERIC when all are dead.
 int fs_densify_relocate(Edit *edit, int grown, const float *screen, Rng *rng, FsError *err);
 

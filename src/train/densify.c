@@ -1,43 +1,27 @@
 // Where Gaussians are added and taken away.
 //
-// relocate (3DGS as Markov chain Monte Carlo, Kheradmand et al. 2024): dead Gaussians move onto live ones, drawn by
-// opacity and by how much photos pull at them, and the number grows up to the budget; opacity and scale of what lands
-// on one place are changed so that the picture stays (eq. 9). Exact counts, no thresholds on gradients. fsgs: see
-// fsgs.c.
+// relocate (after 3DGS as Markov chain Monte Carlo, Kheradmand et al. 2024): dead Gaussians move to live ones, drawn by
+// opacity and by how much photos pull at them, and the number grows up to the budget; what shares a place stands in a
+// row there, of an opacity and a scale such that the picture stays. On one point, as in the paper, all would be
+// pulled alike and stay one. Exact counts, no thresholds on gradients. fsgs: see fsgs.c.
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/knn.h"
+#include "model/camera.h"
 #include "train/cloud_edit.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
 // ---- relocation ----
 
-// Opacity and scale factor of each of n Gaussians that replace one of opacity o (3DGS-MCMC, eq. 9).
-static void shared_out(float o, int n, float *opacity, float *shrink)
-{
-    if (o > 0.9999f) o = 0.9999f;
-    double new_o = 1 - pow(1 - (double)o, 1.0 / n), sum = 0;
-    for (int i = 1; i <= n; i++) {
-        double binomial = 1, power = new_o, sign = 1;
-        for (int k = 0; k < i; k++) {
-            sum += binomial * sign * power / sqrt(k + 1.0);
-            binomial = binomial * (i - 1 - k) / (k + 1);
-            power *= new_o;
-            sign = -sign;
-        }
-    }
-    *opacity = (float)new_o;
-    *shrink = (float)((double)o / sum);
-}
-
 // The draws of one round.
 typedef struct Draws {
     const float *screen; // (n, 2) CloudState.screen; NULL: not known
     unsigned char *dead; // (n)
-    int *target, *drawn; // (room) Gaussian number target[d] goes onto drawn[d]
-    int *counts;         // (room) times that a Gaussian was drawn
+    int *target, *drawn; // (room) Gaussian number target[d] goes beside drawn[d]
+    int *counts;         // (room) times that a Gaussian was drawn; -1 - i once i is the last one of its row
+    float *steps;        // (room, 3) from one to the next of a row
     double *sums;        // (n) of opacities
 } Draws;
 
@@ -68,24 +52,47 @@ static void draw(const Cloud *cloud, int n, int count, Rng *rng, Draws *d)
     }
 }
 
-// Puts the targets onto what was drawn and shares opacity and scale out.
+// Gaussian i becomes the first of n alike, evenly in a row along its longest axis. Of its variance there SPREAD is now
+// that of their places and the rest their own; where they stand, all together have its opacity, on average.
+static void begin_row(Cloud *cloud, int i, int n, float step[3])
+{
+    float *scale = cloud->field[CLOUD_SCALES] + 3 * i, *logit = &cloud->field[CLOUD_OPACITIES][i];
+    const float *q = cloud->field[CLOUD_QUATS] + 4 * i;
+    const double quat[4] = {q[0], q[1], q[2], q[3]};
+    double rotation[9], end = sqrt(3 * SPREAD * (n - 1) / (n + 1)), density = 0; // end: in standard deviations
+    for (int k = 0; k < n; k++) {
+        double x = end * (2.0 * k / (n - 1) - 1);
+        density += exp(-x * x / (2 * (1 - SPREAD))) / n;
+    }
+    float o = (float)(1 - pow(1 - fmin((double)fs_cloud_edit_sigmoid(*logit), 0.9999), 1.0 / n)) / (float)density;
+    *logit = fs_cloud_edit_logit(o < DEAD ? DEAD : o > SOLID ? SOLID : o);
+    int axis = scale[0] >= scale[1] && scale[0] >= scale[2] ? 0 : scale[1] >= scale[2] ? 1 : 2;
+    double length = exp((double)scale[axis]) * end;
+    fs_camera_quat_to_rotation(quat, rotation);
+    for (int a = 0; a < 3; a++) {
+        step[a] = (float)(2 * length / (n - 1) * rotation[3 * a + axis]);
+        cloud->field[CLOUD_MEANS][3 * i + a] -= (float)(length * rotation[3 * a + axis]);
+    }
+    scale[axis] += (float)(0.5 * log(1 - SPREAD));
+}
+
+// Puts the targets beside what was drawn.
 static void place(Edit *edit, int count, Draws *d)
 {
-    Cloud *cloud = edit->cloud;
+    float *means = edit->cloud->field[CLOUD_MEANS];
     for (int k = 0; k < count; k++) {
-        int from = d->drawn[k];
-        if (d->counts[from] > 0) { // first time: change the source itself
-            int copies = d->counts[from] + 1;
-            float o, shrink;
-            shared_out(fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][from]),
-                       copies < MOST_COPIES ? copies : MOST_COPIES, &o, &shrink);
-            cloud->field[CLOUD_OPACITIES][from] = fs_cloud_edit_logit(o < DEAD ? DEAD : o);
-            for (int a = 0; a < 3; a++) cloud->field[CLOUD_SCALES][3 * from + a] += logf(shrink);
+        int from = d->drawn[k], to = d->target[k], last = from;
+        float *step = d->steps + 3 * from;
+        if (d->counts[from] > 0) {
+            begin_row(edit->cloud, from, d->counts[from] + 1, step);
             edit->from[from] = -1;
-            d->counts[from] = -1; // done
+        } else {
+            last = -1 - d->counts[from];
         }
-        fs_cloud_edit_copy(edit, d->target[k], from);
-        edit->from[d->target[k]] = -1;
+        fs_cloud_edit_copy(edit, to, last);
+        for (int a = 0; a < 3; a++) means[3 * to + a] += step[a];
+        edit->from[to] = -1;
+        d->counts[from] = -1 - to;
     }
 }
 
@@ -99,8 +106,9 @@ int fs_densify_relocate(Edit *edit, int grown, const float *screen, Rng *rng, Fs
                .target = malloc(sizeof(int) * room),
                .drawn = malloc(sizeof(int) * room),
                .counts = calloc(room, sizeof(int)),
+               .steps = malloc(sizeof(float) * 3 * room),
                .sums = malloc(sizeof(double) * ((size_t)n + 1))};
-    int rc = d.dead && d.target && d.drawn && d.counts && d.sums ? 0 : fs_error_memory(err);
+    int rc = d.dead && d.target && d.drawn && d.counts && d.steps && d.sums ? 0 : fs_error_memory(err);
     if (rc < 0) goto fail;
     for (int i = 0; i < n; i++)
         if (fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) <= DEAD) {
@@ -124,6 +132,7 @@ fail:
     free(d.target);
     free(d.drawn);
     free(d.counts);
+    free(d.steps);
     free(d.sums);
     return rc;
 }

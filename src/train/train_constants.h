@@ -26,12 +26,13 @@ enum {
 
 // --densify relocate
 #define DEAD 0.005f         // MCMC        opacity
+#define SOLID 0.99f         // -           opacity of what was moved, at most
+#define SPREAD 0.3          // experiment  share of a Gaussian's variance along its longest axis that parts its copies
 #define GROWTH 1.15         // -           of a cloud in each round, at most
 #define GROWN_BY 0.6        // experiment  share of the steps after which clouds have their budget
 #define SPLATS_PER_SIDE 163 // experiment  budget of a cloud, by the root of a photo's pixels
 #define RELOCATE_UNTIL 0.85 // -           of the steps: what was moved last settles
 enum {
-    MOST_COPIES = 51,     // MCMC        that share one place
     RELOCATE_EVERY = 100, // MCMC
     RELOCATE_FROM = 500,  // MCMC        but at most a twentieth of the steps
 };

@@ -111,6 +111,53 @@ static void test_relocation_keeps_the_picture(void **state)
     }
 }
 
+// One Gaussian becomes a row: evenly along its longest axis, with its mean, its variance, its turn and its other axes.
+static void test_row(void **state)
+{
+    (void)state;
+    const double angle = 0.7, along[3] = {cos(angle), sin(angle), 0};
+    for (int n = 2; n <= 60; n += n < 5 ? 1 : 11) {
+        Cloud cloud = make_cloud(1, 0);
+        const float mean[3] = {0.1f, -0.2f, 2}, scale[3] = {logf(0.1f), logf(0.06f), logf(0.09f)};
+        const float quat[4] = {(float)cos(angle / 2), 0, 0, (float)sin(angle / 2)};
+        memcpy(cloud.field[CLOUD_MEANS], mean, sizeof mean);
+        memcpy(cloud.field[CLOUD_SCALES], scale, sizeof scale);
+        memcpy(cloud.field[CLOUD_QUATS], quat, sizeof quat);
+        cloud.field[CLOUD_OPACITIES][0] = fs_cloud_edit_logit(0.8f);
+        Image before, after;
+        Edit edit;
+        Rng rng = fs_rng_new(2);
+        render_cloud(&cloud, &before);
+        assert_int_equal(fs_cloud_edit_begin(&edit, &cloud, NULL), 0);
+        assert_int_equal(fs_densify_relocate(&edit, n, NULL, &rng, NULL), 0);
+        render_cloud(&cloud, &after);
+        assert_true(psnr(&before, &after) > 35);
+        double own = exp(2 * (double)cloud.field[CLOUD_SCALES][0]), variance = 0, middle = 0, nearest = 1;
+        assert_true(own < 0.8 * 0.1 * 0.1);
+        for (int i = 0; i < n; i++) {
+            double at = 0, off = 0;
+            for (int k = 0; k < 3; k++)
+                at += along[k] * ((double)cloud.field[CLOUD_MEANS][3 * i + k] - (double)mean[k]);
+            for (int k = 0; k < 3; k++)
+                off = fmax(off, fabs((double)cloud.field[CLOUD_MEANS][3 * i + k] - (double)mean[k] - at * along[k]));
+            assert_true(off < 1e-5);
+            middle += at / n, variance += at * at / n;
+            for (int k = 0; k < 3; k++)
+                assert_true(cloud.field[CLOUD_SCALES][3 * i + k] == (k ? scale[k] : cloud.field[CLOUD_SCALES][0]));
+            assert_memory_equal(cloud.field[CLOUD_QUATS] + 4 * i, quat, sizeof quat);
+            for (int j = 0; j < i; j++) {
+                const float *x = cloud.field[CLOUD_MEANS] + 3 * i, *y = cloud.field[CLOUD_MEANS] + 3 * j;
+                nearest = fmin(nearest, hypot((double)(x[0] - y[0]), (double)(x[1] - y[1])));
+            }
+        }
+        assert_true(fabs(middle) < 1e-5 && fabs(variance + own - 0.1 * 0.1) < 1e-4 * 0.1 * 0.1);
+        assert_true(nearest > 0.1 / n); // nobody stands on another
+        fs_cloud_edit_free(&edit);
+        fs_image_free(&before), fs_image_free(&after);
+        fs_cloud_free(&cloud);
+    }
+}
+
 static void test_all_dead(void **state)
 {
     (void)state;
@@ -411,11 +458,17 @@ static void test_loss_table(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_edit),           cmocka_unit_test(test_relocation_keeps_the_picture),
-        cmocka_unit_test(test_all_dead),       cmocka_unit_test(test_fsgs),
-        cmocka_unit_test(test_schedule),       cmocka_unit_test(test_levels),
-        cmocka_unit_test(test_stride),         cmocka_unit_test(test_cost),
-        cmocka_unit_test(test_steps_that_fit), cmocka_unit_test(test_order_of_photos),
+        cmocka_unit_test(test_edit),
+        cmocka_unit_test(test_relocation_keeps_the_picture),
+        cmocka_unit_test(test_row),
+        cmocka_unit_test(test_all_dead),
+        cmocka_unit_test(test_fsgs),
+        cmocka_unit_test(test_schedule),
+        cmocka_unit_test(test_levels),
+        cmocka_unit_test(test_stride),
+        cmocka_unit_test(test_cost),
+        cmocka_unit_test(test_steps_that_fit),
+        cmocka_unit_test(test_order_of_photos),
         cmocka_unit_test(test_loss_table),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
