@@ -5,10 +5,12 @@
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
-// Those of the means are the setting means-rate times the scene's extent.
+// Those of the scales and, times the scene's extent, of the means are settings.
 static const double rates[CLOUD_FIELDS] = {
-    [CLOUD_SCALES] = RATE_SCALES, [CLOUD_QUATS] = RATE_QUATS, [CLOUD_OPACITIES] = RATE_OPACITIES,
-    [CLOUD_COLORS] = RATE_COLORS, [CLOUD_GAINS] = RATE_GAINS,
+    [CLOUD_QUATS] = RATE_QUATS,
+    [CLOUD_OPACITIES] = RATE_OPACITIES,
+    [CLOUD_COLORS] = RATE_COLORS,
+    [CLOUD_GAINS] = RATE_GAINS,
 };
 
 static bool is_fsgs(const Settings *set)
@@ -95,6 +97,7 @@ void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArg
     fs_loss_weights(set, scene, (double)step / set->steps, args->weight);
     for (int f = 0; f < CLOUD_FIELDS; f++)
         args->rate[f] = rates[f] * (f == CLOUD_OPACITIES ? 1 : set->rate_scale) * settle(set, step + 1);
+    args->rate[CLOUD_SCALES] = set->scales_rate * settle(set, step + 1);
     args->rate[CLOUD_MEANS] = means_rate(set, scene, step + 1);
     if (scene->separation != SEPARATION_FULL) args->rate[CLOUD_GAINS] = 0;
     if (strcmp(set->densify, "relocate") == 0) args->explore = EXPLORE * args->rate[CLOUD_MEANS];

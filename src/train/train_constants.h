@@ -8,7 +8,6 @@
 #define FS_TRAIN_TRAIN_CONSTANTS_H
 
 // Learning rates per step; the setting rate-scale multiplies all but the opacities'.
-#define RATE_SCALES 5e-3    // 3DGS
 #define RATE_QUATS 1e-3     // 3DGS
 #define RATE_OPACITIES 5e-2 // 3DGS
 #define RATE_COLORS 2.5e-3  // 3DGS
