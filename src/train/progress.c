@@ -98,8 +98,8 @@ int fs_progress_log(Trainer *trainer, bool last, FsError *err)
         fprintf(f, ", \"pane\": [%.4f, %.4f, %.4f], \"dimming\": %.4f, \"flash_return\": %.4f}\n", n[0], n[1], n[2],
                 trainer->scene.pane.dimming, trainer->scene.flash_return);
     }
-    rc = f && fclose(f) == 0 ? fs_file_append(fs_file_at("%s/log.jsonl", trainer->project->out).text, line, err)
-                             : fs_error_memory(err);
+    rc = f && fclose(f) == 0 && line ? fs_file_append(fs_file_at("%s/log.jsonl", trainer->project->out).text, line, err)
+                                     : fs_error_memory(err);
 fail:
     free(text);
     free(line);
