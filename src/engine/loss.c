@@ -191,6 +191,7 @@ static double response_smooth(const double response[], double weight, double gra
 #define BETA (1u << LAYER_BETA)
 
 // What lies behind a surface by mistake of the start must fade before scenes are closed, so `opaque` sets in late.
+// What the push has moved to R stays there without it, and gains that are truly low recover.
 const LossInfo fs_loss_terms[LOSS_TERMS] = {
     [LOSS_L1] = {.name = "l1", .setting = "rgb-weight", .layers = T | R | BETA, .rows = photo_rows},
     [LOSS_DSSIM] = {.name = "dssim", .setting = "dssim", .layers = T | R | BETA},
@@ -216,6 +217,7 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
     [LOSS_GAIN_PUSH] = {.name = "gain_push",
                         .setting = "gain-push",
                         .needs = LOSS_NEEDS_GAINS,
+                        .until = 0.75,
                         .layers = 1u << LAYER_T_N,
                         .gaussians = gain_push_range},
     [LOSS_OPACITY_REG] = {.name = "opacity_reg",

@@ -445,12 +445,15 @@ static void test_loss_table(void **state)
     assert_true(fs_loss_looks(weight, LAYER_R).depth && !fs_loss_looks(weight, LAYER_BETA).depth);
     fs_loss_weights(set, &scene, 0.5, weight);
     assert_true(fabs(weight[LOSS_OPAQUE] - 0.25) < 1e-12 && fs_loss_looks(weight, LAYER_T_N).transmittance);
+    assert_true(weight[LOSS_GAIN_PUSH] == 0.5);
+    fs_loss_weights(set, &scene, 0.8, weight);
+    assert_true(weight[LOSS_GAIN_PUSH] == 0 && weight[LOSS_GAIN_SMOOTH] == 0.5);
     scene.separation = SEPARATION_LINEAR;
-    fs_loss_weights(set, &scene, 1, weight);
+    fs_loss_weights(set, &scene, 0.7, weight);
     assert_true(weight[LOSS_GAIN_SMOOTH] == 0 && weight[LOSS_GAIN_PUSH] == 0 && weight[LOSS_OPAQUE] == 0.5);
     scene = (Scene){.extent = 1}; // the paper's four clouds
     scene.cloud[LAYER_BETA].n = 1;
-    fs_loss_weights(set, &scene, 1, weight);
+    fs_loss_weights(set, &scene, 0.7, weight);
     assert_true(weight[LOSS_LINEARITY] == 0.5 && weight[LOSS_BETA_SMOOTH] == 0.5 && weight[LOSS_GAIN_PUSH] == 0);
     fs_settings_free(set);
 }
