@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -38,9 +39,13 @@ static void child(const char *const argv[], const char *log_path)
 
 int fs_process_run(const char *const argv[], const char *log_path, const Log *log, FsError *err)
 {
-    pid_t pid = fork();
+    pid_t self = getpid(), pid = fork();
     if (pid < 0) return fs_error_set(err, FS_ERR_IO, "%s: cannot start: %s", argv[0], strerror(errno));
-    if (pid == 0) child(argv, log_path);
+    if (pid == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        if (getppid() != self) _exit(127); // we were killed before that
+        child(argv, log_path);
+    }
     int status;
     bool cancelled = false;
     for (;;) {

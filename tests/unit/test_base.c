@@ -1,10 +1,13 @@
 // Files that appear whole or not at all, programs that are run and stopped, jobs on threads, memory of a step.
+#include <poll.h>
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -169,6 +172,31 @@ static void test_process(void **state)
     free(log);
 }
 
+// What is killed takes its program with it: the pipe ends when nobody holds it any more.
+static void test_process_dies_with_us(void **state)
+{
+    char *log = in(state, "log"), command[64], c;
+    int ends[2];
+    assert_int_equal(pipe(ends), 0);
+    snprintf(command, sizeof command, "echo x >&%d; exec sleep 60", ends[1]);
+    pid_t pid = fork();
+    assert_true(pid >= 0);
+    if (pid == 0) {
+        fs_process_run((const char *[]){"sh", "-c", command, NULL}, log, NULL, NULL);
+        _exit(0);
+    }
+    close(ends[1]);
+    assert_true(read(ends[0], &c, 1) == 1 && c == 'x');
+    kill(pid, SIGKILL);
+    assert_int_equal(waitpid(pid, NULL, 0), pid);
+    struct pollfd end = {.fd = ends[0], .events = POLLIN};
+    while (poll(&end, 1, 30000) == 1 && read(ends[0], &c, 1) == 1) {
+    }
+    assert_true(end.revents & POLLHUP);
+    close(ends[0]);
+    free(log);
+}
+
 static void add_job(void *context, int job, int worker)
 {
     (void)worker;
@@ -255,6 +283,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_folders_and_names, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_list_is_sorted, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_process, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_process_dies_with_us, temp_dir_make, temp_dir_remove),
         cmocka_unit_test(test_threads_do_every_job_once),
         cmocka_unit_test(test_arena),
         cmocka_unit_test(test_random_numbers_never_change),
