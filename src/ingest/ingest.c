@@ -179,8 +179,8 @@ static int begin(FsProject *project, const Photos *photos, const char *dir, FsEr
     int rc = name ? fs_project_check_input(project, photos->folder, err) : fs_error_memory(err);
     for (int i = 0; i < photos->n && rc == 0; i++) name[i] = photos->photo[i].name;
     if (rc == 0 && *project->set.flash_list) rc = fs_project_check_input(project, project->set.flash_list, err);
-    if (rc == 0) rc = fs_project_begin(project, FS_STAGE_INGEST, name, photos->n, err);
     if (rc == 0 && *project->set.masks) rc = fs_project_check_input(project, project->set.masks, err);
+    if (rc == 0) rc = fs_project_begin(project, FS_STAGE_INGEST, name, photos->n, err);
     if (rc == 0) rc = make_folders(dir, err);
     if (rc == 0 && *project->set.masks) rc = fs_file_mkdirs(fs_file_at("%s/features_masks", dir).text, err);
     free(name);

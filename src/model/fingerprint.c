@@ -132,12 +132,14 @@ static void say_setting(char *text, size_t size, const char *name, const json_t 
     snprintf(text, size, "the setting %s was %s and is %s now", name, was_text, now_text);
 }
 
-// Where a file lies does not matter, its content is among the inputs; nor what the steps were chosen by.
-static bool is_same_setting(const char *name, const json_t *a, const json_t *b)
+// Where a file lies does not matter, its content is among the inputs, where it is there: what is not must have had that
+// name. Nor does it matter what the steps were chosen by.
+static bool is_same_setting(const char *name, const json_t *was, const json_t *now)
 {
     bool file = strcmp(name, "poses") == 0 || strcmp(name, "flash-list") == 0 || strcmp(name, "masks") == 0 ||
                 strcmp(name, "points") == 0;
-    return json_equal(a, b) || strcmp(name, "minutes") == 0 || (file && json_string_length(a) && json_string_length(b));
+    return json_equal(was, now) || strcmp(name, "minutes") == 0 ||
+           (file && json_string_length(was) && json_string_length(now) && fs_file_exists(json_string_value(now)));
 }
 
 // What explains most comes first: a preset sets others, and with --minutes the steps follow from them.
@@ -157,7 +159,7 @@ bool fs_fingerprint_differs(const char *was_text, const char *now_text, char *te
     for (int rank = 0; rank < 3 && !differs; rank++) json_object_foreach(json_object_get(now, "settings"), name, value)
         {
             const json_t *then = json_object_get(settings, name);
-            if (rank_of(name) != rank || is_same_setting(name, value, then)) continue;
+            if (rank_of(name) != rank || is_same_setting(name, then, value)) continue;
             say_setting(text, size, name, then, value);
             differs = true;
             break;

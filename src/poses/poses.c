@@ -191,6 +191,7 @@ int fs_poses_run(FsProject *project, FsError *err)
     int rc = 0;
     Capture capture = {0};
     Sparse sparse = {0};
+    if (*project->set.poses) TRY(fs_project_check_input(project, project->set.poses, err));
     TRY(fs_capture_read(project->out, &capture, err));
     if (!*project->set.poses) TRY(fs_colmap_check(project, err));
     TRY(fs_project_begin(project, FS_STAGE_POSES, NULL, 0, err)); // what was there goes

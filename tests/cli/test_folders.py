@@ -416,8 +416,9 @@ class Layouts(FolderTest):
             shutil.rmtree(self.out)
 
     def test_gone_inputs(self):
-        """Photos and the model may go once they are used."""
-        self.copy()
+        """Photos and the model may go once they are used; a name that nothing was made of is a slip."""
+        self.works(self.job())
+        self.refuses(self.job("--masks", self.dir / "marks"), "marks", "no mask of these photos")
         self.works(self.job())
         link = self.dir / "link"
         link.symlink_to(self.photos)
@@ -429,6 +430,7 @@ class Layouts(FolderTest):
         for photos in (self.dir / "fotos", self.photos / "photos", self.dir / "fotos/photos"):
             self.refuses(self.job(photos=photos), photos, "no such folder", self.photos)
             self.refuses(run("ingest", photos, "-o", self.out), photos, "no such folder", self.photos)
+        self.refuses(self.job(model=self.dir / "modle"), "modle", "no such file or folder")
 
 
 common.main()
