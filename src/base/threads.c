@@ -6,25 +6,62 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+typedef struct Range { // jobs that nobody has taken yet: the first in the low half, one past the last in the high one
+    _Alignas(64) atomic_ullong jobs;
+} Range;
+
 struct Threads {
     int count; // with the caller
     pthread_t *thread;
+    Range *range; // (count)
     pthread_mutex_t lock;
     pthread_cond_t start, done;
     atomic_uint round; // rises with every fs_threads_for and at the end; spun on for a moment before sleeping
-    int busy;
+    atomic_int busy;
     bool quit;
     ThreadsJob *job;
     void *context;
-    int n;
-    atomic_int next, started;
+    atomic_int started;
 };
 
+static unsigned long long range_of(int begin, int end)
+{
+    return (unsigned long long)end << 32 | (unsigned)begin;
+}
+
+// Takes jobs [*begin, *end) from the front, or one from the back; false where none are left. Small jobs are many, and
+// taking one costs as much.
+static bool take(Range *range, bool front, int *begin, int *end)
+{
+    unsigned long long was = range->jobs;
+    for (;;) {
+        int first = (int)(was & 0xffffffffu), last = (int)(was >> 32), share = 1 + (last - first) / 64;
+        if (first >= last) return false;
+        *begin = front ? first : last - 1;
+        *end = front ? first + share : last;
+        unsigned long long left = front ? range_of(*end, last) : range_of(first, *begin);
+        if (atomic_compare_exchange_weak(&range->jobs, &was, left)) return true;
+    }
+}
+
+// Each has its own stretch of the jobs, the same one in every round of so many: what they work on stays near its core.
+// Who is done helps the others, from their far end.
 static void work(Threads *t, int worker)
 {
-    int share = 1 + t->n / (64 * t->count); // taken at once: small jobs are many, and taking one costs as much
-    for (int i; (i = atomic_fetch_add(&t->next, share)) < t->n;)
-        for (int k = 0; k < share && i + k < t->n; k++) t->job(t->context, i + k, worker);
+    int begin, end;
+    for (int k = 0; k < t->count; k++)
+        while (take(&t->range[(worker + k) % t->count], k == 0, &begin, &end))
+            for (int i = begin; i < end; i++) t->job(t->context, i, worker);
+}
+
+// To sleep and to be woken takes longer than most jobs that there is nothing to do beside: first, a while of looking.
+enum { SPINS = 20000 };
+
+static void pause_a_little(void)
+{
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#endif
 }
 
 static void *worker_main(void *arg)
@@ -33,11 +70,7 @@ static void *worker_main(void *arg)
     int index = atomic_fetch_add(&t->started, 1) + 1;
     unsigned seen = 0;
     for (;;) {
-        for (int spin = 0; spin < 4000 && t->round == seen; spin++) {
-#if defined(__x86_64__)
-            __builtin_ia32_pause();
-#endif
-        }
+        for (int spin = 0; spin < SPINS && t->round == seen; spin++) pause_a_little();
         pthread_mutex_lock(&t->lock);
         while (t->round == seen) pthread_cond_wait(&t->start, &t->lock);
         seen = t->round;
@@ -58,7 +91,10 @@ Threads *fs_threads_new(int n)
     Threads *t = calloc(1, sizeof *t);
     if (!t) return NULL;
     t->thread = calloc((size_t)n, sizeof *t->thread);
-    if (!t->thread) {
+    t->range = aligned_alloc(_Alignof(Range), (size_t)n * sizeof *t->range);
+    if (!t->thread || !t->range) {
+        free(t->thread);
+        free(t->range);
         free(t);
         return NULL;
     }
@@ -83,6 +119,7 @@ void fs_threads_free(Threads *t)
     pthread_cond_destroy(&t->start);
     pthread_cond_destroy(&t->done);
     free(t->thread);
+    free(t->range);
     free(t);
 }
 
@@ -100,13 +137,14 @@ void fs_threads_for(Threads *t, int n, ThreadsJob *job, void *context)
     pthread_mutex_lock(&t->lock);
     t->job = job;
     t->context = context;
-    t->n = n;
-    atomic_store(&t->next, 0);
+    for (int k = 0; k < t->count; k++)
+        t->range[k].jobs = range_of((int)((long long)n * k / t->count), (int)((long long)n * (k + 1) / t->count));
     t->busy = t->count - 1;
     t->round++;
     pthread_cond_broadcast(&t->start);
     pthread_mutex_unlock(&t->lock);
     work(t, 0);
+    for (int spin = 0; spin < SPINS && t->busy; spin++) pause_a_little();
     pthread_mutex_lock(&t->lock);
     while (t->busy) pthread_cond_wait(&t->done, &t->lock);
     pthread_mutex_unlock(&t->lock);

@@ -8,6 +8,7 @@ typedef void ThreadsJob(void *context, int job, int worker); // worker: 0 .. cou
 Threads *fs_threads_new(int n); // n <= 0: one per core; NULL when out of memory
 void fs_threads_free(Threads *threads);
 int fs_threads_count(const Threads *threads);
-// Runs job 0..n-1, in rising order of start, on all threads (the caller's too); returns when all are done.
+// Runs job 0..n-1 on all threads (the caller's too), each beginning with its own stretch of them, in rising order; returns
+// when all are done.
 // threads may be NULL: the caller runs them alone.
 void fs_threads_for(Threads *threads, int n, ThreadsJob *job, void *context);

@@ -1,8 +1,10 @@
 // Files that appear whole or not at all, programs that are run and stopped, jobs on threads, memory of a step.
 #include <poll.h>
+#include <sched.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -220,6 +222,31 @@ static void test_threads_do_every_job_once(void **state)
     }
 }
 
+static atomic_int others_done;
+
+static void wait_for_others_job(void *context, int job, int worker)
+{
+    (void)worker;
+    const int n = *(const int *)context;
+    while (job == 0 && others_done < n - 1) sched_yield();
+    if (job) others_done++;
+}
+
+// The first job ends when all others are done: also those of its own thread's stretch, which another must take over.
+static void test_threads_help_each_other(void **state)
+{
+    (void)state;
+    for (int count = 2; count <= 5; count++) {
+        Threads *threads = fs_threads_new(count);
+        for (int n = 1; n <= 40; n++) {
+            others_done = 0;
+            fs_threads_for(threads, n, wait_for_others_job, &n);
+            assert_int_equal(others_done, n - 1);
+        }
+        fs_threads_free(threads);
+    }
+}
+
 static void test_arena(void **state)
 {
     (void)state;
@@ -285,6 +312,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_process, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_process_dies_with_us, temp_dir_make, temp_dir_remove),
         cmocka_unit_test(test_threads_do_every_job_once),
+        cmocka_unit_test(test_threads_help_each_other),
         cmocka_unit_test(test_arena),
         cmocka_unit_test(test_random_numbers_never_change),
         cmocka_unit_test(test_cpu),
