@@ -21,8 +21,8 @@ double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPac
 // The most steps that fit into so many seconds: at most those of the settings, and at least the fewest that are worth
 // it, whether they fit or not.
 int fs_train_steps(const Settings *set, const RunSize *size, const TrainPace *pace, double seconds);
-int fs_train_reference(const FsProject *project, double *seconds,
-                       FsError *err); // of a step of one size: the machine's speed
+// Of a step of one size with the usual settings by the scalar kernels: the speed of the machine for what is not training.
+int fs_train_reference(const FsProject *project, double *seconds, FsError *err);
 // Of the photos and the clouds that wait in the project folder.
 int fs_train_size(FsProject *project, RunSize *size, FsError *err);
 
