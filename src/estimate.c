@@ -20,7 +20,7 @@
 #define POSES_BYTES 4.0        // a pixel of a picture, of all photos: features
 #define COLMAP_BYTES 520.0     // a pixel of a picture, by each thread of COLMAP
 #define COLMAP_STEPS 25.0      // a photo, on one thread: its pose by COLMAP, up to a hundred photos
-#define WRITE_STEPS 20e-6      // a pixel of a view: its layers as files
+#define WRITE_STEPS 14e-6      // a pixel of a view: its layers as files
 #define PROGRAM_BYTES 3e7
 enum { LEAST_STEPS = 200 }; // of a run that is worth a trial
 
@@ -81,10 +81,12 @@ static int find_steps(const FsProject *project, Estimate *e, double step, double
                         0.01 + (spent + after + e->train.seconds) / 60);
 }
 
-static int find_seconds(const FsProject *project, Estimate *e, double begin, FsError *err)
+// early: what a reference step took a while ago; other programs only make it longer.
+static int find_seconds(const FsProject *project, Estimate *e, double begin, double early, FsError *err)
 {
     double step, n = e->size.photos, threads = threads_of(project);
     MUST(fs_train_reference(project, &step, err));
+    step = fmin(step, early);
     e->initialise.seconds = step * INITIALISE_STEPS * n * initialise_pixels(&e->size) / INITIALISE_PIXELS;
     e->poses.seconds = step * n * POSES_STEPS * fs_poses_pixels(project, &e->size);
     if (!*project->set.poses) e->poses.seconds += step * threads * COLMAP_STEPS * n * fmax(1, n / 100);
@@ -108,6 +110,8 @@ int fs_estimate_run(FsProject *project, const char *photos, double begin, FsErro
     FsError why = {0};
     bool begun = fs_file_exists(fs_file_at("%s/done/ingest.json", project->out).text);
     if (project->set.steps < LEAST_STEPS || (begun && !project->set.force)) return 0;
+    double early = 0;
+    MUST(fs_train_reference(project, &early, err));
     int rc = fs_ingest_estimate(project, photos, &e.size, &e.ingest, &why);
     if (rc == FS_ERR_INPUT) return 0; // ingest will say it
     if (rc < 0) {
@@ -117,7 +121,7 @@ int fs_estimate_run(FsProject *project, const char *photos, double begin, FsErro
     MUST(find_export(project, photos, &e, err));
     double seconds = 0, bytes = find_bytes(project, &e);
     MUST(fs_cost_check(&e.size, bytes, err));
-    MUST(find_seconds(project, &e, begin, err));
+    MUST(find_seconds(project, &e, begin, early, err));
     const RunCost *part[] = {&e.ingest, &e.poses, &e.initialise, &e.train, &e.render, &e.export};
     char text[7][24];
     for (int i = 0; i < 6; i++) {

@@ -11,11 +11,25 @@
 #include "train/trainer.h"
 
 #define MAX_LOG ((size_t)1 << 30)
+enum { SHEET_EDGE = 600 }; // pixels of a picture's longer side on a contact sheet, at most
 
 static void to_display(Image *image, float exposure)
 {
     size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
     for (size_t i = 0; i < n; i++) image->px[i] = fs_tone_pleasant(image->px[i], exposure);
+}
+
+// What is looked at in passing need not be of full size, which takes seconds to write; render's pictures are.
+static int shrink(Image *image, FsError *err)
+{
+    double scale = (double)SHEET_EDGE / (image->width > image->height ? image->width : image->height);
+    if (scale >= 1) return 0;
+    Image small = {0};
+    MUST(fs_image_resize_area(image, (int)(scale * image->width + 0.5), (int)(scale * image->height + 0.5), &small,
+                              err));
+    fs_image_free(image);
+    *image = small;
+    return 0;
 }
 
 // Two rows: a photo without flash, a photo with it; photo, composite, T, R, beta.
@@ -34,6 +48,7 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
         if (!view) continue;
         TRY(fs_engine_render(trainer->engine, &view->camera, &renders[rows], err));
         TRY(fs_dataset_load_view(trainer->project->out, view, &photo[rows], NULL, err));
+        TRY(shrink(&photo[rows], err));
         float exposure = fs_tone_pleasant_exposure(&photo[0], 1);
         RenderLayer layers[4] = {flash ? RENDER_I_F : RENDER_I_N, flash ? RENDER_T_F : RENDER_T_N, RENDER_R,
                                  RENDER_BETA};
@@ -41,6 +56,7 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
         tiles[5 * rows] = (SheetTile){&photo[rows], view->name};
         for (int k = 0; k < 4; k++) {
             Image *image = &renders[rows].layer[layers[k]];
+            TRY(shrink(image, err));
             if (layers[k] != RENDER_BETA) to_display(image, exposure);
             tiles[5 * rows + 1 + k] = (SheetTile){image, fs_render_layers[layers[k]].name};
         }

@@ -11,9 +11,16 @@
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
-enum { LEAST_STEPS = 3, MOST_STEPS = 9, REFERENCE_SPLATS = 6000, REFERENCE_EDGE = 150, FEWEST_STEPS = 300 };
+enum {
+    LEAST_STEPS = 3,
+    MOST_STEPS = 9,
+    REFERENCE_SPLATS = 6000,
+    REFERENCE_EDGE = 150,
+    FIELD_EDGE = 300,
+    FEWEST_STEPS = 300
+};
 #define ENOUGH_SECONDS 0.15 // of steps in a trial
-#define BESIDE_STEPS 1.54   // experiment  what real clouds take longer, and what is done between steps
+#define BESIDE_STEPS 1.5    // experiment  what real clouds take longer, and what is done between steps
 #define SPLAT_SIZE 2.4 // experiment  of made Gaussians, by the root of their number: steps take as long as real ones
 
 // Bytes, measured on captures of 300 to 2400 pixels.
@@ -88,7 +95,7 @@ static RadianceShape field_shape(Separation separation, int long_edge)
 // As initialise makes them; a step takes as many samples whatever they are like.
 static int make_field(Scene *scene, FsError *err)
 {
-    const RadianceShape shape = field_shape(scene->separation, REFERENCE_EDGE);
+    const RadianceShape shape = field_shape(scene->separation, FIELD_EDGE);
     const RadianceFrame frame = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-0.6, -0.6}, {0.6, 0.6}, 1, 10, 0.7};
     scene->pane_beta = false;
     return fs_radiance_new(&scene->field, &shape, &frame, 1, err);
