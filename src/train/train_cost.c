@@ -147,7 +147,7 @@ static int time_step(const FsProject *project, const RunSize *size, int n, const
     args.explore = args.settle = 0;
     args.learn = fs_schedule_learns(set, false);
     for (int k = 0; k < 2; k++) args.stride[k] = stride[k];
-    float took[MOST_STEPS + 1];
+    float took[MOST_STEPS];
     double begin, total = 0;
     for (steps = -1; steps < MOST_STEPS && (steps < LEAST_STEPS || total < ENOUGH_SECONDS); steps++) {
         begin = fs_clock_seconds();
