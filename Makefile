@@ -2,6 +2,8 @@
 BUILD = build
 MESON_FLAGS =
 
+.NOTPARALLEL: # with -j too packages come before what needs them; ninja uses all cores by itself
+
 all: packages-build $(BUILD)/build.ninja
 	ninja -C $(BUILD)
 
