@@ -113,8 +113,8 @@ static int make_state(CloudState *to, const Cloud *like, const CloudState *from,
 {
     CloudState state = {.screen = calloc(2 * (size_t)like->n + 1, sizeof(float))};
     int rc = state.screen ? 0 : fs_error_memory(err);
-    if (rc == 0) rc = fs_cloud_new(&state.m, like->n, like->width[CLOUD_COLORS], like->width[CLOUD_GAINS], err);
-    if (rc == 0) rc = fs_cloud_new(&state.v, like->n, like->width[CLOUD_COLORS], like->width[CLOUD_GAINS], err);
+    if (rc == 0) rc = fs_cloud_new_like(&state.m, like, like->n, err);
+    if (rc == 0) rc = fs_cloud_new_like(&state.v, like, like->n, err);
     if (rc == 0 && from) {
         take_rows(&state.m, &from->m, edit ? edit->from : NULL, edit ? edit->forget : 0);
         take_rows(&state.v, &from->v, edit ? edit->from : NULL, edit ? edit->forget : 0);
@@ -272,7 +272,7 @@ RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *pa
     t->first = part->first;
     t->light = part->lit ? &part->light : NULL;
     t->colors = part->channels;
-    t->depth = t->train = t->use_d_transmittance = false;
+    t->depth = t->cover = t->train = t->use_d_transmittance = false;
     return t;
 }
 

@@ -42,7 +42,7 @@ static int to_depth(const RasterTask *task, const Camera *camera, Image *image, 
         fs_image_free(image);
         return fs_image_new(image, camera->width, camera->height, 1, err);
     }
-    Planes depth = fs_view_images_depth(task, &task->feature);
+    Planes depth = fs_view_images_last(task, &task->feature);
     int rc = to_image(&depth, NULL, image, 1, err);
     for (int y = 0; y < depth.height && rc == 0; y++)
         for (int x = 0; x < depth.width; x++) {
@@ -98,6 +98,10 @@ int fs_host_render(Engine *base, const Camera *camera, Renders *renders, FsError
     if (N->plan.R.there) N->R = add(e, &pass, TASK_R, &N->plan.R);
     F->R = N->R && F->plan.R.lit ? add(e, &pass, TASK_LIT_R, &F->plan.R) : N->R;
     if (N->plan.beta.there) N->beta = F->beta = add(e, &pass, TASK_BETA, &N->plan.beta);
+    if (N->plan.covers && F->T != N->T) { // N's has the depth
+        F->T->cover = true;
+        N->cover = F->cover = F->T;
+    }
     for (int f = 0; f < 2; f++) fs_view_images_set_up(&r.images[f], &e->kernels, &e->arena, camera, false);
     if (e->arena.failed) return fs_error_memory(err);
     int rc = fs_host_engine_raster(e)->forward(&pass, err);

@@ -151,6 +151,8 @@ static int set_up(Step *s, FsError *err)
     s->images.T = add(s, TASK_T, &plan->T);
     s->images.R = add(s, TASK_R, &plan->R);
     s->images.beta = add(s, TASK_BETA, &plan->beta);
+    s->images.cover = plan->covers && !s->images.T->depth ? s->images.T : NULL; // one of the two can be had
+    if (s->images.cover) s->images.T->cover = true;
     s->images.slope_floor = (float)s->args->slope_floor;
     if (s->view->occlusion && plan->pane_beta) s->images.occlusion = s->view->occlusion->q;
     fs_view_images_set_up(&s->images, &e->kernels, &e->arena, camera, true);

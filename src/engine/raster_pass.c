@@ -67,7 +67,7 @@ static void set_up_backward(RasterTask *task, const Camera *camera)
     Arena *a = &task->arena;
     RasterWork *w = task->work;
     int n = w->n;
-    task->d_feature = fs_scratch_planes(a, camera, task->colors + task->depth);
+    task->d_feature = fs_scratch_planes(a, camera, fs_raster_pass_features(task));
     task->d_transmittance = fs_scratch_planes(a, camera, 1);
     task->seen = ARENA_NEW(a, unsigned char, n);
     task->d_screen = ARENA_NEW(a, float, n);
@@ -93,7 +93,7 @@ void fs_raster_pass_set_up(RasterTask *task, const RasterPass *pass)
     w->splats = ARENA_NEW(a, Splat, n);
     if (task->light) w->shaded = ARENA_NEW(a, float, 3 * (size_t)n);
     task->n_visible = 0;
-    task->feature = fs_scratch_planes(a, camera, task->colors + task->depth);
+    task->feature = fs_scratch_planes(a, camera, fs_raster_pass_features(task));
     task->transmittance = fs_scratch_planes(a, camera, 1);
     if (task->train) set_up_backward(task, camera);
 }
@@ -114,6 +114,7 @@ void fs_raster_pass_project(RasterTask *task, const Kernels *kernels, int chunk)
         Splat *s = &w->splats[i];
         for (int c = 0; c < colors; c++) s->feature[c] = color[(size_t)i * (size_t)colors + (size_t)c];
         if (task->depth) s->feature[colors] = s->depth;
+        if (task->cover) s->feature[colors] = task->cloud->field[CLOUD_COVERS][i];
         if (task->train) task->seen[i] = s->tile[0] < s->tile[2];
     }
 }
@@ -178,6 +179,7 @@ void fs_raster_pass_gradients(RasterTask *task, const Kernels *kernels, int chun
         const float *sum = w->moment + (size_t)i * FS_RECORD;
         for (int c = 0; c < colors; c++) d_color[(size_t)i * (size_t)colors + (size_t)c] = sum[6 + c];
         w->d_depth[i] = task->depth ? sum[6 + colors] : 0;
+        if (task->cloud->width[CLOUD_COVERS]) task->d_field[CLOUD_COVERS][i] = task->cover ? sum[6 + colors] : 0;
         const Splat *p = &w->splats[i];
         float dx = 2 * p->a * sum[1] + p->b * sum[2], dy = 2 * p->c * sum[2] + p->b * sum[1];
         dx *= 0.5f * (float)w->camera.width;

@@ -20,11 +20,11 @@ typedef struct RasterTask {
     int first;               // and the first of its channels that is wanted
     const ShadeLight *light; // not NULL: colours as lit by the flash
     int colors;              // colour channels to render: the cloud's width of CLOUD_COLORS (3 with light)
-    bool depth;              // also render z, as the last feature
+    bool depth, cover;       // also render z, or the covers (not both), as the last feature
     bool train;              // keep what backward needs
     bool count;              // count pairs
     // results of forward: alpha-weighted sums over splats, and what light passes all of them
-    Planes feature;       // colors (+ 1) channels
+    Planes feature;       // fs_raster_pass_features channels
     Planes transmittance; // 1 channel
     Planes way;           // of fields that train: disparity of depth as found from the near end, from the far end;
                           // VolumeKernels.spread
@@ -69,6 +69,10 @@ typedef struct Rasteriser {
 // Results do not depend on the number of threads.
 extern const Rasteriser fs_raster_tiles, fs_raster_plain;
 
+static inline int fs_raster_pass_features(const RasterTask *task)
+{
+    return task->colors + (task->depth || task->cover);
+}
 void fs_raster_pass_add(RasterPass *pass, RasterTask *task);
 void fs_raster_pass_free_task(RasterTask *task);
 

@@ -41,7 +41,7 @@ static RasterTile tile_at(const RasterTask *task, const TileEntry *entry, int x0
                         .n = task->n_visible,
                         .entry = entry,
                         .splats = task->work->splats,
-                        .features = task->colors + task->depth,
+                        .features = fs_raster_pass_features(task),
                         .t_min = FS_T_MIN,
                         .transmittance_min = FS_TRANSMITTANCE_MIN,
                         .count = task->count};

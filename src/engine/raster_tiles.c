@@ -221,7 +221,7 @@ static RasterTile tile_of(const RasterTask *task, int tile)
                         .n = w->tile_start[tile + 1] - w->tile_start[tile],
                         .entry = w->entry + w->tile_start[tile],
                         .splats = w->splats,
-                        .features = task->colors + task->depth,
+                        .features = fs_raster_pass_features(task),
                         .t_min = FS_T_MIN,
                         .transmittance_min = FS_TRANSMITTANCE_MIN,
                         .count = task->count};

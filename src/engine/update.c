@@ -129,6 +129,7 @@ static void adam_job(void *context, int job, int worker)
         k->adam->step_sparse(&fields, n, (int)w, seen + r.begin, jobs->rate[f]);
     }
     if (cloud->width[CLOUD_GAINS]) clamp_field(cloud->field[CLOUD_GAINS] + r.begin, n, GAIN_MIN, GAIN_MAX);
+    if (cloud->width[CLOUD_COVERS]) clamp_field(cloud->field[CLOUD_COVERS] + r.begin, n, 0, 1);
     if (enter) k->shade->leave(&jobs->light, &shade, seen, r.begin, r.end);
     if (r.layer != LAYER_BETA) clamp_field(shade.colors + 3 * r.begin, 3 * n, (float)args->darkest[r.layer], COLOR_MAX);
     if (args->explore > 0) explore(jobs, &r);

@@ -26,6 +26,7 @@ void fs_view_images_set_up(ViewImages *v, const Kernels *kernels, Arena *arena, 
     v->P = train && v->plan.calibrated ? fs_scratch_planes(arena, camera, 3) : v->I;
     v->d_P = train && v->plan.calibrated ? fs_scratch_planes(arena, camera, 3) : v->d_I;
     v->beta_clear = v->occlusion ? fs_scratch_planes(arena, camera, 1) : v->beta_map;
+    v->beta_open = v->cover ? fs_scratch_planes(arena, camera, 1) : v->beta_clear;
     if (!v->R) v->black = fs_scratch_planes(arena, camera, 3);
     if (!v->R && train) v->d_black = fs_scratch_planes(arena, camera, 3);
 }
@@ -63,13 +64,17 @@ void fs_view_images_forward(const ViewImages *v, int y0, int y1)
 {
     Wiring w;
     if (v->plan.pane_beta)
-        v->kernels->pane->forward(&v->plan.pane, &v->beta_clear, &v->tau, y0, y1);
+        v->kernels->pane->forward(&v->plan.pane, &v->beta_open, &v->tau, y0, y1);
     else if (v->beta && v->plan.plain_beta)
         copy_rows(&v->beta->feature, &v->beta_map, y0, y1);
     else if (v->beta)
         v->kernels->pixelwise->sigmoid(&v->beta->feature, &v->beta_map, y0, y1);
     else
         zero_rows(&v->beta_map, y0, y1);
+    if (v->cover) {
+        Planes cover = fs_view_images_last(v->cover, &v->cover->feature);
+        v->kernels->pixelwise->cover(&cover, &v->beta_open, &v->beta_clear, y0, y1);
+    }
     if (v->occlusion) v->kernels->occlusion->forward(v->occlusion, &v->beta_clear, &v->beta_map, y0, y1);
     if (!v->R) zero_rows(&v->black, y0, y1);
     v->kernels->compose->forward(wire(v, &w), y0, y1);
@@ -95,6 +100,11 @@ PaneGradient fs_view_images_backward_beta(const ViewImages *v, int y0, int y1, f
 {
     if (v->occlusion)
         v->kernels->occlusion->backward(v->occlusion, &v->beta_clear, &v->d_beta, &v->d_beta, y0, y1, d_q);
+    if (v->cover) {
+        Planes cover = fs_view_images_last(v->cover, &v->cover->feature),
+               d_cover = fs_view_images_last(v->cover, &v->cover->d_feature);
+        v->kernels->pixelwise->cover_backward(&cover, &v->beta_open, &v->d_beta, &d_cover, y0, y1);
+    }
     if (v->plan.pane_beta) return v->kernels->pane->backward(&v->plan.pane, &v->d_beta, &v->d_tau, y0, y1);
     if (v->beta && v->plan.plain_beta)
         copy_rows(&v->d_beta, &v->beta->d_feature, y0, y1);

@@ -14,6 +14,7 @@ typedef struct ViewImages {
     const Kernels *kernels;
     ViewPlan plan;
     RasterTask *T, *R, *beta; // R, beta: NULL where the view has none
+    RasterTask *cover;        // that renders T's covers; NULL: there are none
     // forward, (channels, h, w)
     Planes beta_map, tau, T_linear, R_linear, I_linear, I; // 1, 1, 3, 3, 3, 3
     Planes black;                                          // 3, R where there is none
@@ -22,7 +23,8 @@ typedef struct ViewImages {
     Planes d_P, d_I, d_beta, d_tau, d_black;
     float slope_floor;      // kernels/compose.h
     const float *occlusion; // who stands in the mirrored light's way (kernels/occlusion.h); NULL: nobody
-    Planes beta_clear;      // 1, beta_map without them
+    Planes beta_clear;      // 1, beta_map without them,
+    Planes beta_open;       // 1, and without covers
 } ViewImages;
 
 // Plan and tasks are set; planes come from the arena (check arena->failed). train: with those of backward.
@@ -35,13 +37,14 @@ void fs_view_images_backward(const ViewImages *images, int y0, int y1, Calibrati
 PaneGradient fs_view_images_backward_beta(const ViewImages *images, int y0, int y1, float *d_q);
 void fs_view_images_zero(const ViewImages *images, int y0, int y1); // what backward adds to
 
-static inline Planes fs_view_images_rgb(const Planes *feature) // without depth
+static inline Planes fs_view_images_rgb(const Planes *feature) // without what comes after it
 {
     Planes p = *feature;
     p.channels = 3;
     return p;
 }
-static inline Planes fs_view_images_depth(const RasterTask *task, const Planes *feature)
+// Depth or covers, whichever is rendered.
+static inline Planes fs_view_images_last(const RasterTask *task, const Planes *feature)
 {
     Planes p = *feature;
     p.px = fs_planes_row(feature, task->colors, 0);

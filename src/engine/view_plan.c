@@ -67,6 +67,7 @@ ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash)
         plan.pane = fs_view_plan_pane(&scene->pane, camera);
     else
         plan.beta = part_of(scene, LAYER_BETA);
+    plan.covers = plan.T.there && plan.R.there && plan.pane_beta && plan.T.cloud->width[CLOUD_COVERS];
     if (flash && fs_scene_lit(scene)) {
         plan.T.lit = plan.R.lit = true;
         plan.T.light = flash_at(scene, camera, 1);

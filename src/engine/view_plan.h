@@ -27,6 +27,7 @@ typedef struct ViewPlan {
     PlanPart beta;   // not there: beta and tau follow `pane`, or there is no R
     bool plain_beta; // beta's part is beta itself, else its logit
     bool pane_beta;
+    bool covers; // T has some: nothing is mirrored before what they mark
     PaneView pane;
     bool calibrated; // the photo shows the light as `calibration` says; else as it is
     CalibrationView calibration;

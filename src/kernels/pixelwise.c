@@ -3,4 +3,4 @@
 
 #include "kernels/pixelwise_body.h"
 
-const PixelwiseKernels fs_pixelwise_scalar = {sigmoid, sigmoid_backward, clipped, opaque, apart};
+const PixelwiseKernels fs_pixelwise_scalar = {sigmoid, sigmoid_backward, cover, cover_backward, clipped, opaque, apart};

@@ -14,6 +14,12 @@ typedef struct PixelwiseKernels {
     // beta of a beta cloud: out = 1 / (1 + e^-logit); 1 plane each, for rows [y0, y1).
     void (*sigmoid)(const Planes *logit, const Planes *out, int y0, int y1);
     void (*sigmoid_backward)(const Planes *out, const Planes *d_out, const Planes *d_logit, int y0, int y1); // written
+    // What is mirrored where covers hide it: hidden = (1 - c) beta, c = min(m / 0.9, 1), for what covers nearly all
+    // covers all. m: the covers as rendered. 1 plane each.
+    void (*cover)(const Planes *m, const Planes *beta, const Planes *hidden, int y0, int y1);
+    // d_beta: from dL/dhidden to dL/dbeta, in place; d_m: written.
+    void (*cover_backward)(const Planes *m, const Planes *beta, const Planes *d_beta, const Planes *d_m, int y0,
+                           int y1);
     // The weight 0..1 of each pixel in this step: a clipped pixel (mask 0) was at least as bright as its photo says, so
     // it has a say (1) while the render I is darker than that. mask, out: 1 plane; photo, I: 3, tone-mapped. Pixels
     // outside an undistorted photo are 0 there, so they never have.

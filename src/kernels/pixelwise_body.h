@@ -20,6 +20,34 @@ static void sigmoid_backward(const Planes *out, const Planes *d_out, const Plane
     }
 }
 
+#define COVER_ALL 0.9f
+
+static float covered(float m)
+{
+    return m < COVER_ALL ? m / COVER_ALL : 1;
+}
+
+static void cover(const Planes *m, const Planes *beta, const Planes *hidden, int y0, int y1)
+{
+    for (int y = y0; y < y1; y++) {
+        const float *p = fs_planes_row(m, 0, y), *b = fs_planes_row(beta, 0, y);
+        float *to = fs_planes_row(hidden, 0, y);
+        for (int x = 0; x < m->stride; x++) to[x] = (1 - covered(p[x])) * b[x]; // the padding stays finite
+    }
+}
+
+static void cover_backward(const Planes *m, const Planes *beta, const Planes *d_beta, const Planes *d_m, int y0, int y1)
+{
+    for (int y = y0; y < y1; y++) {
+        const float *p = fs_planes_row(m, 0, y), *b = fs_planes_row(beta, 0, y);
+        float *d_b = fs_planes_row(d_beta, 0, y), *d = fs_planes_row(d_m, 0, y);
+        for (int x = 0; x < m->width; x++) {
+            d[x] = p[x] < COVER_ALL ? -b[x] * d_b[x] / COVER_ALL : 0;
+            d_b[x] *= 1 - covered(p[x]);
+        }
+    }
+}
+
 static void clipped(const Planes *mask, const Planes *photo, const Planes *I, const Planes *out, int y0, int y1)
 {
     for (int y = y0; y < y1; y++) {

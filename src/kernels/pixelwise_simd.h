@@ -4,4 +4,5 @@
 
 #include "kernels/pixelwise_body.h"
 
-const PixelwiseKernels FS_SIMD_SUFFIX(fs_pixelwise) = {sigmoid, sigmoid_backward, clipped, opaque, apart};
+const PixelwiseKernels FS_SIMD_SUFFIX(fs_pixelwise) = {sigmoid, sigmoid_backward, cover, cover_backward,
+                                                       clipped, opaque,           apart};

@@ -10,6 +10,7 @@ const CloudFieldInfo fs_cloud_fields[CLOUD_FIELDS] = {
     [CLOUD_OPACITIES] = {"opacities", {"opacity"}, 1},
     [CLOUD_COLORS] = {"colors", {"color_0", "color_1", "color_2"}, 3},
     [CLOUD_GAINS] = {"gains", {"gain"}, 1},
+    [CLOUD_COVERS] = {"covers", {"cover"}, 1},
 };
 
 int fs_cloud_reserve(Cloud *cloud, int capacity, FsError *err)
@@ -38,13 +39,32 @@ int fs_cloud_resize(Cloud *cloud, int n, FsError *err)
 
 int fs_cloud_new(Cloud *cloud, int n, int color_width, int gain_width, FsError *err)
 {
+    Cloud like = {0};
+    for (int f = 0; f < CLOUD_FIELDS; f++) like.width[f] = fs_cloud_fields[f].width;
+    like.width[CLOUD_COLORS] = color_width;
+    like.width[CLOUD_GAINS] = gain_width;
+    like.width[CLOUD_COVERS] = 0;
+    return fs_cloud_new_like(cloud, &like, n, err);
+}
+
+int fs_cloud_new_like(Cloud *cloud, const Cloud *like, int n, FsError *err)
+{
     *cloud = (Cloud){0};
-    for (int f = 0; f < CLOUD_FIELDS; f++) cloud->width[f] = fs_cloud_fields[f].width;
-    cloud->width[CLOUD_COLORS] = color_width;
-    cloud->width[CLOUD_GAINS] = gain_width;
+    memcpy(cloud->width, like->width, sizeof cloud->width);
     int rc = fs_cloud_resize(cloud, n, err);
     if (rc < 0) fs_cloud_free(cloud);
     return rc;
+}
+
+int fs_cloud_covers(Cloud *cloud, bool wanted, FsError *err)
+{
+    if (wanted == (cloud->width[CLOUD_COVERS] > 0)) return 0;
+    float *covers = wanted ? calloc((size_t)cloud->capacity + 1, sizeof *covers) : NULL;
+    if (wanted && !covers) return fs_error_memory(err);
+    free(cloud->field[CLOUD_COVERS]);
+    cloud->field[CLOUD_COVERS] = covers;
+    cloud->width[CLOUD_COVERS] = wanted;
+    return 0;
 }
 
 void fs_cloud_free(Cloud *cloud)
@@ -55,7 +75,7 @@ void fs_cloud_free(Cloud *cloud)
 
 int fs_cloud_copy(Cloud *to, const Cloud *from, FsError *err)
 {
-    MUST(fs_cloud_new(to, from->n, from->width[CLOUD_COLORS], from->width[CLOUD_GAINS], err));
+    MUST(fs_cloud_new_like(to, from, from->n, err));
     for (int f = 0; f < CLOUD_FIELDS; f++)
         if (from->width[f] && from->n)
             memcpy(to->field[f], from->field[f], sizeof(float) * (size_t)from->width[f] * (size_t)from->n);

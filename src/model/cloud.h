@@ -1,6 +1,8 @@
 // A cloud of 3D Gaussians, structure of arrays. One table of fields drives append, compact, Adam, PLY and checkpoint.
 #pragma once
 
+#include <stdbool.h>
+
 #include "base/error.h"
 
 typedef enum CloudField {
@@ -10,6 +12,7 @@ typedef enum CloudField {
     CLOUD_OPACITIES, // (N, 1) logit
     CLOUD_COLORS,    // (N, 3 or 1) tone-mapped (x^0.22) camera RGB, or the logit of beta
     CLOUD_GAINS,     // (N, 0 or 1) log of the flash gain alpha, only where one geometry holds both lightings
+    CLOUD_COVERS,    // (N, 0 or 1) 0..1, how much of the mirrored light is missing before it; where bars were found
     CLOUD_FIELDS
 } CloudField;
 
@@ -27,10 +30,12 @@ typedef struct Cloud {
 } Cloud;
 
 int fs_cloud_new(Cloud *cloud, int n, int color_width, int gain_width, FsError *err); // n zeroed Gaussians
+int fs_cloud_new_like(Cloud *cloud, const Cloud *like, int n, FsError *err);          // of the same widths
 void fs_cloud_free(Cloud *cloud);
 int fs_cloud_reserve(Cloud *cloud, int capacity, FsError *err);
 int fs_cloud_resize(Cloud *cloud, int n, FsError *err); // new ones zeroed
 int fs_cloud_copy(Cloud *to, const Cloud *from, FsError *err);
+int fs_cloud_covers(Cloud *cloud, bool wanted, FsError *err);   // has them from now on, all 0 if new; or not
 void fs_cloud_compact(Cloud *cloud, const unsigned char *keep); // keep (N): drops the Gaussians with 0
 
 // Our own PLY (binary little-endian, exact floats, every field). Reading checks the header, counts and finiteness.

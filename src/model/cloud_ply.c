@@ -12,7 +12,7 @@
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "PLY bodies are copied as they lie in memory");
 
-#define MAX_FLOATS 64    // properties per Gaussian a file may have; ours have 14 or 15
+#define MAX_FLOATS 64    // properties per Gaussian a file may have; ours have 14 to 16
 #define MAX_HEADER 16384 // bytes
 #define CHUNK 4096       // Gaussians read or written at a time
 
@@ -126,7 +126,7 @@ static int read_header(FILE *f, const char *path, Header *h, FsError *err)
     return 0;
 }
 
-// Which fields the header has, whole; means to opacities are a must, colours are 1 or 3 wide, the gain 0 or 1.
+// Which fields the header has, whole; means to opacities are a must, colours are 1 or 3 wide, gain and cover 0 or 1.
 static int widths_of(const char *path, const Layout *layout, int width[CLOUD_FIELDS], FsError *err)
 {
     unsigned have[CLOUD_FIELDS] = {0};
@@ -134,7 +134,8 @@ static int widths_of(const char *path, const Layout *layout, int width[CLOUD_FIE
         if (layout->field[p] >= 0) have[layout->field[p]] |= 1u << layout->column[p];
     for (int f = 0; f < CLOUD_FIELDS; f++) {
         unsigned whole = (1u << fs_cloud_fields[f].width) - 1;
-        bool ok = have[f] == whole || (f == CLOUD_COLORS && have[f] == 1) || (f == CLOUD_GAINS && !have[f]);
+        bool spare = f == CLOUD_GAINS || f == CLOUD_COVERS;
+        bool ok = have[f] == whole || (f == CLOUD_COLORS && have[f] == 1) || (spare && !have[f]);
         if (!ok)
             return fs_error_input(err, "%s: properties of '%s' (%s ...) are missing: not a cloud written by flashsplat",
                                   path, fs_cloud_fields[f].name, fs_cloud_fields[f].ply[0]);
@@ -174,18 +175,19 @@ int fs_cloud_ply_read(Cloud *cloud, const char *path, FsError *err)
     *cloud = (Cloud){0};
     FILE *f = fopen(path, "rb");
     if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
-    int rc, width[CLOUD_FIELDS];
+    int rc;
+    Cloud like = {0};
     Header h;
     struct stat st;
     if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) TRY(fs_error_input(err, "%s: not a regular file", path));
     TRY(read_header(f, path, &h, err));
-    TRY(widths_of(path, &h.layout, width, err));
+    TRY(widths_of(path, &h.layout, like.width, err));
     long long body = (long long)st.st_size - (long long)ftello(f);
     long long expected = h.count * (long long)sizeof(float) * h.layout.n;
     if (body != expected)
         TRY(fs_error_input(err, "%s: %lld bytes of data, expected %lld for %lld Gaussians: cut off or damaged", path,
                            body, expected, h.count));
-    TRY(fs_cloud_new(cloud, (int)h.count, width[CLOUD_COLORS], width[CLOUD_GAINS], err));
+    TRY(fs_cloud_new_like(cloud, &like, (int)h.count, err));
     TRY(read_rows(f, path, &h.layout, cloud, err));
 fail:
     if (rc < 0) fs_cloud_free(cloud);

@@ -152,6 +152,8 @@ static const FsOption table[] = {
     ON("vignetting", vignetting, TRAIN, "learn by how much photos darken towards their corners"),
     ON("photographer", photographer, TRAIN,
        "find the mirror image of who takes the photos and leave it out of the mirrored scene"),
+    ON("bars", bars, TRAIN,
+       "find the bars or the frame before the glass: they are seen as they are, and nothing is mirrored there"),
     ENUM("response", response, TRAIN, "auto", "auto|learned|as-is",
          "the camera's tone curve beyond what the files tell, and each photo's white balance: auto learns them of "
          "JPEGs"),
@@ -246,6 +248,7 @@ static const struct {
     {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},        {"paper", "opaque", "0"},
     {"paper", "settle", "0"},        {"paper", "photo-light", "false"},  {"paper", "vignetting", "false"},
     {"paper", "response", "as-is"},  {"paper", "photographer", "false"}, {"paper", "contrast", "0"},
+    {"paper", "bars", "false"},
     {"nerf", "model", "field"},             {"nerf", "separation", "none"},       {"nerf", "long-edge", "300"},
     {"nerf", "steps", "16000"},             {"nerf", "levels", "1"},              {"nerfren", "model", "field"},
     {"nerfren", "separation", "flashless"}, {"nerfren", "long-edge", "300"},      {"nerfren", "steps", "12000"},

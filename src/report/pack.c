@@ -217,6 +217,9 @@ static void put_looks(const Pack *pack, const Cloud *cloud, const Seat *seat)
         if (pack->gains)
             plane(pack, 13 + pack->colors)[i] =
                 (unsigned char)number((double)cloud->field[CLOUD_GAINS][j], &pack->gain);
+        if (pack->covers)
+            plane(pack, 13 + pack->colors + pack->gains)[i] =
+                (unsigned char)number((double)cloud->field[CLOUD_COVERS][j], &pack->cover);
     }
 }
 
@@ -228,7 +231,9 @@ int fs_pack_cloud(const Cloud *cloud, const double centre[3], Pack *pack, FsErro
                    .turn = {-FS_PACK_TURN, FS_PACK_TURN, large ? 6 : 5},
                    .opacity = {0, 1, large ? 7 : 6},
                    .colors = cloud->width[CLOUD_COLORS],
-                   .gains = cloud->width[CLOUD_GAINS]};
+                   .gains = cloud->width[CLOUD_GAINS],
+                   .covers = cloud->width[CLOUD_COVERS],
+                   .cover = {0, 1, 6}};
     for (int k = 0; k < 3; k++) pack->centre[k] = centre[k];
     Seat *seat = malloc(sizeof *seat * (n + 1));
     double *distance = malloc(sizeof *distance * (n + 1));
@@ -241,7 +246,7 @@ int fs_pack_cloud(const Cloud *cloud, const double centre[3], Pack *pack, FsErro
     choose_reach(pack, cloud, distance);
     choose_step(pack, cloud);
     seat_all(pack, cloud, seat);
-    pack->planes = 13 + pack->colors + pack->gains;
+    pack->planes = 13 + pack->colors + pack->gains + pack->covers;
     pack->byte = malloc((size_t)pack->planes * (size_t)pack->n + 1);
     if (!pack->byte) TRY(fs_error_memory(err));
     put_places(pack, seat);

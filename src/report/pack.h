@@ -9,6 +9,7 @@
 //   opacity   its square root, evenly from 0 to 1
 //   colour    tone-mapped, evenly between two limits: green, red - green, blue - green (or one number)
 //   gain      evenly between two limits
+//   cover     evenly from 0 to 1
 //
 // Gaussians that are never drawn (opacity under 1/255) are left out.
 #pragma once
@@ -27,8 +28,8 @@ typedef struct Pack {
     unsigned char *byte; // (planes, n)
     double centre[3], reach, low[3], step;
     int bits; // of a place's number
-    PackRange size, turn, opacity, color, gain;
-    int colors, gains; // floats per Gaussian: 3 or 1; 0 or 1
+    PackRange size, turn, opacity, color, gain, cover;
+    int colors, gains, covers; // floats per Gaussian: 3 or 1; 0 or 1; 0 or 1
 } Pack;
 
 // centre: where one looks from, about.

@@ -31,11 +31,12 @@ static json_t *range(const PackRange *r)
 
 static json_t *describe_cloud(const Pack *pack, Layer layer)
 {
-    return json_pack("{s:s, s:i, s:i, s:i, s:o, s:f, s:o, s:f, s:i, s:o, s:o, s:o, s:o, s:o}", "layer",
-                     fs_layers[layer].name, "n", pack->n, "colors", pack->colors, "gains", pack->gains, "centre",
-                     numbers(pack->centre, 3), "reach", pack->reach, "low", numbers(pack->low, 3), "step", pack->step,
-                     "bits", pack->bits, "size", range(&pack->size), "turn", range(&pack->turn), "opacity",
-                     range(&pack->opacity), "color", range(&pack->color), "gain", range(&pack->gain));
+    return json_pack("{s:s, s:i, s:i, s:i, s:i, s:o, s:f, s:o, s:f, s:i, s:o, s:o, s:o, s:o, s:o}", "layer",
+                     fs_layers[layer].name, "n", pack->n, "colors", pack->colors, "gains", pack->gains, "covers",
+                     pack->covers, "centre", numbers(pack->centre, 3), "reach", pack->reach, "low",
+                     numbers(pack->low, 3), "step", pack->step, "bits", pack->bits, "size", range(&pack->size), "turn",
+                     range(&pack->turn), "opacity", range(&pack->opacity), "color", range(&pack->color), "gain",
+                     range(&pack->gain));
 }
 
 static json_t *describe_view(const View *view, int photo)

@@ -46,11 +46,15 @@ fail:
 }
 
 // The scene is up as it starts, before and after.
-static int look_for_photographer(Trainer *trainer, FsError *err)
+static int look_around(Trainer *trainer, FsError *err)
 {
-    MUST(fs_photographer_find(trainer, err));
-    MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
-    return send_neighbours(trainer, err);
+    int (*const look[])(Trainer *, FsError *) = {fs_bars_find, fs_photographer_find};
+    for (int k = 0; k < 2; k++) {
+        MUST(look[k](trainer, err));
+        MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
+        MUST(send_neighbours(trainer, err));
+    }
+    return 0;
 }
 
 // Stops a run that went wrong while the last checkpoint is still good.
@@ -173,7 +177,7 @@ int fs_train_run(FsProject *project, FsError *err)
     TRY(fs_cost_check(&size, fs_train_bytes(trainer.set, &size), err));
     TRY(fs_project_begin(project, FS_STAGE_TRAIN, NULL, 0, err));
     TRY(fs_progress_log_rewind(&trainer, err));
-    if (!resumed) TRY(look_for_photographer(&trainer, err));
+    if (!resumed) TRY(look_around(&trainer, err));
     TRY(train_loop(&trainer, err));
     TRY(fs_checkpoint_write(&trainer, err));
     fix_unit_of_R(&trainer.scene);

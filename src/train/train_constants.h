@@ -45,6 +45,18 @@ enum {
 #define FIELD_BLIND 0.6       // NeRFReN     share before colours know the direction of view; of two fields never
 enum { FIELD_WARM_UP = 50 };  // -
 
+// What stands before the pane (bars.c).
+#define RATE_COVERS 0.2  // experiment
+#define BARS_SHARE 0.25  // -           of the steps, at most
+#define BARS_EDGE 0.5f   // experiment  covers, evened out over neighbours, of what may belong to it,
+#define BARS_SURE 0.8f   // experiment  and of what does
+#define BARS_LEAST 0.012 // experiment  share of the Gaussians that are as sure
+enum {
+    BARS_SIDE = 300,  // experiment  pixels of the longer side, at most
+    BARS_STEPS = 312, // experiment
+    BARS_EVENED = 3,  // experiment  times
+};
+
 // The photographer's mirror image (photographer.c).
 #define OCCLUSION_COST 0.01f   // experiment
 #define PORTRAIT_DSSIM 0.25    // experiment  share in the photo term

@@ -33,7 +33,7 @@ enum {
 #define BYTES_FIELD 10e6
 #define BYTES_VOLUME 35e6 // samples of a step
 
-#define LOOK_STEP 0.6 // of a step at the coarsest size: of one that looks for the photographer, on smaller photos
+#define LOOK_STEP 0.6 // of a step at the coarsest size: of one that looks around first, on smaller photos
 
 static int load_photos(Engine *engine, const Camera *camera, FsError *err)
 {
@@ -294,7 +294,8 @@ double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPac
     with.steps = steps;
     int n = pace->splats[0], budget = fs_schedule_budget(set, (double)size->width * size->height);
     int coarsest = fs_schedule_halvings(&with, long_edge(size), 0);
-    double seconds = LOOK_STEP * fs_photographer_steps(&with, size->photos) * pace->step[coarsest][0];
+    int looks = fs_bars_steps(&with) + fs_photographer_steps(&with, size->photos);
+    double seconds = LOOK_STEP * looks * pace->step[coarsest][0];
     double more = fmax(pace->splats[1] - n, 1);
     for (int step = 0; step < steps; step++) {
         const double *at = pace->step[fs_schedule_halvings(&with, long_edge(size), step)];

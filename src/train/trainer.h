@@ -60,6 +60,10 @@ RunSize fs_trainer_size(const Trainer *trainer);
 int fs_densify_step(Trainer *trainer, FsError *err);
 int fs_densify_neighbours(Trainer *trainer, FsError *err); // finds and sends up whose gains are compared
 
+// bars.c: what stands before the pane, where the setting of that name looks for it
+int fs_bars_steps(const Settings *set);           // that a look takes; 0: none is had
+int fs_bars_find(Trainer *trainer, FsError *err); // gives T covers, if any; the engine is to have the scene again
+
 // photographer.c: who is mirrored too, where the setting of that name looks for them
 int fs_photographer_steps(const Settings *set, int photos); // that a look takes where nobody is there; 0: none is had
 int fs_photographer_find(Trainer *trainer, FsError *err);   // the engine has the scene; it is to have it again

@@ -77,6 +77,44 @@ class Learned(FolderTest):
         self.assertGreater(with_him["T_N"], figures["photographer", "--no-photographer"]["T_N"] + 0.5)
         self.assertTrue(clouds["", "--photographer"] == clouds["", "--no-photographer"])  # as if nobody had looked
 
+    def test_bars(self):
+        words = ["--poses", self.scene / "truth/sparse", "--preset", "preview", "--steps", 1250, "--max-splats", 12000,
+                 "--no-photographer"]
+        large = ["--width", 300, "--height", 200, "--hard", "frame"], ["--init-count", 8000]
+        small = ["--width", 120, "--height", 80], ["--init-count", 1500]
+        figures, clouds = {}, {}
+        for hard, (size, start) in (("frame", large), ("", small)):
+            self.assert_works(run("synth", "-o", self.scene, *size, "--photos", 16, "--held-out", 4, "--seed", 301))
+            for option in ("--bars", "--no-bars"):
+                out = self.dir / f"out{hard}{option}"
+                process = run("run", self.scene / "capture/raw", "-o", out, *words, *start, option)
+                self.assert_works(process)
+                found = bool(hard) and option == "--bars"
+                self.assertEqual(found, "where nothing is mirrored" in process.stdout + process.stderr)
+                self.assertEqual(found, b"property float cover" in (out / "clouds/T_N.ply").read_bytes()[:2000])
+                clouds[hard, option] = [(out / "clouds" / n).read_bytes() for n in ("T_N.ply", "R.ply", "model.json")]
+                if hard:
+                    figures[option] = self.figures_of(out)
+        self.assertGreater(figures["--bars"]["R"], figures["--no-bars"]["R"] + 2)
+        self.assertGreater(figures["--bars"]["beta"], figures["--no-bars"]["beta"] + 3)
+        self.assertGreater(figures["--bars"]["T_F"], figures["--no-bars"]["T_F"] - 1)
+        self.assertTrue(clouds["", "--bars"] == clouds["", "--no-bars"])  # as if nobody had looked
+
+    def figures_of(self, out):
+        """PSNR at the held-out views; of beta against the best multiple of the truth, since its unit is free."""
+        views, truth, report = self.dir / "views", self.scene / "truth", self.dir / f"{out.name}.json"
+        self.assert_works(run("render", out, "--output", views, "--cameras", truth / "cameras.json", "--layers", "R,T_F,beta", "--force"))
+        self.assert_works(run("evaluate", out, truth, "--output", views, "--views", "held_out", "--json", report))
+        layers = next(iter(json.loads(report.read_text())["methods"].values()))["layers"]
+        errors = []
+        for path in sorted((views / "beta").glob("TEST_*.png")):
+            found, true = (cv2.imread(str(p), cv2.IMREAD_UNCHANGED).astype(float) for p in (path, truth / "beta" / path.name))
+            found, true = (x[..., 0] if x.ndim > 2 else x for x in (found, true))
+            found = (found / found.max()) * (true * found / found.max()).sum() / ((found / found.max()) ** 2).sum()
+            errors.append(((found - true) ** 2).mean() / (true ** 2).mean())
+        self.assertTrue(errors)
+        return {"R": layers["R"]["psnr_gain"], "T_F": layers["T_F"]["psnr_gain"], "beta": -10 * math.log10(sum(errors) / len(errors))}
+
     def check_unseen(self, out):
         """White is what fewer than a quarter of the photos show clear of the true figures, but for their outlines; R is worse there."""
         self.assert_works(run("render", out, "--output", self.dir / "depths", "--cameras", self.scene / "truth/cameras.json",

@@ -4,7 +4,8 @@
 enum { W = 83, H = 21 };
 
 typedef struct Case {
-    Planes logit, beta, d_beta, d_logit, mask, photo, I, weight, passes, d_passes, d_mask, d_passes_2;
+    Planes m, open, hidden, d_open, d_m, logit, beta, d_beta, d_logit, mask, photo, I, weight, passes, d_passes, d_mask,
+        d_passes_2;
     double mean, apart;
     const PixelwiseKernels *k;
 } Case;
@@ -13,6 +14,11 @@ static Case make(const PixelwiseKernels *k)
 {
     Rng rng = fs_rng_new(8);
     Case c = {.k = k,
+              .m = random_planes(W, H, 1, 0, 1, &rng),
+              .open = random_planes(W, H, 1, 0, 1, &rng),
+              .hidden = random_planes(W, H, 1, 0, 1, &rng),
+              .d_open = random_planes(W, H, 1, -1, 1, &rng),
+              .d_m = random_planes(W, H, 1, -1, 1, &rng),
               .logit = random_planes(W, H, 1, -9, 9, &rng),
               .beta = random_planes(W, H, 1, 0, 1, &rng),
               .d_beta = random_planes(W, H, 1, -1, 1, &rng),
@@ -30,8 +36,9 @@ static Case make(const PixelwiseKernels *k)
 }
 static void drop(Case *c)
 {
-    Planes *all[] = {&c->logit, &c->beta,   &c->d_beta, &c->d_logit,  &c->mask,   &c->photo,
-                     &c->I,     &c->weight, &c->passes, &c->d_passes, &c->d_mask, &c->d_passes_2};
+    Planes *all[] = {&c->m,      &c->open,   &c->hidden,   &c->d_open, &c->d_m,       &c->logit,
+                     &c->beta,   &c->d_beta, &c->d_logit,  &c->mask,   &c->photo,     &c->I,
+                     &c->weight, &c->passes, &c->d_passes, &c->d_mask, &c->d_passes_2};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]->px);
 }
 static void run(void *context)
@@ -43,6 +50,8 @@ static void run(void *context)
     FOR_STRIPS(H, 8, a, b)
     {
         c->k->sigmoid(&c->logit, &c->beta, a, b);
+        c->k->cover(&c->m, &c->open, &c->hidden, a, b);
+        c->k->cover_backward(&c->m, &c->open, &c->d_open, &c->d_m, a, b);
         c->k->sigmoid_backward(&c->beta, &c->d_beta, &c->d_logit, a, b);
         c->k->clipped(&c->mask, &c->photo, &c->I, &c->weight, a, b);
         ApartArgs apart = {&c->mask, &c->passes, &c->d_mask, &c->d_passes_2, 0.6f};
@@ -54,6 +63,31 @@ static void run(void *context)
 static double sigmoid(double x)
 {
     return 1 / (1 + exp(-x));
+}
+
+static double hidden(double m, double beta)
+{
+    return (1 - fmin(m / 0.9, 1)) * beta;
+}
+
+static void check_cover(const Case *c)
+{
+    int whole = 0;
+    for (int y = 0; y < H; y++)
+        for (int x = 0; x < W; x++) {
+            double m = fs_planes_row(&c->m, 0, y)[x], beta = fs_planes_row(&c->open, 0, y)[x], h = 1e-6;
+            double d = fs_planes_row(&c->d_open, 0, y)[x], d_m = fs_planes_row(&c->d_m, 0, y)[x];
+            double left = fs_planes_row(&c->hidden, 0, y)[x],
+                   slope = (hidden(m + h, beta) - hidden(m - h, beta)) / (2 * h);
+            CHECK(fabs(left - hidden(m, beta)) < 1e-6, "%g of %g behind %g", left, beta, m);
+            if (fabs(m - 0.9) < 2 * h) continue;
+            whole += m > 0.9;
+            if (m > 0.9)
+                CHECK(d == 0 && d_m == 0, "%g and %g behind %g", d, d_m, m);
+            else
+                CHECK(fabs(d_m * hidden(m, 1) - slope * d) < 1e-5, "slopes %g, %g at %g", d_m, d, m);
+        }
+    CHECK(whole > 0 && whole < W * H / 2, "%d covered", whole);
 }
 
 // The definition against the formulas; gradients against central differences.
@@ -88,6 +122,7 @@ int main(int argc, char **argv)
     Case ref = make(&fs_pixelwise_scalar);
     run(&ref);
     check_definition(&ref);
+    check_cover(&ref);
     FOR_LEVELS(level)
     {
         Case c = make(fs_kernels_at(level).pixelwise);
@@ -95,6 +130,8 @@ int main(int argc, char **argv)
         double worst = fmax(fmax(planes_difference(&ref.beta, &c.beta), planes_difference(&ref.d_logit, &c.d_logit)),
                             fmax(planes_difference(&ref.weight, &c.weight) + planes_difference(&ref.d_mask, &c.d_mask),
                                  planes_difference(&ref.d_passes, &c.d_passes)));
+        worst = fmax(worst, planes_difference(&ref.hidden, &c.hidden) + planes_difference(&ref.d_open, &c.d_open) +
+                                planes_difference(&ref.d_m, &c.d_m));
         CHECK(worst < 1e-5 && fabs(ref.mean - c.mean) + fabs(ref.apart - c.apart) < 1e-6, "%s: %g, mean %g",
               fs_cpu_name(level), worst, c.mean);
         BENCH("pixelwise", level, "pixel", W * H, run, &c);

@@ -11,11 +11,11 @@
 enum { DRAWN_MOST = 32 }; // Gaussians of a cloud
 
 typedef struct Drawn {
-    double color[4], transmittance, depth; // sums of alpha T times each
+    double color[4], transmittance, depth, cover; // sums of alpha T times each
 } Drawn;
 
 typedef struct Flat { // a splat
-    double x, y, conic[3], opacity, z, color[4];
+    double x, y, conic[3], opacity, z, cover, color[4];
 } Flat;
 
 static int nearer(const void *a, const void *b)
@@ -77,6 +77,7 @@ static Drawn draw(const Scene *s, const Cloud *cloud, const Camera *cam, double 
     int channels = cloud->n ? cloud->width[CLOUD_COLORS] : 0;
     for (int i = 0; i < cloud->n; i++) {
         flat[i] = flatten(cloud, i, cam);
+        flat[i].cover = cloud->width[CLOUD_COVERS] ? (double)cloud->field[CLOUD_COVERS][i] : 0;
         for (int c = 0; c < channels; c++)
             flat[i].color[c] = (double)cloud->field[CLOUD_COLORS][channels * i + c] *
                                (channels == 3 ? pow(1 + flash_gain(s, cloud, i, cam, share, c), 0.22) : 1);
@@ -89,6 +90,7 @@ static Drawn draw(const Scene *s, const Cloud *cloud, const Camera *cam, double 
         if (alpha < 1 / 255.0) continue;
         for (int c = 0; c < channels; c++) d.color[c] += alpha * d.transmittance * flat[i].color[c];
         d.depth += alpha * d.transmittance * flat[i].z;
+        d.cover += alpha * d.transmittance * flat[i].cover;
         d.transmittance *= 1 - alpha;
     }
     return d;
@@ -114,6 +116,7 @@ static void all_layers(const Scene *s, const Camera *cam, int x, int y, double w
     if (!s->pane_beta) beta = 1 / (1 + exp(-draw(s, &s->cloud[LAYER_BETA], cam, 0, at).color[0])), tau = 1;
     bool lit = fs_scene_lit(s);
     Drawn T = draw(s, &s->cloud[LAYER_T_N], cam, 0, at), R = draw(s, &s->cloud[LAYER_R], cam, 0, at);
+    beta *= 1 - fmin(T.cover / 0.9, 1); // nothing is mirrored before bars
     Drawn T_F = draw(s, &s->cloud[s->shared_geometry ? LAYER_T_N : LAYER_T_F], cam, lit ? 1 : 0, at);
     Drawn R_F = draw(s, &s->cloud[LAYER_R], cam, lit ? s->flash_return : 0, at);
     for (int c = 0; c < 3; c++) {

@@ -25,14 +25,19 @@ static const char *const devices[] = {"cpu", "reference"};
 
 typedef struct Kind {
     Separation separation;
-    bool shared, pane, mirrored;
+    bool shared, pane, mirrored, covers;
 } Kind;
 
 static const Kind kinds[] = {
-    {SEPARATION_FULL, true, true, true},   {SEPARATION_FULL, true, false, true},
-    {SEPARATION_FULL, false, true, true},  {SEPARATION_FULL, false, false, true},
-    {SEPARATION_LINEAR, true, true, true}, {SEPARATION_FLASHLESS, true, true, true},
-    {SEPARATION_NONE, true, true, false},  {SEPARATION_FULL, true, true, false},
+    {SEPARATION_FULL, true, true, true},
+    {SEPARATION_FULL, true, false, true},
+    {SEPARATION_FULL, false, true, true},
+    {SEPARATION_FULL, false, false, true},
+    {SEPARATION_LINEAR, true, true, true},
+    {SEPARATION_FLASHLESS, true, true, true},
+    {SEPARATION_NONE, true, true, false},
+    {SEPARATION_FULL, true, true, false},
+    {SEPARATION_FULL, true, true, true, .covers = true},
 };
 #define FOR_KINDS(k) for (int k = 0; k < (int)(sizeof kinds / sizeof *kinds); k++)
 
@@ -74,6 +79,9 @@ static inline Scene make_scene(const Kind *kind)
     double length = sqrt(0.25 + 0.01 + 0.86 * 0.86);
     for (int k = 0; k < 3; k++) s.pane.normal[k] /= length;
     fill(&s.cloud[LAYER_T_N], N, 3, kind->shared, 2, &rng);
+    assert_int_equal(fs_cloud_covers(&s.cloud[LAYER_T_N], kind->covers, NULL), 0);
+    for (int i = 0; i < N && kind->covers; i++)
+        s.cloud[LAYER_T_N].field[CLOUD_COVERS][i] = 0.1f + 0.6f * fs_rng_uniform(&rng);
     if (!kind->shared) fill(&s.cloud[LAYER_T_F], N + 3, 3, 0, 2, &rng);
     if (kind->mirrored) fill(&s.cloud[LAYER_R], N - 2, 3, 0, 3.5f, &rng);
     if (!kind->pane) fill(&s.cloud[LAYER_BETA], N - 1, 1, 0, 2, &rng);
@@ -159,6 +167,7 @@ static inline StepArgs make_args(const Scene *scene)
     fs_loss_weights(set, scene, 1, args.weight);
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-12;
     if (scene->separation != SEPARATION_FULL) args.rate[CLOUD_GAINS] = 0;
+    if (scene->cloud[LAYER_T_N].width[CLOUD_COVERS]) args.weight[LOSS_DEPTH_SMOOTH] = 0; // one of the two is looked at
     fs_settings_free(set);
     return args;
 }

@@ -17,6 +17,7 @@ static void make_cloud(Cloud *cloud, int n, int color_width, int gain_width)
 {
     Rng rng = fs_rng_new(7);
     assert_int_equal(fs_cloud_new(cloud, n, color_width, gain_width, NULL), 0);
+    assert_int_equal(fs_cloud_covers(cloud, gain_width && n != 5, NULL), 0);
     for (int f = 0; f < CLOUD_FIELDS; f++)
         for (int i = 0; i < n * cloud->width[f]; i++)
             cloud->field[f][i] = fs_rng_normal(&rng) * expf(8.0f * fs_rng_normal(&rng));

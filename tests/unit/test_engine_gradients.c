@@ -52,7 +52,7 @@ static void move_field(Scene *scene, int layer, int field, const float *u, doubl
 
 static double slope_along(const char *device, const Kind *kind, bool flash, int layer, int field, const float *u)
 {
-    const double h = field == CLOUD_COLORS || field == CLOUD_GAINS ? 2e-3 : 4e-4;
+    const double h = field >= CLOUD_COLORS ? 2e-3 : 4e-4;
     double value[2];
     StepResult result;
     for (int side = 0; side < 2; side++) {

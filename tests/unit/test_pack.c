@@ -41,7 +41,7 @@ static double value_of(const Pack *p, const PackRange *r, int plane, int i)
 }
 
 typedef struct Got {
-    double mean[3], cov[9], opacity, color[3], gain;
+    double mean[3], cov[9], opacity, color[3], gain, cover;
 } Got;
 
 static void covariance(const double q[4], const double size[3], double cov[9])
@@ -74,6 +74,7 @@ static void unpack_one(const Pack *p, int i, int at[3], Got *got)
         got->color[k] = p->color.low + (p->color.high - p->color.low) * n / ((1 << p->color.bits) - 1);
     }
     if (p->gains) got->gain = value_of(p, &p->gain, 13 + p->colors, i);
+    if (p->covers) got->cover = value_of(p, &p->cover, 14 + p->colors, i);
 }
 
 static double distance_of(const float *mean, const double to[3])
@@ -100,6 +101,8 @@ static void check_one(const Cloud *cloud, int j, const Pack *p, const Got *got)
     }
     if (p->gains)
         assert_true(fabs((double)cloud->field[CLOUD_GAINS][j] - got->gain) < (p->gain.high - p->gain.low) / 120);
+    assert_int_equal(p->covers, p->gains);
+    if (p->covers) assert_true(fabs((double)cloud->field[CLOUD_COVERS][j] - got->cover) < 1 / 120.0);
 }
 
 // The one nearest to what was unpacked is the one that was packed: within half a step in each direction.
@@ -109,6 +112,8 @@ static void check(int n, int colors, int gains)
     Pack pack = {0};
     int at[3] = {0}, drawn = 0;
     make_cloud(&cloud, n, colors, gains, 3);
+    assert_int_equal(fs_cloud_covers(&cloud, gains, NULL), 0);
+    for (int i = 0; i < n && gains; i++) cloud.field[CLOUD_COVERS][i] = (float)(i % 8) / 7;
     for (int i = 0; i < n; i++) drawn += cloud.field[CLOUD_OPACITIES][i] > -5.53f;
     assert_int_equal(fs_pack_cloud(&cloud, centre, &pack, NULL), 0);
     assert_int_equal(pack.n, drawn);

@@ -137,6 +137,15 @@ static void test_refused(void **state)
     a.extent = NAN;
     assert_int_equal(fs_scene_write(&a, dir, NULL), FS_ERR_INPUT);
     a.extent = 1;
+    for (int k = 0; k < 2; k++) { // covers from 0 to 1, and of T_N alone
+        Cloud *cloud = &a.cloud[k ? LAYER_R : LAYER_T_N];
+        assert_int_equal(fs_cloud_covers(cloud, true, NULL), 0);
+        assert_int_equal(fs_scene_write(&a, dir, NULL), k ? FS_ERR_INPUT : 0);
+        cloud->field[CLOUD_COVERS][1] = 1.01f;
+        assert_int_equal(fs_scene_write(&a, dir, NULL), FS_ERR_INPUT);
+        assert_int_equal(fs_cloud_covers(cloud, false, NULL), 0);
+        assert_int_equal(fs_scene_write(&a, dir, NULL), 0);
+    }
     fs_cloud_free(&a.cloud[LAYER_T_N]);
     assert_int_equal(fs_cloud_new(&a.cloud[LAYER_T_N], 2, 3, 0, NULL), 0); // no gains
     assert_int_equal(fs_scene_write(&a, dir, NULL), FS_ERR_INPUT);

@@ -31,7 +31,7 @@ function makeTexture(gl, filter) {
 
 // A cloud's numbers where shaders find them, and the order it is drawn in: a texture too, since a vertex knows its
 // number, and instances of four vertices are slow on many cards.
-function makeCloud(gl, { layer, n, data }) {
+function makeCloud(gl, { layer, n, covers, data }) {
     const height = Math.max(1, Math.ceil(n / 512)), rows = Math.max(1, Math.ceil(n / 2048));
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     if (height > most) throw new Error(`this graphics card takes ${512 * most} Gaussians a cloud, ${layer} has ${n}`);
@@ -40,7 +40,7 @@ function makeCloud(gl, { layer, n, data }) {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2048, height, 0, gl.RGBA, gl.FLOAT, padded);
     const order = makeTexture(gl, gl.NEAREST);
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R32UI, 2048, rows);
-    return { layer, n, texture, order, numbers: new Uint32Array(2048 * rows), shown: 0 };
+    return { layer, n, covers, texture, order, numbers: new Uint32Array(2048 * rows), shown: 0 };
 }
 
 function setOrder(gl, cloud, { order, n }) {

@@ -42,10 +42,10 @@ class Renderer {
     }
 
     // pose: { turn, centre }; lens: fx, fy, cx, cy in pixels of size; light: { gain, at }.
-    blend(layer, pose, lens, size, { light, whole, depth, only, rough }) {
+    blend(layer, pose, lens, size, { light, whole, what, only, rough }) {
         const gl = this.gl, { at, program } = this.splat, scene = this.scene;
         const cloud = this.clouds.find(c => c.layer === layer);
-        const target = this.target(layer + (depth ? ' depth' : ''), ...size, whole);
+        const target = this.target(layer + (what ? ` ${what}` : ''), ...size, whole);
         gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
         gl.viewport(0, 0, ...size);
         gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
@@ -67,7 +67,7 @@ class Renderer {
         gl.uniform3fv(at.flash, light ? light.at : pose.centre);
         gl.uniform3fv(at.tint, scene.gain_color.map(g => light ? g * light.gain : 0));
         gl.uniform1f(at.fall, scene.even ? 0 : scene.flash_distance ** 2);
-        gl.uniform1i(at.depth, depth ? 1 : 0);
+        gl.uniform1i(at.what, ['', 'depth', 'cover'].indexOf(what || ''));
         gl.enable(gl.BLEND);
         gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
         if (only) {
@@ -87,19 +87,20 @@ class Renderer {
         return 0.3 * Math.max(1, lens[0] / this.scene.views[0].fx) ** 2;
     }
 
-    // What the layer asks for: { T, F, R, B }, textures.
+    // What the layer asks for: { T, F, R, B, C }, textures.
     blendAll(pose, lens, size, show) {
         const { scene } = this, { layer, flash } = show, whole = show.whole && this.canBlendWhole;
         const at = show.flashAt || pose.centre, lit = scene.lit && flash > 0;
         const T = layer !== 'R' && layer !== 'beta', R = layer === 'both' || layer === 'R';
         const { rough } = show;
-        const draw = (name, light, depth) => this.blend(name, pose, lens, size, { light, whole, depth, rough });
+        const draw = (name, light, what) => this.blend(name, pose, lens, size, { light, whole, what, rough });
         const made = {};
-        if (layer === 'depth') return { T: draw('T_N', null, true) };
+        if (layer === 'depth') return { T: draw('T_N', null, 'depth') };
         if (T) made.T = draw('T_N', lit ? { gain: flash, at } : null);
         if (T && !scene.shared && flash > 0) made.F = draw('T_F');
         if (R) made.R = draw('R', lit ? { gain: flash * scene.flash_return, at } : null);
         if (!scene.pane && layer !== 'T') made.B = draw('beta');
+        if (layer !== 'T' && this.clouds.some(c => c.covers)) made.C = draw('T_N', null, 'cover');
         return made;
     }
 
@@ -112,14 +113,14 @@ class Renderer {
         gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
         gl.viewport(...port);
         gl.useProgram(program);
-        ['T', 'F', 'R', 'B'].forEach((name, unit) => {
+        ['T', 'F', 'R', 'B', 'C'].forEach((name, unit) => {
             gl.activeTexture(gl.TEXTURE0 + unit);
             gl.bindTexture(gl.TEXTURE_2D, made[name] || this.colors);
             gl.uniform1i(at[name], unit);
         });
-        gl.activeTexture(gl.TEXTURE4);
+        gl.activeTexture(gl.TEXTURE5);
         gl.bindTexture(gl.TEXTURE_2D, this.colors);
-        gl.uniform1i(at.colors, 4);
+        gl.uniform1i(at.colors, 5);
         gl.uniform4fv(at.port, port);
         gl.uniformMatrix3fv(at.turn, false, pose.turn);
         gl.uniform4fv(at.lens, lens);
@@ -128,6 +129,7 @@ class Renderer {
         gl.uniform1f(at.dimming, scene.dimming);
         gl.uniform1i(at.pane, scene.pane ? 1 : 0);
         gl.uniform1i(at.cloudBeta, made.B ? 1 : 0);
+        gl.uniform1i(at.covers, made.C ? 1 : 0);
         gl.uniform1f(at.flash, made.F ? show.flash : 0);
         gl.uniform1i(at.layer, LAYERS.indexOf(show.layer));
         gl.uniform1f(at.reflection, show.reflection);
@@ -142,7 +144,7 @@ class Renderer {
     // The depth of T at a pixel of a picture of that size; 0 where there is none.
     depthAt(pose, lens, size, pixel) {
         const gl = this.gl, x = Math.floor(pixel[0]), y = size[1] - 1 - Math.floor(pixel[1]);
-        this.blend('T_N', pose, lens, size, { depth: true, whole: this.canBlendWhole, only: [x, y, 1, 1] });
+        this.blend('T_N', pose, lens, size, { what: 'depth', whole: this.canBlendWhole, only: [x, y, 1, 1] });
         const sum = new Float32Array(4);
         gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, sum);
         return sum[3] >= 0.5 ? sum[0] / sum[3] : 0;

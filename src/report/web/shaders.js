@@ -13,7 +13,7 @@ uniform vec2 size;            // of the picture
 uniform float near, dilation; // pixels squared
 uniform vec3 flash, tint;     // where it is; its gain, 0 without it
 uniform float fall;           // distance at which it falls off by 1, squared; 0: it does not
-uniform bool depth;           // z instead of colour
+uniform int what;             // 0 colour, 1 depth, 2 cover
 uniform float least;          // no alpha under this is drawn
 out vec2 at;                  // in standard deviations
 flat out vec4 color;          // and opacity
@@ -46,7 +46,7 @@ void main() {
     gl_Position = vec4(2. * pixel.x / size.x - 1., 1. - 2. * pixel.y / size.y, 0, 1);
     vec3 d = a.xyz - flash;
     float gain = b.w * (fall > 0. ? fall / max(dot(d, d), 1e-4 * fall) : 1.);
-    color = vec4(depth ? vec3(p.z) : c.rgb * pow(1. + tint * gain, vec3(0.22)), a.w);
+    color = vec4(what == 1 ? vec3(p.z) : what == 2 ? vec3(c.w) : c.rgb * pow(1. + tint * gain, vec3(0.22)), a.w);
 }`;
 
 const splatFragment = `#version 300 es
@@ -69,13 +69,13 @@ void main() {
 const composeFragment = `#version 300 es
 precision highp float;
 precision highp sampler2D;
-uniform sampler2D T, F, R, B, colors; // T_N (or depth), T_F where it has a cloud of its own, R, beta
+uniform sampler2D T, F, R, B, C, colors; // T_N (or depth), T_F where it has a cloud of its own, R, beta, covers
 uniform vec4 port;            // of the picture on the canvas: x, y, width, height
 uniform mat3 turn;
 uniform vec4 lens;            // of the picture on the canvas
 uniform vec3 normal;
 uniform float f0, dimming;
-uniform bool pane, cloudBeta;
+uniform bool pane, cloudBeta, covers;
 uniform float flash;          // share of F's light over T's
 uniform int layer;            // 0 both, 1 T, 2 R, 3 depth, 4 reflectance
 uniform float reflection, exposure;
@@ -110,6 +110,7 @@ void main() {
     float beta = 0., tau = 1.;
     if (pane) { beta = min(f0 * rho, 0.97); tau = (1. - min(dimming * rho, 0.97)) / (1. - dimming); }
     if (cloudBeta) beta = 1. / (1. + exp(-texture(B, uv).r));
+    if (covers) beta *= 1. - min(texture(C, uv).r / 0.9, 1.);
     if (layer == 4) { result = vec4(vec3(plain ? beta : sqrt(beta)), 1); return; }
     vec3 light = vec3(0);
     if (layer != 2) {

@@ -1,5 +1,5 @@
 // scene.js back into numbers: report/text7.h and report/pack.h say what it holds.
-const FLOATS = 16; // of a Gaussian: place, opacity; turn; size, flash gain; colour
+const FLOATS = 16; // of a Gaussian: place, opacity; turn; size, flash gain; colour, cover
 
 function fromText7(text) {
     const byte = new Uint8Array(text.length * 7 >> 3);
@@ -51,6 +51,7 @@ function putLooks(cloud, plane, to) {
         const signed = p => plane(p)[i] << 24 >> 24;
         to[o + 3] = opacity(plane(12)[i]) ** 2;
         to[o + 11] = cloud.gains ? Math.exp(gain(plane(13 + cloud.colors)[i])) : 1;
+        to[o + 15] = cloud.covers ? plane(13 + cloud.colors + cloud.gains)[i] / 63 : 0;
         to[o + 12] = color(three ? clamp(green + signed(14), 0, most) : green);
         to[o + 13] = color(green);
         to[o + 14] = color(three ? clamp(green + signed(15), 0, most) : green);
@@ -64,10 +65,10 @@ async function unpackClouds(clouds, text) {
     return clouds.map(cloud => {
         const begin = at, data = new Float32Array(FLOATS * cloud.n);
         const plane = p => byte.subarray(begin + p * cloud.n, begin + (p + 1) * cloud.n);
-        const planes = Array.from({ length: 13 + cloud.colors + cloud.gains }, (_, p) => plane(p));
+        const planes = Array.from({ length: 13 + cloud.colors + cloud.gains + (cloud.covers || 0) }, (_, p) => plane(p));
         at += planes.length * cloud.n;
         if (at > byte.length) throw new Error('the scene is cut off');
         for (const put of [putPlaces, putShapes, putLooks]) put(cloud, p => planes[p], data);
-        return { layer: cloud.layer, n: cloud.n, data };
+        return { layer: cloud.layer, n: cloud.n, covers: cloud.covers, data };
     });
 }
