@@ -104,6 +104,17 @@ static void write_photographer(FILE *f, const json_t *photos)
         shown, 100 * share * (double)n / (double)shown);
 }
 
+static void write_bars(FILE *f, const json_t *root)
+{
+    double share = json_number_value(json_object_get(root, "bars"));
+    if (!(share > 0)) return;
+    fprintf(
+        f,
+        "<p>Before the glass stand bars, or its frame: <b>%.0f %%</b> of the Gaussians of what is transmitted. Nothing "
+        "is mirrored there, so R is black.</p>\n",
+        100 * share);
+}
+
 void fs_learned_write(FILE *f, const char *out)
 {
     json_t *model, *root;
@@ -111,6 +122,7 @@ void fs_learned_write(FILE *f, const char *out)
     fs_json_file_read(fs_file_at("%s/clouds/photos.json", out).text, MAX_BYTES, &root, NULL);
     write_vignetting(f, model);
     write_response(f, model);
+    write_bars(f, root);
     write_photographer(f, json_object_get(root, "photos"));
     write_photos(f, json_object_get(root, "photos"));
     json_decref(model);

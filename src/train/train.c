@@ -142,8 +142,16 @@ static json_t *hidden_in(const OcclusionState *state)
     return rows;
 }
 
+// Which share of the transmitted Gaussians hides what is mirrored.
+static double covered(const Cloud *T)
+{
+    double sum = 0;
+    for (int i = 0; i < T->n && T->width[CLOUD_COVERS]; i++) sum += (double)T->field[CLOUD_COVERS][i] / T->n;
+    return sum;
+}
+
 // OUT/clouds/photos.json: the factors by which the light of each photo was found to differ, and where the photographer
-// hides the mirrored scene in it.
+// hides the mirrored scene in it; bars: the share of T that does in all of them.
 static int write_photos(const Trainer *trainer, FsError *err)
 {
     json_t *photos = json_array();
@@ -159,8 +167,10 @@ static int write_photos(const Trainer *trainer, FsError *err)
         if (trainer->occlusion) json_object_set_new(photo, "hidden", hidden_in(&trainer->occlusion[i]));
         json_array_append_new(photos, photo);
     }
-    return fs_json_file_write(fs_file_at("%s/clouds/photos.json", trainer->project->out).text,
-                              json_pack("{s:o}", "photos", photos), JSON_INDENT(1) | JSON_REAL_PRECISION(6), err);
+    return fs_json_file_write(
+        fs_file_at("%s/clouds/photos.json", trainer->project->out).text,
+        json_pack("{s:o, s:f}", "photos", photos, "bars", covered(&trainer->scene.cloud[LAYER_T_N])),
+        JSON_INDENT(1) | JSON_REAL_PRECISION(6), err);
 }
 
 int fs_train_run(FsProject *project, FsError *err)

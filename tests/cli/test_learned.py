@@ -91,6 +91,8 @@ class Learned(FolderTest):
                 self.assert_works(process)
                 found = bool(hard) and option == "--bars"
                 self.assertEqual(found, "where nothing is mirrored" in process.stdout + process.stderr)
+                self.assertEqual(found, json.loads((out / "clouds/photos.json").read_text())["bars"] > 0.02)
+                self.assertEqual(found, "Nothing is mirrored there" in (out / "index.html").read_text())
                 self.assertEqual(found, b"property float cover" in (out / "clouds/T_N.ply").read_bytes()[:2000])
                 clouds[hard, option] = [(out / "clouds" / n).read_bytes() for n in ("T_N.ply", "R.ply", "model.json")]
                 if hard:
