@@ -389,12 +389,12 @@ INLINE uint32_t backward_vectors(const RasterTile *tile, Reach reach, int v, Pix
         ready[step] = falloff_at(s, v, y, t_min, clamp);
     uint32_t closed = 0;
     vf n0 = v_set(0), n1 = n0, n2 = n0;
-    for (int step = first; step <= last; step++) {
+    for (int step = first; step <= last; step++, y = y + v_set(STEP_ROWS)) {
         Pixels *p = &pixels[step * STEP_VECTORS + v];
         const vf T = p->T;
         const vm open = v_le(T_min, T);
         if (vm_any(open)) {
-            const Falloff e = ALPHAS_FIRST ? ready[step] : falloff_at(s, v, lane_y(step), t_min, clamp);
+            const Falloff e = ALPHAS_FIRST ? ready[step] : falloff_at(s, v, y, t_min, clamp);
             vf w = v_where(open, e.alpha * T), g = p->d[0] * f[0];
             for (int k = 1; k < nf; k++) g = v_fma(p->d[k], f[k], g);
             for (int k = 0; k < nf; k++) d_f[k] = v_fma(w, p->d[k], d_f[k]);

@@ -60,7 +60,7 @@ INLINE vm v_le(vf a, vf b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CM
 INLINE vm vm_and(vm a, vm b) { return a & b; }
 INLINE vm vm_or(vm a, vm b) { return a | b; }
 INLINE vm vm_andnot(vm a, vm b) { return a & (vm)~b; } // a and not b
-INLINE int vm_any(vm a) { return !_mm512_kortestz(a, a); }
+INLINE int vm_any(vm a) { return a != 0; }
 INLINE unsigned vm_bits(vm a) { return a; } // bit i: lane i
 INLINE vm vm_first(int n) { return (vm)(n >= 16 ? 0xffff : (1u << (n < 0 ? 0 : n)) - 1); } // lanes 0..n-1
 INLINE vf v_sel(vm m, vf a, vf b) { return (vf)_mm512_mask_blend_ps(m, (__m512)b, (__m512)a); } // m ? a : b
