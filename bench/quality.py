@@ -65,7 +65,7 @@ SYNTH = {  # name: seed (it chooses the layout too), difficulties, folder of the
 }
 # Faults of real captures: the same small capture without and with each of them alone and all together, where --only
 # names them. Of JPEG files only those that change them.
-FIELD_SEED, FIELD_SIZE = 31, "--width 300 --height 200 --photos 24"
+FIELD_SEED, FIELD_SIZE = 31, "--width 600 --height 400 --photos 24"
 FAULTS = ("flash-jitter", "drift", "shutter", "vignetting", "white-balance", "under", "distortion", "shake", "defocus",
           "photographer", "pedestrian", "dirt", "double-glazing", "tint", "all")
 FIELD = {"field-none": ("", "raw"), **{f"field-{f}": (f, "raw") for f in FAULTS},

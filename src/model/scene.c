@@ -217,8 +217,8 @@ static int cloud_check(const Scene *scene, int layer, const char *path, FsError 
                               fs_layers[layer].channels);
     if (layer == LAYER_T_N && scene->shared_geometry && cloud->width[CLOUD_GAINS] != 1)
         return fs_error_input(err, "%s: no flash gains, which shared geometry needs", path);
-    if (cloud->width[CLOUD_COVERS] && !(layer == LAYER_T_N && scene->shared_geometry))
-        return fs_error_input(err, "%s: covers, which only T_N of a shared geometry has", path);
+    if (cloud->width[CLOUD_COVERS] && !(layer == LAYER_T_N && fs_scene_lit(scene)))
+        return fs_error_input(err, "%s: covers, which only T_N of a shared geometry under the flash has", path);
     for (int i = 0; i < cloud->n && cloud->width[CLOUD_COVERS]; i++)
         if (!(cloud->field[CLOUD_COVERS][i] >= 0 && cloud->field[CLOUD_COVERS][i] <= 1))
             return fs_error_input(err, "%s: Gaussian %d: cover is %g, expected 0 to 1", path, i,

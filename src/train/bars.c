@@ -7,6 +7,7 @@
 // quickly, on small photos, before training begins, they rise to 1 on bars, all along them, and nowhere else: what
 // hangs together there is covered, for good, and training begins again from the same start. Where there is nothing of
 // the kind clouds have no covers, and are trained as if nobody had looked.
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -77,8 +78,7 @@ static int steps(Trainer *trainer, int n, FsError *err)
         StepArgs args;
         StepResult result;
         if (fs_log_cancelled(&trainer->project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "stopped at step 0 of %d; go on with --resume",
-                                trainer->set->steps);
+            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again", trainer->set->steps);
         fs_schedule_step(trainer->set, &trainer->scene, step, &args);
         args.rate[CLOUD_COVERS] = RATE_COVERS;
         args.learn = trainer->learn;
@@ -93,11 +93,10 @@ static int learn(Trainer *trainer, int n, FsError *err)
 {
     Scene learned = {0};
     Cloud *T = &trainer->scene.cloud[LAYER_T_N];
-    int halvings = 0, rc;
-    while (trainer->long_edge >> halvings > BARS_SIDE) halvings++;
+    int rc;
     TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
     if (trainer->neighbour) TRY(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
-    TRY(fs_views_load_halved(trainer, halvings, err));
+    TRY(fs_views_load_halved(trainer, fs_bars_halvings(trainer->long_edge), err));
     TRY(steps(trainer, n, err));
     TRY(fs_engine_scene_down(trainer->engine, 1u << LAYER_T_N, &learned, err));
     memcpy(T->field[CLOUD_COVERS], learned.cloud[LAYER_T_N].field[CLOUD_COVERS], sizeof(float) * (size_t)T->n);
@@ -108,10 +107,19 @@ fail:
     return rc;
 }
 
+// Covers are rendered in the place of depth, and want a mirrored scene on a pane.
 int fs_bars_steps(const Settings *set)
 {
-    bool pays = BARS_STEPS <= BARS_SHARE * set->steps;
-    return set->bars && set->depth_smooth <= 0 && pays ? BARS_STEPS : 0;
+    bool pays = BARS_STEPS <= BARS_SHARE * set->steps, may = fs_train_cost_mirrors(set) && set->depth_smooth <= 0;
+    may &= strcmp(set->separation, "full") == 0 && strcmp(set->geometry, "shared") == 0;
+    return set->bars && may && pays ? BARS_STEPS : 0;
+}
+
+int fs_bars_halvings(int long_edge)
+{
+    int halvings = 0;
+    while (long_edge >> halvings > BARS_SIDE) halvings++;
+    return halvings;
 }
 
 int fs_bars_find(Trainer *trainer, FsError *err)
@@ -120,7 +128,11 @@ int fs_bars_find(Trainer *trainer, FsError *err)
     Cloud *T = &trainer->scene.cloud[LAYER_T_N];
     int n = fs_bars_steps(trainer->set), found = 0, rc, *neighbour = NULL;
     bool may = scene->separation == SEPARATION_FULL && scene->shared_geometry && scene->pane_beta;
-    if (!n || !may || !scene->cloud[LAYER_R].n || T->n <= K) return 0;
+    if (!may || !scene->cloud[LAYER_R].n || T->n <= K) return 0;
+    if (!n && trainer->set->bars)
+        fs_log_info(&trainer->project->log, "train: does not look for bars before the glass: that wants %.0f steps%s",
+                    ceil(BARS_STEPS / BARS_SHARE), trainer->set->depth_smooth > 0 ? ", and no --depth-smooth" : "");
+    if (!n) return 0;
     fs_log_info(&trainer->project->log, "train: looks for bars before the glass");
     if (!(neighbour = malloc(sizeof *neighbour * K * (size_t)T->n))) TRY(fs_error_memory(err));
     rc = fs_knn(T->field[CLOUD_MEANS], T->n, K, neighbour, NULL, trainer->threads);
@@ -131,8 +143,10 @@ int fs_bars_find(Trainer *trainer, FsError *err)
     TRY(fs_cloud_covers(T, found > 0, err));
     if (found)
         fs_log_info(&trainer->project->log,
-                    "train: there are: %.0f %% of what is transmitted, where nothing is mirrored",
+                    "train: found bars, where nothing is mirrored: %.0f %% of the Gaussians that T begins with",
                     100.0 * found / T->n);
+    else
+        fs_log_info(&trainer->project->log, "train: found no bars");
     rc = 0;
 fail:
     free(neighbour);

@@ -178,8 +178,7 @@ static int steps(Trainer *trainer, int from, int to, FsError *err)
         StepArgs args;
         StepResult result;
         if (fs_log_cancelled(&trainer->project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "stopped at step 0 of %d; go on with --resume",
-                                trainer->set->steps);
+            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again", trainer->set->steps);
         fs_schedule_step(trainer->set, &trainer->scene, step, &args);
         weigh(args.weight);
         args.learn = trainer->learn;
@@ -222,7 +221,7 @@ static int search(Trainer *trainer, Portrait *p, FsError *err)
 int fs_photographer_steps(const Settings *set, int photos)
 {
     int round = PORTRAIT_VISITS * photos;
-    return set->photographer && round <= PORTRAIT_SHARE * set->steps ? round : 0; // else it does not pay
+    return set->photographer && fs_train_cost_mirrors(set) && round <= PORTRAIT_SHARE * set->steps ? round : 0; // else it does not pay
 }
 
 int fs_photographer_find(Trainer *trainer, FsError *err)

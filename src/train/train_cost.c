@@ -33,7 +33,10 @@ enum {
 #define BYTES_FIELD 10e6
 #define BYTES_VOLUME 35e6 // samples of a step
 
-#define LOOK_STEP 0.6 // of a step at the coarsest size: of one that looks around first, on smaller photos
+// A step that looks around first, of one with the start's clouds: for the photographer at the coarsest size, which is
+// larger than that look's; for bars at the size that they are looked for at.
+#define PHOTOGRAPHER_STEP 0.6
+#define BARS_STEP 1.0
 
 static int load_photos(Engine *engine, const Camera *camera, FsError *err)
 {
@@ -288,14 +291,20 @@ int fs_train_time(const FsProject *project, const RunSize *size, TrainPace *pace
     return 0;
 }
 
+bool fs_train_cost_mirrors(const Settings *set)
+{
+    return has_cloud(set, LAYER_R) && strcmp(set->beta, "pane") == 0 && !is_field(set);
+}
+
 double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPace *pace, int steps)
 {
     Settings with = *set;
     with.steps = steps;
     int n = pace->splats[0], budget = fs_schedule_budget(set, (double)size->width * size->height);
     int coarsest = fs_schedule_halvings(&with, long_edge(size), 0);
-    int looks = fs_bars_steps(&with) + fs_photographer_steps(&with, size->photos);
-    double seconds = LOOK_STEP * looks * pace->step[coarsest][0];
+    int bars = fs_bars_halvings(long_edge(size));
+    double seconds = PHOTOGRAPHER_STEP * fs_photographer_steps(&with, size->photos) * pace->step[coarsest][0] +
+                     BARS_STEP * fs_bars_steps(&with) * pace->step[bars < coarsest ? bars : coarsest][0];
     double more = fmax(pace->splats[1] - n, 1);
     for (int step = 0; step < steps; step++) {
         const double *at = pace->step[fs_schedule_halvings(&with, long_edge(size), step)];

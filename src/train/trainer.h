@@ -55,6 +55,7 @@ bool fs_schedule_fsgs(int step);                                         // fsgs
 
 // train_cost.c
 RunSize fs_trainer_size(const Trainer *trainer);
+bool fs_train_cost_mirrors(const Settings *set); // a cloud R, and beta of a pane
 
 // densify.c: relocation, growth, pruning, as the setting "densify" says; called after every step
 int fs_densify_step(Trainer *trainer, FsError *err);
@@ -62,6 +63,7 @@ int fs_densify_neighbours(Trainer *trainer, FsError *err); // finds and sends up
 
 // bars.c: what stands before the pane, where the setting of that name looks for it
 int fs_bars_steps(const Settings *set);           // that a look takes; 0: none is had
+int fs_bars_halvings(int long_edge);              // of the photos that it looks at
 int fs_bars_find(Trainer *trainer, FsError *err); // gives T covers, if any; the engine is to have the scene again
 
 // photographer.c: who is mirrored too, where the setting of that name looks for them
