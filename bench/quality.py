@@ -63,7 +63,7 @@ SYNTH = {  # name: seed (it chooses the layout too), difficulties, folder of the
     "full-4": (44, "dark", "raw", LARGE),
     "full-5": (45, "bright-near-room,low-texture", "raw", LARGE),
 }
-# Faults of real captures: the same small capture without and with each of them alone and all together, where --only
+# Faults of real captures: the same capture without and with each of them alone and all together, where --only
 # names them. Of JPEG files only those that change them.
 FIELD_SEED, FIELD_SIZE = 31, "--width 600 --height 400 --photos 24"
 FAULTS = ("flash-jitter", "drift", "shutter", "vignetting", "white-balance", "under", "distortion", "shake", "defocus",
