@@ -221,7 +221,8 @@ static int search(Trainer *trainer, Portrait *p, FsError *err)
 int fs_photographer_steps(const Settings *set, int photos)
 {
     int round = PORTRAIT_VISITS * photos;
-    return set->photographer && fs_train_cost_mirrors(set) && round <= PORTRAIT_SHARE * set->steps ? round : 0; // else it does not pay
+    bool pays = round <= PORTRAIT_SHARE * set->steps;
+    return set->photographer && fs_train_cost_mirrors(set) && pays ? round : 0;
 }
 
 int fs_photographer_find(Trainer *trainer, FsError *err)

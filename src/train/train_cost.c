@@ -293,7 +293,7 @@ int fs_train_time(const FsProject *project, const RunSize *size, TrainPace *pace
 
 bool fs_train_cost_mirrors(const Settings *set)
 {
-    return has_cloud(set, LAYER_R) && strcmp(set->beta, "pane") == 0 && !is_field(set);
+    return has_cloud(set, LAYER_R) && strcmp(set->beta, "pane") == 0;
 }
 
 double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPace *pace, int steps)
