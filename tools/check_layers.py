@@ -10,7 +10,7 @@ import re
 import sys
 
 MOST_PARAMETERS = 7
-ENGINE_FOR_TRAIN = {"engine/engine.h"}
+ENGINE_FOR_TRAIN = {"engine/engine.h", "engine/dirt.h"}
 # Files of src/train that still see too much, file names still used twice, names still to come: to be emptied.
 NOT_YET = set()
 

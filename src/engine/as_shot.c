@@ -40,6 +40,12 @@ static void find_light(const AsShot *a, const char *name, PhotoState *state)
     }
 }
 
+static float flash_of(const PhotoState *state, const View *view)
+{
+    if (!view->flash) return 0;
+    return expf(state->x[PHOTO_FLASH]) * (view->flash_gain > 0 ? (float)view->flash_gain : 1);
+}
+
 // Between an image in linear light and planes, tone-mapped.
 static void copy(Image *image, const Planes *planes, bool to_image)
 {
@@ -70,20 +76,37 @@ static int calibrate(const CalibrationView *calibration, Image *image, FsError *
     return 0;
 }
 
+// What dirt on the pane sends back. image: as the camera sees it, linear light, in place.
+static int add_veil(const Scene *scene, const PhotoState *state, const View *view, const Camera *camera, Image *image,
+                    FsError *err)
+{
+    if (!fs_pane_veil_is(&scene->veil)) return 0;
+    float *memory = aligned_alloc(64, fs_planes_floats(image->width, image->height, 3) * sizeof(float));
+    if (!memory) return fs_error_memory(err);
+    Planes veil = fs_planes_over(memory, image->width, image->height, 3);
+    VeilView at = fs_view_plan_veil(&scene->veil, camera, flash_of(state, view));
+    fs_veil_scalar.forward(&at, scene->veil.light.px, &veil, 0, image->height);
+    for (int c = 0; c < 3; c++)
+        for (int y = 0; y < image->height; y++)
+            for (int x = 0; x < image->width; x++) fs_image_at(image, x, y)[c] += fs_planes_row(&veil, c, y)[x];
+    free(memory);
+    return 0;
+}
+
 int fs_as_shot_apply(const AsShot *a, const View *view, Image *composite, FsError *err)
 {
     PhotoState state = {{0}};
     ViewPlan plan = {0};
     find_light(a, view->name, &state);
     fs_view_plan_photo(&plan, a->scene, &view->camera, &state, (const float[2]){1, 1}, 0);
+    MUST(add_veil(a->scene, &state, view, &view->camera, composite, err));
     return plan.calibrated ? calibrate(&plan.calibration, composite, err) : 0;
 }
 
 // T and T + R, their ambient part and the flash's each times its factor.
 static void mix(const View *view, const PhotoState *state, const Renders *r, Image *transmitted, Image *whole)
 {
-    float t = expf(state->x[PHOTO_T]), m = expf(state->x[PHOTO_R]);
-    float f = !view->flash ? 0 : expf(state->x[PHOTO_FLASH]) * (view->flash_gain > 0 ? (float)view->flash_gain : 1);
+    float t = expf(state->x[PHOTO_T]), m = expf(state->x[PHOTO_R]), f = flash_of(state, view);
     const float *T_N = r->layer[RENDER_T_N].px, *T_F = r->layer[RENDER_T_F].px, *I_N = r->layer[RENDER_I_N].px,
                 *I_F = r->layer[RENDER_I_F].px;
     for (size_t i = 0; i < fs_image_values(transmitted); i++) {
@@ -93,20 +116,25 @@ static void mix(const View *view, const PhotoState *state, const Renders *r, Ima
     }
 }
 
-int fs_as_shot_layers(const AsShot *a, const View *view, const Camera *camera, const Renders *renders,
-                      Image *transmitted, Image *whole, FsError *err)
+int fs_as_shot_layers(const AsShot *a, const View *view, const Camera *camera, const Renders *renders, Image layers[2],
+                      FsError *err)
 {
     PhotoState state = {{0}};
-    ViewPlan plan = {0};
     find_light(a, view->name, &state);
-    fs_view_plan_photo(&plan, a->scene, camera, &state, (const float[2]){1, 1}, 0);
+    return fs_as_shot_layers_of(a->scene, &state, view, camera, renders, layers, err);
+}
+
+int fs_as_shot_layers_of(const Scene *scene, const PhotoState *state, const View *view, const Camera *camera,
+                         const Renders *renders, Image layers[2], FsError *err)
+{
+    ViewPlan plan = {0};
+    fs_view_plan_photo(&plan, scene, camera, state, (const float[2]){1, 1}, 0);
     const Camera *frame = &view->camera; // whose corners the vignetting is told by
     plan.calibration.per_px[0] = plan.calibration.per_px[1] =
         fs_view_plan_per_px(frame) * (float)(frame->fx / camera->fx);
-    MUST(fs_image_new(transmitted, camera->width, camera->height, 3, err));
-    MUST(fs_image_new(whole, camera->width, camera->height, 3, err));
-    mix(view, &state, renders, transmitted, whole);
-    if (!plan.calibrated) return 0;
-    MUST(calibrate(&plan.calibration, transmitted, err));
-    return calibrate(&plan.calibration, whole, err);
+    for (int i = 0; i < 2; i++) MUST(fs_image_new(&layers[i], camera->width, camera->height, 3, err));
+    mix(view, state, renders, &layers[0], &layers[1]);
+    MUST(add_veil(scene, state, view, camera, &layers[1], err));
+    for (int i = 0; i < 2 && plan.calibrated; i++) MUST(calibrate(&plan.calibration, &layers[i], err));
+    return 0;
 }

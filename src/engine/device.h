@@ -34,6 +34,7 @@ struct Engine {
     int n[LAYERS];                   // its Gaussians
     int width[LAYERS][CLOUD_FIELDS]; // of their fields
     bool fields;                     // it is of radiance fields
+    bool veil;                       // it has one
     int n_views;
 };
 

@@ -51,6 +51,8 @@ int fs_engine_scene_up(Engine *engine, const Scene *scene, FsError *err)
     }
     if (scene->shared_geometry && scene->cloud[LAYER_T_N].n && !scene->cloud[LAYER_T_N].width[CLOUD_GAINS])
         return refuse(err, "shared geometry, but the transmitted cloud has no gains");
+    if (fs_pane_veil_is(&scene->veil) && !(fs_scene_lit(scene) && scene->pane_beta))
+        return refuse(err, "a veil, which a scene of this kind cannot have");
     engine->up = false;
     int rc = engine->device->scene_up(engine, scene, err);
     if (rc < 0) return rc;
@@ -59,6 +61,7 @@ int fs_engine_scene_up(Engine *engine, const Scene *scene, FsError *err)
         memcpy(engine->width[l], scene->cloud[l].width, sizeof engine->width[l]);
     }
     engine->fields = fs_radiance_is(&scene->field);
+    engine->veil = fs_pane_veil_is(&scene->veil);
     engine->up = true;
     return 0;
 }
@@ -79,7 +82,7 @@ int fs_engine_state_up(Engine *engine, const TrainState *state, FsError *err)
                 memcmp(moments[k]->width, engine->width[l], sizeof engine->width[l]) != 0)
                 return refuse(err, "moments that are not of the scene that is up");
     }
-    if (engine->fields != (state->field_m && state->field_v))
+    if (engine->fields != (state->field_m && state->field_v) || engine->veil != (state->veil_m && state->veil_v))
         return refuse(err, "moments that are not of the scene that is up");
     return engine->device->state_up(engine, state, err);
 }
@@ -103,6 +106,8 @@ void fs_engine_state_free(TrainState *state)
     for (int l = 0; l < LAYERS; l++) fs_engine_cloud_state_free(&state->cloud[l]);
     free(state->field_m);
     free(state->field_v);
+    free(state->veil_m);
+    free(state->veil_v);
     *state = (TrainState){0};
 }
 

@@ -21,8 +21,8 @@ const char *fs_engine_device(const Engine *engine); // "cpu", "reference"
 
 // Copies the scene to the device. What training keeps beside it begins anew.
 int fs_engine_scene_up(Engine *engine, const Scene *scene, FsError *err);
-// Brings back the numbers of the whole scene and the clouds of `layers` (bits 1 << Layer; radiance fields with any);
-// the rest of `scene`, which is the caller's and may be {0}, stays.
+// Brings back the numbers of the whole scene and the clouds of `layers` (bits 1 << Layer; radiance fields and the veil
+// with any); the rest of `scene`, which is the caller's and may be {0}, stays.
 int fs_engine_scene_down(Engine *engine, unsigned layers, Scene *scene, FsError *err);
 
 // What training keeps beside the scene.
@@ -31,11 +31,12 @@ typedef struct CloudState {
     float *screen; // (N, 2) since the last edit: sum of screen-space gradients (RasterTask.d_screen), steps in view
 } CloudState;
 // Numbers of the whole scene that are learned: see engine/update_numbers.c.
-enum { ENGINE_NUMBERS = 8 + FS_OPTICS_VIGNETTING + FS_OPTICS_KNOTS };
+enum { ENGINE_NUMBERS = 8 + FS_OPTICS_VIGNETTING + FS_OPTICS_KNOTS + 3 };
 typedef struct TrainState {
     CloudState cloud[LAYERS];
     float m[ENGINE_NUMBERS], v[ENGINE_NUMBERS];
     float *field_m, *field_v; // like Radiance.x; NULL for scenes of clouds
+    float *veil_m, *veil_v;   // like Veil.light; NULL for scenes without a veil
 } TrainState;
 int fs_engine_state_up(Engine *engine, const TrainState *state, FsError *err); // of the scene that is up
 int fs_engine_state_down(Engine *engine, TrainState *state, FsError *err);     // `state`: the caller's, may be {0}
@@ -115,6 +116,7 @@ typedef struct StepArgs {
     double slope_floor;        // kernels/compose.h
     double rate[CLOUD_FIELDS]; // Adam's learning rates (means: world units); 0: the field stays as it is
     double explore;            // standard deviations that nearly transparent Gaussians wander; 0: none do
+    double veil_rate;          // Adam's learning rate of the veil, in its units
     double field_rate;         // Adam's learning rate of radiance fields (fs_radiance_parts); 0: they stay
     bool blind;                // colours of fields are taken to be the same from everywhere
     int every;                 // of the samples along a ray of fields, only one of so many; 0: all

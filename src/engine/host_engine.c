@@ -80,9 +80,14 @@ static int scene_down(Engine *base, unsigned layers, Scene *scene, FsError *err)
     Scene down = e->scene;
     memcpy(down.cloud, scene->cloud, sizeof down.cloud);
     down.field = scene->field;
+    down.veil.light = scene->veil.light;
     *scene = down;
     int rc = 0;
-    if (layers && fs_radiance_is(&e->scene.field)) {
+    if (layers && fs_pane_veil_is(&e->scene.veil)) {
+        fs_image_free(&scene->veil.light);
+        rc = fs_image_copy(&scene->veil.light, &e->scene.veil.light, err);
+    }
+    if (rc == 0 && layers && fs_radiance_is(&e->scene.field)) {
         fs_radiance_free(&scene->field);
         rc = fs_radiance_copy(&scene->field, &e->scene.field, err);
     }
@@ -126,24 +131,31 @@ static int make_state(CloudState *to, const Cloud *like, const CloudState *from,
     return rc;
 }
 
-// Of radiance fields; zero where there are none to copy.
-static int copy_moments(TrainState *to, const TrainState *from, size_t n, FsError *err)
+// Of radiance fields and the veil; zero where there are none to copy.
+static int copy_moments(TrainState *to, const TrainState *from, const Scene *scene, FsError *err)
 {
-    const float *was[2] = {from ? from->field_m : NULL, from ? from->field_v : NULL};
-    float **at[2] = {&to->field_m, &to->field_v};
-    for (int k = 0; k < 2; k++) {
-        if (!*at[k] && !(*at[k] = calloc(n, sizeof(float)))) return fs_error_memory(err);
-        if (was[k]) memcpy(*at[k], was[k], n * sizeof(float));
+    const struct {
+        float **to, *from;
+        size_t n;
+    } arrays[] = {
+        {&to->field_m, from->field_m, scene->field.n},
+        {&to->field_v, from->field_v, scene->field.n},
+        {&to->veil_m, from->veil_m, fs_image_values(&scene->veil.light)},
+        {&to->veil_v, from->veil_v, fs_image_values(&scene->veil.light)},
+    };
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+        size_t n = arrays[k].n;
+        if (n && !*arrays[k].to && !(*arrays[k].to = calloc(n, sizeof(float)))) return fs_error_memory(err);
+        if (n && arrays[k].from) memcpy(*arrays[k].to, arrays[k].from, n * sizeof(float));
     }
     return 0;
 }
 
 static int copy_state(TrainState *to, const TrainState *from, const Scene *scene, FsError *err)
 {
-    int rc = 0;
     memcpy(to->m, from->m, sizeof to->m);
     memcpy(to->v, from->v, sizeof to->v);
-    if (fs_radiance_is(&scene->field)) rc = copy_moments(to, from, scene->field.n, err);
+    int rc = copy_moments(to, from, scene, err);
     for (int l = 0; l < LAYERS && rc == 0; l++)
         if (scene->cloud[l].n) rc = make_state(&to->cloud[l], &scene->cloud[l], &from->cloud[l], NULL, err);
     return rc;
@@ -156,8 +168,7 @@ int fs_host_engine_need_state(HostEngine *e, FsError *err)
         if (e->scene.cloud[l].n && !e->state.cloud[l].screen)
             rc = make_state(&e->state.cloud[l], &e->scene.cloud[l], NULL, NULL, err);
     if (rc == 0 && fs_radiance_is(&e->scene.field)) rc = fs_raster_volumes_need_gradients(&e->volumes, err);
-    if (rc == 0 && fs_radiance_is(&e->scene.field) && !e->state.field_m)
-        rc = copy_moments(&e->state, NULL, e->scene.field.n, err);
+    if (rc == 0) rc = copy_moments(&e->state, &(TrainState){0}, &e->scene, err);
     return rc;
 }
 

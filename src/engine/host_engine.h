@@ -47,6 +47,10 @@ static inline float fs_host_engine_flash(const HostView *view, int of)
 {
     return view->flash_gain * expf(view->state.x[PHOTO_FLASH] - view->state.x[of]);
 }
+static inline float fs_host_engine_veil_light(const HostView *view) // factor on the flash's light
+{
+    return view->flash ? view->flash_gain * expf(view->state.x[PHOTO_FLASH]) : 0;
+}
 static inline int fs_host_engine_strips(const HostEngine *engine, int height)
 {
     return engine->strip ? (height + engine->strip - 1) / engine->strip : 1;

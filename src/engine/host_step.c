@@ -155,6 +155,10 @@ static int set_up(Step *s, FsError *err)
     if (s->images.cover) s->images.T->cover = true;
     s->images.slope_floor = (float)s->args->slope_floor;
     if (s->view->occlusion && plan->pane_beta) s->images.occlusion = s->view->occlusion->q;
+    if (fs_pane_veil_is(&e->scene.veil)) {
+        s->images.texture = e->scene.veil.light.px;
+        s->images.veil_view = fs_view_plan_veil(&e->scene.veil, camera, fs_host_engine_veil_light(s->view));
+    }
     fs_view_images_set_up(&s->images, &e->kernels, &e->arena, camera, true);
     s->mask = fs_scratch_planes(&e->arena, camera, 1);
     if (s->args->weight[LOSS_LINEARITY] > 0) add_other(s);
@@ -262,6 +266,22 @@ static void step_occlusion(const Step *s)
     }
 }
 
+// One thread does it all: cells that two strips see have one sum.
+static int step_veil(const Step *s, double d_ambient[3], FsError *err)
+{
+    HostEngine *e = s->engine;
+    const Veil *veil = &e->scene.veil;
+    size_t n = fs_image_values(&veil->light);
+    float *x = veil->light.px, *d = ARENA_NEW(&e->arena, float, n);
+    if (!d) return fs_error_memory(err);
+    memset(d, 0, sizeof *d * n);
+    e->kernels.veil->backward(&s->images.veil_view, x, &s->images.d_veil, d, d_ambient, 0, s->pixels.camera.height);
+    AdamFields fields = {x, d, e->state.veil_m, e->state.veil_v};
+    e->kernels.adam->step(&fields, n, fs_adam_rate(s->args->veil_rate * veil->unit, s->args->step + 1));
+    for (size_t i = 0; i < n; i++) x[i] = x[i] > 0 ? x[i] : 0;
+    return 0;
+}
+
 int fs_host_step(Engine *base, const StepArgs *args, StepResult *result, FsError *err)
 {
     HostEngine *e = fs_host_engine(base);
@@ -281,6 +301,7 @@ int fs_host_step(Engine *base, const StepArgs *args, StepResult *result, FsError
                      .task = {[LAYER_R] = s->images.R, [LAYER_BETA] = s->images.beta}};
     add_strips(s, &update, result);
     if (s->images.occlusion) step_occlusion(s);
+    if (s->images.texture) TRY(step_veil(s, update.veil_ambient, err));
     update.task[s->images.plan.T.layer] = s->images.T;
     TRY(fs_update_run(&update, result, err));
 fail:

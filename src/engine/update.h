@@ -13,6 +13,7 @@ typedef struct Update {
     RasterTask *task[LAYERS]; // that hold the gradients of the clouds to step; NULL: not stepped
     PaneGradient pane;
     CalibrationGradient calibration;
+    double veil_ambient[3]; // dL/d of Veil.ambient
 } Update;
 
 void fs_update_numbers_run(const Update *update, StepResult *result);      // update_numbers.c

@@ -19,7 +19,7 @@ static const struct Number {
     size_t offset; // in Scene
     int n;
     double rate;
-    enum Whose { OF_PANE, OF_FLASH, OF_VIGNETTING, OF_RESPONSE } whose;
+    enum Whose { OF_PANE, OF_FLASH, OF_VEIL, OF_VIGNETTING, OF_RESPONSE } whose;
     bool logarithmic;
     double min, max;
 } numbers[] = {
@@ -29,6 +29,7 @@ static const struct Number {
     {offsetof(Scene, flash_return), 1, 5e-3, OF_FLASH, true, 0.01, 1},
     {offsetof(Scene, vignetting), FS_OPTICS_VIGNETTING, 1e-3, OF_VIGNETTING, false, -1, 1},
     {offsetof(Scene, response), FS_OPTICS_KNOTS, 1e-3, OF_RESPONSE, false, -0.5, 0.5},
+    {offsetof(Scene, veil.ambient), 3, 5e-3, OF_VEIL, false, 0, INFINITY},
 };
 
 // Gradients in the order of the table.
@@ -47,6 +48,7 @@ static void number_gradients(const Update *u, double g[ENGINE_NUMBERS])
     for (int k = 0; k < 3; k++) g[7] += R ? R->d_tint[k] * scene->gain_color[k] * flash[1] : 0;
     memcpy(g + 8, u->calibration.vignetting, sizeof u->calibration.vignetting);
     memcpy(g + FIRST_KNOT, u->calibration.response, sizeof u->calibration.response);
+    memcpy(g + FIRST_KNOT + FS_OPTICS_KNOTS, u->veil_ambient, sizeof u->veil_ambient);
 }
 
 static bool is_learned(const Update *u, const struct Number *number)
@@ -55,6 +57,7 @@ static bool is_learned(const Update *u, const struct Number *number)
     switch (number->whose) {
     case OF_PANE: return scene->pane_beta && scene->separation != SEPARATION_NONE;
     case OF_VIGNETTING: return u->args->learn & LEARN_VIGNETTING;
+    case OF_VEIL: return fs_pane_veil_is(&scene->veil);
     case OF_RESPONSE: return u->args->learn & LEARN_RESPONSE;
     default:
         if (number->offset == offsetof(Scene, flash_return) && !u->task[LAYER_R]) return false;

@@ -27,6 +27,8 @@ void fs_view_images_set_up(ViewImages *v, const Kernels *kernels, Arena *arena, 
     v->d_P = train && v->plan.calibrated ? fs_scratch_planes(arena, camera, 3) : v->d_I;
     v->beta_clear = v->occlusion ? fs_scratch_planes(arena, camera, 1) : v->beta_map;
     v->beta_open = v->cover ? fs_scratch_planes(arena, camera, 1) : v->beta_clear;
+    if (v->texture) v->veil = fs_scratch_planes(arena, camera, 3);
+    if (v->texture && train) v->d_veil = fs_scratch_planes(arena, camera, 3);
     if (!v->R) v->black = fs_scratch_planes(arena, camera, 3);
     if (!v->R && train) v->d_black = fs_scratch_planes(arena, camera, 3);
 }
@@ -56,6 +58,8 @@ static const ComposeArgs *wire(const ViewImages *v, Wiring *w)
                             .d_R = &w->d_R,
                             .d_beta = &v->d_beta,
                             .d_tau = pane ? &v->d_tau : NULL,
+                            .veil = v->texture ? &v->veil : NULL,
+                            .d_veil = v->texture ? &v->d_veil : NULL,
                             .slope_floor = v->slope_floor};
     return &w->args;
 }
@@ -77,6 +81,7 @@ void fs_view_images_forward(const ViewImages *v, int y0, int y1)
     }
     if (v->occlusion) v->kernels->occlusion->forward(v->occlusion, &v->beta_clear, &v->beta_map, y0, y1);
     if (!v->R) zero_rows(&v->black, y0, y1);
+    if (v->texture) v->kernels->veil->forward(&v->veil_view, v->texture, &v->veil, y0, y1);
     v->kernels->compose->forward(wire(v, &w), y0, y1);
     if (v->plan.calibrated) v->kernels->calibration->forward(&v->plan.calibration, &v->I, &v->P, y0, y1);
 }

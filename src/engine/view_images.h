@@ -1,7 +1,7 @@
 // The image equation at one view, wired once for training and rendering: from what was rasterised to the photo,
 //
-//   I = encode(tau * decode(T) + beta * decode(R))      (kernels/compose.h),
-//   P = what the camera makes of I                      (kernels/calibration.h),
+//   I = encode(tau * decode(T) + beta * decode(R) + veil)   (kernels/compose.h),
+//   P = what the camera makes of I                          (kernels/calibration.h),
 //
 // and back. In strips of rows, so that many threads can share the work.
 #ifndef FS_ENGINE_VIEW_IMAGES_H
@@ -20,11 +20,14 @@ typedef struct ViewImages {
     Planes black;                                          // 3, R where there is none
     Planes P; // 3, what the camera makes of I (kernels/calibration.h); I itself where it shows light as it is
     // backward
-    Planes d_P, d_I, d_beta, d_tau, d_black;
+    Planes d_P, d_I, d_beta, d_tau, d_black, d_veil;
     float slope_floor;      // kernels/compose.h
     const float *occlusion; // who stands in the mirrored light's way (kernels/occlusion.h); NULL: nobody
     Planes beta_clear;      // 1, beta_map without them,
     Planes beta_open;       // 1, and without covers
+    const float *texture;   // of the veil, seen as `veil_view` says; NULL: there is none
+    VeilView veil_view;
+    Planes veil; // 3
 } ViewImages;
 
 // Plan and tasks are set; planes come from the arena (check arena->failed). train: with those of backward.

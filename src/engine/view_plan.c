@@ -1,6 +1,9 @@
 #include "engine/view_plan.h"
 
 #include <math.h>
+#include <string.h>
+
+#include "base/linalg.h"
 
 PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera)
 {
@@ -14,6 +17,33 @@ PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera)
         v.base[k] =
             (float)(m[8 + k] + (0.5 - camera->cx) / camera->fx * m[k] + (0.5 - camera->cy) / camera->fy * m[4 + k]);
         v.normal[k] = (float)(n[k] / (length > 0 ? length : 1));
+    }
+    return v;
+}
+
+VeilView fs_view_plan_veil(const Veil *veil, const Camera *camera, float flash)
+{
+    const double *m = camera->w2c, x = (0.5 - camera->cx) / camera->fx, y = (0.5 - camera->cy) / camera->fy;
+    double axis[3][3], ahead[3], to_origin[3];
+    memcpy(axis[0], veil->right, sizeof axis[0]);
+    memcpy(axis[1], veil->down, sizeof axis[1]);
+    v3_cross(axis[0], axis[1], axis[2]);
+    fs_camera_centre(camera, to_origin);
+    for (int k = 0; k < 3; k++) to_origin[k] = veil->origin[k] - to_origin[k];
+    double distance = v3_dot(to_origin, axis[2]);
+    if (!(distance > 0)) return (VeilView){.width = 0};
+    VeilView v = {.per = (float)(distance / veil->cell),
+                  .light = flash * (float)(veil->distance * veil->distance / (distance * distance)),
+                  .width = veil->light.width,
+                  .height = veil->light.height};
+    for (int a = 0; a < 3; a++) {
+        double on_x = v3_dot(axis[a], m), on_y = v3_dot(axis[a], m + 4); // of the camera's axes
+        for (int k = 0; k < 3; k++) ahead[k] = m[8 + k] + x * m[k] + y * m[4 + k];
+        v.base[a] = (float)v3_dot(axis[a], ahead);
+        v.dx[a] = (float)(on_x / camera->fx);
+        v.dy[a] = (float)(on_y / camera->fy);
+        v.ambient[a] = (float)veil->ambient[a];
+        if (a < 2) v.at[a] = (float)(-v3_dot(to_origin, axis[a]) / veil->cell);
     }
     return v;
 }

@@ -196,7 +196,7 @@ static int render_guide(Clean *c, Work *w, FsError *err)
     Image layers[2] = {{0}};
     int rc;
     TRY(fs_engine_render(c->engine, &camera, &c->renders, err));
-    TRY(fs_as_shot_layers(&c->as_shot, view, &camera, &c->renders, &layers[0], &layers[1], err));
+    TRY(fs_as_shot_layers(&c->as_shot, view, &camera, &c->renders, layers, err));
     if (view->distorted) TRY(bend(c, &view->lens, &camera, layers, err));
     for (int i = 0; i < 2; i++)
         for (size_t k = 0; k < fs_image_values(&layers[i]); k++) layers[i].px[k] /= (float)w->picture.photo->gain;

@@ -9,12 +9,14 @@ static void forward(const ComposeArgs *a, int y0, int y1)
             const float *T = fs_planes_row(a->T, c, y), *R = fs_planes_row(a->R, c, y);
             const float *beta = a->beta ? fs_planes_row(a->beta, 0, y) : NULL;
             const float *tau = a->tau ? fs_planes_row(a->tau, 0, y) : NULL;
+            const float *veil = a->veil ? fs_planes_row(a->veil, c, y) : NULL;
             float *I = fs_planes_row(a->I, c, y), *I_linear = fs_planes_row(a->I_linear, c, y);
             float *T_linear = fs_planes_row(a->T_linear, c, y), *R_linear = fs_planes_row(a->R_linear, c, y);
             for (int x = 0; x < a->T->width; x++) {
                 T_linear[x] = tone_decode(T[x]) * (tau ? tau[x] : 1);
                 R_linear[x] = tone_decode(R[x]);
                 I_linear[x] = T_linear[x] + (beta ? beta[x] : 1) * R_linear[x];
+                if (veil) I_linear[x] += veil[x];
                 I[x] = tone_encode(I_linear[x]);
             }
         }
@@ -34,6 +36,7 @@ static void backward(const ComposeArgs *a, int y0, int y1)
             const float *tau = a->tau ? fs_planes_row(a->tau, 0, y) : NULL;
             float *d_tau = a->tau && a->d_tau ? fs_planes_row(a->d_tau, 0, y) : NULL;
             float *d_beta = a->d_beta ? fs_planes_row(a->d_beta, 0, y) : NULL;
+            float *d_veil = a->d_veil ? fs_planes_row(a->d_veil, c, y) : NULL;
             for (int x = 0; x < a->T->width; x++) {
                 float d_linear = d_I[x] * tone_encode_slope(I_linear[x], I[x]);
                 float through = tau ? tau[x] : 1;
@@ -45,6 +48,7 @@ static void backward(const ComposeArgs *a, int y0, int y1)
                     d_R[x] +=
                         d_linear * (beta ? beta[x] : 1) * fmaxf(tone_decode_slope(R[x], R_linear[x]), a->slope_floor);
                 if (d_beta) d_beta[x] += d_linear * R_linear[x];
+                if (d_veil) d_veil[x] = d_linear;
             }
         }
 }

@@ -1,7 +1,7 @@
 // The image equation (Flash-Splat, section 3), forward and backward: a photo is formed in linear light and
 // compared tone-mapped,
 //
-//   I = encode(tau * decode(T) + beta * decode(R)),   decode(x) = x^(1/0.22),   encode(x) = x^0.22.
+//   I = encode(tau * decode(T) + beta * decode(R) + veil),   decode(x) = x^(1/0.22),   encode(x) = x^0.22.
 //
 // Below DARK (tone-mapped) both functions go on as the straight line through 0 and (DARK, DARK^(1/0.22)): they stay
 // each other's inverse on all numbers, black stays black, and the gradient of a dark colour is small but never nil,
@@ -30,6 +30,7 @@ typedef struct ComposeArgs {
                        // black in front of the other come back (its sign is right, its size is a preconditioner)
     const Planes *tau; // (1, h, w) what the pane lets through: T_linear = tau * decode(T); NULL: 1
     const Planes *d_tau; // added to; NULL where not wanted
+    const Planes *veil, *d_veil; // (3, h, w) linear light that the pane itself sends; its gradient, written; NULL: none
 } ComposeArgs;
 
 typedef struct ComposeKernels {

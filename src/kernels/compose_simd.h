@@ -20,6 +20,7 @@ static void forward(const ComposeArgs *a, int y0, int y1)
             const float *T = fs_planes_row(a->T, c, y), *R = fs_planes_row(a->R, c, y);
             const float *beta = a->beta ? fs_planes_row(a->beta, 0, y) : NULL;
             const float *tau = a->tau ? fs_planes_row(a->tau, 0, y) : NULL;
+            const float *veil = a->veil ? fs_planes_row(a->veil, c, y) : NULL;
             float *I = fs_planes_row(a->I, c, y), *I_linear = fs_planes_row(a->I_linear, c, y);
             float *T_linear = fs_planes_row(a->T_linear, c, y), *R_linear = fs_planes_row(a->R_linear, c, y);
             for (int x = 0; x < a->T->width; x += VW) {
@@ -27,6 +28,7 @@ static void forward(const ComposeArgs *a, int y0, int y1)
                 vf t = v_where(lanes, decode_v(v_load(T + x))), r = v_where(lanes, decode_v(v_load(R + x)));
                 if (tau) t = v_where(lanes, t * v_load(tau + x));
                 vf sum = beta ? v_where(lanes, v_fma(v_load(beta + x), r, t)) : t + r;
+                if (veil) sum = sum + v_where(lanes, v_load(veil + x));
                 v_store(T_linear + x, t);
                 v_store(R_linear + x, r);
                 v_store(I_linear + x, sum);
@@ -68,6 +70,7 @@ static void backward(const ComposeArgs *a, int y0, int y1)
             const float *tau = a->tau ? fs_planes_row(a->tau, 0, y) : NULL;
             float *d_tau = a->tau && a->d_tau ? fs_planes_row(a->d_tau, 0, y) : NULL;
             float *d_beta = a->d_beta ? fs_planes_row(a->d_beta, 0, y) : NULL;
+            float *d_veil = a->d_veil ? fs_planes_row(a->d_veil, c, y) : NULL;
             for (int x = 0; x < a->T->width; x += VW) {
                 vm lanes = vm_first(a->T->width - x);
                 vf d = v_load(d_I + x) * encode_slope_v(v_load(I_linear + x), v_load(I + x));
@@ -77,6 +80,7 @@ static void backward(const ComposeArgs *a, int y0, int y1)
                 if (d_T) add_v(d_T + x, lanes, d * through * v_max(decode_slope_v(v_load(T + x), t), floor));
                 if (d_tau) add_v(d_tau + x, lanes, d * t);
                 if (d_beta) add_v(d_beta + x, lanes, d * r);
+                if (d_veil) v_store(d_veil + x, v_where(lanes, d));
                 if (d_R)
                     add_v(d_R + x, lanes,
                           (beta ? d * v_load(beta + x) : d) * v_max(decode_slope_v(v_load(R + x), r), floor));

@@ -6,7 +6,8 @@
     .smooth = &fs_smooth_##isa, .adam = &fs_adam_##isa, .project = &fs_project_##isa, .raster = &fs_raster_##isa,      \
     .shade = &fs_shade_##isa, .pane = &fs_pane_##isa, .regularise = &fs_regularise_##isa,                              \
     .pixelwise = &fs_pixelwise_##isa, .gain = &fs_gain_##isa, .calibration = &fs_calibration_##isa,                    \
-    .occlusion = &fs_occlusion_##isa, .hashgrid = &fs_hashgrid_##isa, .mlp = &fs_mlp_##isa, .volume = &fs_volume_##isa
+    .occlusion = &fs_occlusion_##isa, .hashgrid = &fs_hashgrid_##isa, .mlp = &fs_mlp_##isa, .veil = &fs_veil_##isa,    \
+    .volume = &fs_volume_##isa
 
 static const Kernels tables[CPU_LEVELS] = {
     [CPU_SCALAR] = {.level = CPU_SCALAR, TABLES(scalar)},

@@ -19,6 +19,7 @@
 #include "kernels/regularise.h"
 #include "kernels/shade.h"
 #include "kernels/smooth.h"
+#include "kernels/veil.h"
 #include "kernels/volume.h"
 
 typedef struct Kernels {
@@ -39,6 +40,7 @@ typedef struct Kernels {
     const OcclusionKernels *occlusion;
     const HashgridKernels *hashgrid;
     const MlpKernels *mlp;
+    const VeilKernels *veil;
     const VolumeKernels *volume;
 } Kernels;
 

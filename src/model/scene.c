@@ -24,6 +24,7 @@ void fs_scene_free(Scene *scene)
 {
     for (int l = 0; l < LAYERS; l++) fs_cloud_free(&scene->cloud[l]);
     fs_radiance_free(&scene->field);
+    fs_image_free(&scene->veil.light);
     *scene = (Scene){0};
 }
 
@@ -33,6 +34,8 @@ int fs_scene_copy(Scene *to, const Scene *from, FsError *err)
     *to = *from;
     memset(to->cloud, 0, sizeof to->cloud);
     to->field = (Radiance){0};
+    to->veil.light = (Image){0};
+    if (fs_pane_veil_is(&from->veil)) TRY(fs_image_copy(&to->veil.light, &from->veil.light, err));
     TRY(fs_radiance_copy(&to->field, &from->field, err));
     for (int l = 0; l < LAYERS; l++)
         if (from->cloud[l].n) TRY(fs_cloud_copy(&to->cloud[l], &from->cloud[l], err));
@@ -62,6 +65,13 @@ static const Number numbers[] = {
     {"metres_per_unit", offsetof(Scene, metres_per_unit), 1, 0, 1e12},
     {"vignetting", offsetof(Scene, vignetting), FS_OPTICS_VIGNETTING, -2, 2, .optional = true},
     {"response", offsetof(Scene, response), FS_OPTICS_KNOTS, -1, 1, .optional = true},
+    {"veil_origin", offsetof(Scene, veil.origin), 3, -1e12, 1e12, .optional = true},
+    {"veil_right", offsetof(Scene, veil.right), 3, -1.001, 1.001, .optional = true},
+    {"veil_down", offsetof(Scene, veil.down), 3, -1.001, 1.001, .optional = true},
+    {"veil_cell", offsetof(Scene, veil.cell), 1, 0, 1e12, .optional = true},
+    {"veil_distance", offsetof(Scene, veil.distance), 1, 0, 1e12, .optional = true},
+    {"veil_ambient", offsetof(Scene, veil.ambient), 3, 0, 1e6, .optional = true},
+    {"veil_unit", offsetof(Scene, veil.unit), 1, 0, 1e6, .optional = true},
 };
 #define N_NUMBERS (sizeof numbers / sizeof *numbers)
 
@@ -226,14 +236,23 @@ static int cloud_check(const Scene *scene, int layer, const char *path, FsError 
     return 0;
 }
 
+static int veil_check(const Scene *scene, const char *path, FsError *err)
+{
+    if (!fs_pane_veil_is(&scene->veil)) return 0;
+    if (!fs_scene_lit(scene) || !scene->pane_beta)
+        return fs_error_input(err, "%s: a veil, which only scenes behind a pane that are lit by the flash have", path);
+    return fs_pane_veil_check(&scene->veil, path, err);
+}
+
 int fs_scene_write(const Scene *scene, const char *dir, FsError *err)
 {
-    FilePath part[LAYERS], path[LAYERS], field = fs_file_at("%s/field.bin", dir);
+    FilePath part[LAYERS], path[LAYERS], field = fs_file_at("%s/field.bin", dir), veil = fs_file_at("%s/veil.tif", dir);
     int rc;
     for (int l = 0; l < LAYERS; l++) {
         path[l] = fs_file_at("%s/%s.ply", dir, fs_layers[l].name);
         part[l] = fs_file_at("%s.new", path[l].text);
     }
+    TRY(veil_check(scene, veil.text, err));
     TRY(fs_file_mkdirs(dir, err));
     for (int l = 0; l < LAYERS; l++) {
         TRY(cloud_check(scene, l, path[l].text, err));
@@ -243,10 +262,12 @@ int fs_scene_write(const Scene *scene, const char *dir, FsError *err)
     for (int l = 0; l < LAYERS; l++)
         if (scene->cloud[l].n) TRY(fs_file_rename(part[l].text, path[l].text, err));
     if (fs_radiance_is(&scene->field)) TRY(fs_radiance_write(&scene->field, field.text, err));
+    if (fs_pane_veil_is(&scene->veil)) TRY(fs_tiff_write_float(veil.text, &scene->veil.light, err));
     TRY(write_model(scene, fs_file_at("%s/model.json", dir).text, err));
     for (int l = 0; l < LAYERS; l++)
         if (!scene->cloud[l].n) fs_owned_remove(path[l].text);
     if (!fs_radiance_is(&scene->field)) fs_owned_remove(field.text);
+    if (!fs_pane_veil_is(&scene->veil)) fs_owned_remove(veil.text);
 fail:
     for (int l = 0; l < LAYERS && rc < 0; l++) fs_owned_remove(part[l].text);
     return rc;
@@ -277,6 +298,15 @@ static int read_cloud(Scene *scene, int layer, const json_t *clouds, const char 
     return fs_error_input(
         err, "%s: %d Gaussians, but model.json beside it was written with another cloud: run that stage again",
         path.text, scene->cloud[layer].n);
+}
+
+static int read_veil(Scene *scene, const char *dir, FsError *err)
+{
+    if (!fs_pane_veil_is(&scene->veil)) return 0;
+    FilePath path = fs_file_at("%s/veil.tif", dir);
+    MUST(check_there(dir, "veil.tif", err));
+    MUST(fs_tiff_read(path.text, &scene->veil.light, err));
+    return veil_check(scene, path.text, err);
 }
 
 // ---- radiance fields ----
@@ -327,6 +357,7 @@ int fs_scene_read(Scene *scene, const char *dir, FsError *err)
     int n = 0;
     for (int l = 0; l < LAYERS; l++) TRY(read_cloud(scene, l, clouds, dir, err));
     for (int l = 0; l < LAYERS; l++) n += scene->cloud[l].n > 0;
+    TRY(read_veil(scene, dir, err));
     TRY(read_field(scene, json_object_get(root, "field"), dir, err));
     if (n && fs_radiance_is(&scene->field))
         TRY(fs_error_input(err, "%s: \"field\": a scene has clouds or fields, not both", model.text));

@@ -1,11 +1,13 @@
 // A separated scene: the clouds of the four layers, or radiance fields, and what ties them together. Layout on disk,
-// both of OUT/start (before training) and OUT/clouds (after): <layer>.ply per cloud or field.bin, and model.json.
+// both of OUT/start (before training) and OUT/clouds (after): <layer>.ply per cloud or field.bin, veil.tif where there is
+// one, and model.json.
 #pragma once
 
 #include "base/optics.h"
 #include "model/cloud.h"
 #include "model/layers.h"
 #include "model/radiance.h"
+#include "model/pane_veil.h"
 
 // The pane. Both its surfaces lumped, its reflectance follows Schlick's form of Fresnel's law for glass,
 //   beta(ray) = f0 rho(ray),   rho = 1 + 22 (1 - |normal . ray|)^5   (at most FS_OPTICS_MOST),
@@ -54,6 +56,7 @@ typedef struct Scene {
                             // with gain_color times this and no gains
     // The camera's, where they were learned (kernels/calibration.h); renders are without them. 0: none.
     double vignetting[FS_OPTICS_VIGNETTING], response[FS_OPTICS_KNOTS];
+    Veil veil; // of a scene that is lit; renders are without it
 } Scene;
 
 void fs_scene_free(Scene *scene);

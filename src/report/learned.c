@@ -115,6 +115,14 @@ static void write_bars(FILE *f, const json_t *root)
         100 * share);
 }
 
+static void write_veil(FILE *f, const json_t *model)
+{
+    if (!(json_number_value(json_object_get(model, "veil_cell")) > 0)) return;
+    fputs("<p>There is dirt on the glass that shines in the flash's light. Its light is in neither scene; "
+          "<code>clouds/veil.tif</code> shows it, as seen by the cameras.</p>\n",
+          f);
+}
+
 void fs_learned_write(FILE *f, const char *out)
 {
     json_t *model, *root;
@@ -123,6 +131,7 @@ void fs_learned_write(FILE *f, const char *out)
     write_vignetting(f, model);
     write_response(f, model);
     write_bars(f, root);
+    write_veil(f, model);
     write_photographer(f, json_object_get(root, "photos"));
     write_photos(f, json_object_get(root, "photos"));
     json_decref(model);

@@ -49,7 +49,7 @@ static void join(int *parent, const float *x, const int *neighbour, int n)
 }
 
 // covers (n): 1 for each group with enough sure ones, else 0. Returns how many are 1.
-static int decide(float *covers, const int *neighbour, int n, FsError *err)
+static int groups(float *covers, const int *neighbour, int n, FsError *err)
 {
     float *x = malloc(sizeof *x * 2 * (size_t)n);
     int *parent = malloc(sizeof *parent * (size_t)n), *sure = calloc((size_t)n, sizeof *sure), found = 0;
@@ -70,76 +70,17 @@ static int decide(float *covers, const int *neighbour, int n, FsError *err)
     return found;
 }
 
-// ---- the look ----
+// ---- for the look (pane_look.c) ----
 
-static int steps(Trainer *trainer, int n, FsError *err)
+int fs_bars_decide(Trainer *trainer, const Cloud *learned, FsError *err)
 {
-    for (int step = 0; step < n; step++) {
-        StepArgs args;
-        StepResult result;
-        if (fs_log_cancelled(&trainer->project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again", trainer->set->steps);
-        fs_schedule_step(trainer->set, &trainer->scene, step, &args);
-        args.rate[CLOUD_COVERS] = RATE_COVERS;
-        args.learn = trainer->learn;
-        args.view = fs_views_at_step(trainer, step);
-        MUST(fs_engine_step(trainer->engine, &args, &result, err));
-    }
-    return 0;
-}
-
-// What the start's covers become by training, on small photos.
-static int learn(Trainer *trainer, int n, FsError *err)
-{
-    Scene learned = {0};
     Cloud *T = &trainer->scene.cloud[LAYER_T_N];
-    int rc;
-    TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
-    if (trainer->neighbour) TRY(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
-    TRY(fs_views_load_halved(trainer, fs_bars_halvings(trainer->long_edge), err));
-    TRY(steps(trainer, n, err));
-    TRY(fs_engine_scene_down(trainer->engine, 1u << LAYER_T_N, &learned, err));
-    memcpy(T->field[CLOUD_COVERS], learned.cloud[LAYER_T_N].field[CLOUD_COVERS], sizeof(float) * (size_t)T->n);
-fail:
-    fs_scene_free(&learned);
-    fs_engine_drop_views(trainer->engine);
-    trainer->halvings = -1;
-    return rc;
-}
-
-// Covers are rendered in the place of depth, and want a mirrored scene on a pane.
-int fs_bars_steps(const Settings *set)
-{
-    bool pays = BARS_STEPS <= BARS_SHARE * set->steps, may = fs_train_cost_mirrors(set) && set->depth_smooth <= 0;
-    may &= strcmp(set->separation, "full") == 0 && strcmp(set->geometry, "shared") == 0;
-    return set->bars && may && pays ? BARS_STEPS : 0;
-}
-
-int fs_bars_halvings(int long_edge)
-{
-    int halvings = 0;
-    while (long_edge >> halvings > BARS_SIDE) halvings++;
-    return halvings;
-}
-
-int fs_bars_find(Trainer *trainer, FsError *err)
-{
-    const Scene *scene = &trainer->scene;
-    Cloud *T = &trainer->scene.cloud[LAYER_T_N];
-    int n = fs_bars_steps(trainer->set), found = 0, rc, *neighbour = NULL;
-    bool may = scene->separation == SEPARATION_FULL && scene->shared_geometry && scene->pane_beta;
-    if (!may || !scene->cloud[LAYER_R].n || T->n <= K) return 0;
-    if (!n && trainer->set->bars)
-        fs_log_info(&trainer->project->log, "train: does not look for bars before the glass: that wants %.0f steps%s",
-                    ceil(BARS_STEPS / BARS_SHARE), trainer->set->depth_smooth > 0 ? ", and no --depth-smooth" : "");
-    if (!n) return 0;
-    fs_log_info(&trainer->project->log, "train: looks for bars before the glass");
+    int found = 0, rc, *neighbour = NULL;
     if (!(neighbour = malloc(sizeof *neighbour * K * (size_t)T->n))) TRY(fs_error_memory(err));
     rc = fs_knn(T->field[CLOUD_MEANS], T->n, K, neighbour, NULL, trainer->threads);
     if (rc < 0) TRY(fs_error_set(err, rc, "training: a Gaussian's position is not finite, or memory is out"));
-    TRY(fs_cloud_covers(T, true, err));
-    TRY(learn(trainer, n, err));
-    TRY(found = decide(T->field[CLOUD_COVERS], neighbour, T->n, err));
+    memcpy(T->field[CLOUD_COVERS], learned->field[CLOUD_COVERS], sizeof(float) * (size_t)T->n);
+    TRY(found = groups(T->field[CLOUD_COVERS], neighbour, T->n, err));
     TRY(fs_cloud_covers(T, found > 0, err));
     if (found)
         fs_log_info(&trainer->project->log,

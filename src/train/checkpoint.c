@@ -63,6 +63,19 @@ static int each_field_moment(TrainState *state, const Scene *scene, const char *
     return 0;
 }
 
+static int each_veil_moment(TrainState *state, const Scene *scene, const char *dir, bool write, FsError *err)
+{
+    float **moments[2] = {&state->veil_m, &state->veil_v};
+    for (int k = 0; k < 2 && fs_pane_veil_is(&scene->veil); k++) {
+        const char *name = k ? "veil_v" : "veil_m";
+        size_t size = fs_image_values(&scene->veil.light) * sizeof(float);
+        MUST(each_array(dir, name, (void **)moments[k], size, write, err));
+        if (!*moments[k])
+            return fs_error_set(err, FS_ERR_INPUT, "%s/%s.bin: not there; remove the checkpoint", dir, name);
+    }
+    return 0;
+}
+
 // What lasts from one densification to the next: whose gains are compared, and how far Gaussians were pulled on screen.
 static int each_statistic(Trainer *trainer, const char *dir, bool write, FsError *err)
 {
@@ -145,6 +158,7 @@ int fs_checkpoint_write(Trainer *trainer, FsError *err)
     TRY(fs_scene_write(&trainer->scene, fresh.text, err));
     TRY(each_moment(&trainer->state, &trainer->scene, fresh.text, true, err));
     TRY(each_field_moment(&trainer->state, &trainer->scene, fresh.text, true, err));
+    TRY(each_veil_moment(&trainer->state, &trainer->scene, fresh.text, true, err));
     TRY(each_statistic(trainer, fresh.text, true, err));
     TRY(each_photo(trainer, fresh.text, true, err));
     TRY(each_occlusion(trainer, fresh.text, true, err));
@@ -197,6 +211,7 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
         TRY(fs_scene_read(&trainer->scene, dir.text, err));
         TRY(each_moment(&trainer->state, &trainer->scene, dir.text, false, err));
         TRY(each_field_moment(&trainer->state, &trainer->scene, dir.text, false, err));
+        TRY(each_veil_moment(&trainer->state, &trainer->scene, dir.text, false, err));
         TRY(each_statistic(trainer, dir.text, false, err));
         TRY(each_photo(trainer, dir.text, false, err));
         TRY(each_occlusion(trainer, dir.text, false, err));

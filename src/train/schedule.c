@@ -101,6 +101,7 @@ void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArg
     args->rate[CLOUD_MEANS] = means_rate(set, scene, step + 1);
     if (scene->separation != SEPARATION_FULL) args->rate[CLOUD_GAINS] = 0;
     if (strcmp(set->densify, "relocate") == 0) args->explore = EXPLORE * args->rate[CLOUD_MEANS];
+    args->veil_rate = RATE_VEIL * settle(set, step + 1);
     args->field_rate = field_rate(set, step);
     bool two = scene->separation != SEPARATION_NONE;
     double coarse = (two ? FIELDS_COARSE : FIELD_COARSE) * set->steps;

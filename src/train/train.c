@@ -48,7 +48,7 @@ fail:
 // The scene is up as it starts, before and after.
 static int look_around(Trainer *trainer, FsError *err)
 {
-    int (*const look[])(Trainer *, FsError *) = {fs_bars_find, fs_photographer_find};
+    int (*const look[])(Trainer *, FsError *) = {fs_pane_look, fs_photographer_find};
     for (int k = 0; k < 2; k++) {
         MUST(look[k](trainer, err));
         MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));

@@ -45,17 +45,24 @@ enum {
 #define FIELD_BLIND 0.6       // NeRFReN     share before colours know the direction of view; of two fields never
 enum { FIELD_WARM_UP = 50 };  // -
 
+// The look at the pane (pane_look.c).
+#define PANE_SHARE 0.25 // -           of the steps, at most
+enum {
+    PANE_SIDE = 300,  // experiment  pixels of the longer side, at most
+    PANE_STEPS = 312, // experiment
+};
+
 // What stands before the pane (bars.c).
 #define RATE_COVERS 0.2  // experiment
-#define BARS_SHARE 0.25  // -           of the steps, at most
 #define BARS_EDGE 0.5f   // experiment  covers, evened out over neighbours, of what may belong to it,
 #define BARS_SURE 0.8f   // experiment  and of what does
 #define BARS_LEAST 0.012 // experiment  share of the Gaussians that are as sure
 enum {
-    BARS_SIDE = 300,  // experiment  pixels of the longer side, at most
-    BARS_STEPS = 312, // experiment
     BARS_EVENED = 3,  // experiment  times
 };
+
+// Dirt on the pane.
+#define RATE_VEIL 0.05 // -           in the veil's units
 
 // The photographer's mirror image (photographer.c).
 #define OCCLUSION_COST 0.01f   // experiment

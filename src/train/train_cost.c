@@ -34,9 +34,9 @@ enum {
 #define BYTES_VOLUME 35e6 // samples of a step
 
 // A step that looks around first, of one with the start's clouds: for the photographer at the coarsest size, which is
-// larger than that look's; for bars at the size that they are looked for at.
+// larger than that look's; at the pane at the size that it is looked at.
 #define PHOTOGRAPHER_STEP 0.6
-#define BARS_STEP 1.0
+#define PANE_STEP 1.0
 
 static int load_photos(Engine *engine, const Camera *camera, FsError *err)
 {
@@ -302,9 +302,9 @@ double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPac
     with.steps = steps;
     int n = pace->splats[0], budget = fs_schedule_budget(set, (double)size->width * size->height);
     int coarsest = fs_schedule_halvings(&with, long_edge(size), 0);
-    int bars = fs_bars_halvings(long_edge(size));
+    int pane = fs_pane_look_halvings(long_edge(size));
     double seconds = PHOTOGRAPHER_STEP * fs_photographer_steps(&with, size->photos) * pace->step[coarsest][0] +
-                     BARS_STEP * fs_bars_steps(&with) * pace->step[bars < coarsest ? bars : coarsest][0];
+                     PANE_STEP * fs_pane_look_steps(&with) * pace->step[pane < coarsest ? pane : coarsest][0];
     double more = fmax(pace->splats[1] - n, 1);
     for (int step = 0; step < steps; step++) {
         const double *at = pace->step[fs_schedule_halvings(&with, long_edge(size), step)];

@@ -39,6 +39,9 @@ typedef struct Trainer {
 int fs_views_load(Trainer *trainer, FsError *err);
 void fs_views_free(Trainer *trainer);
 int fs_views_load_halved(Trainer *trainer, int halvings, FsError *err); // the same, of a size
+// A photo of training as the engine has it at that size.
+int fs_views_photo(const Trainer *trainer, int number, int halvings, Camera *camera, Image *photo, Image *mask,
+                   FsError *err);
 int fs_views_at_step(Trainer *trainer, int step);                // every view once per epoch, shuffled by the seed
 int fs_views_for_step(Trainer *trainer, int step, FsError *err); // the engine gets the photos of the size of that step
 
@@ -61,10 +64,12 @@ bool fs_train_cost_mirrors(const Settings *set); // a cloud R, and beta of a pan
 int fs_densify_step(Trainer *trainer, FsError *err);
 int fs_densify_neighbours(Trainer *trainer, FsError *err); // finds and sends up whose gains are compared
 
-// bars.c: what stands before the pane, where the setting of that name looks for it
-int fs_bars_steps(const Settings *set);           // that a look takes; 0: none is had
-int fs_bars_halvings(int long_edge);              // of the photos that it looks at
-int fs_bars_find(Trainer *trainer, FsError *err); // gives T covers, if any; the engine is to have the scene again
+// pane_look.c: what is on the pane and before it, where the settings bars and dirt look for it
+int fs_pane_look_steps(const Settings *set);      // that a look takes; 0: none is had
+int fs_pane_look_halvings(int long_edge);         // of the photos that it looks at
+int fs_pane_look(Trainer *trainer, FsError *err); // completes the scene; the engine is to have it again
+// bars.c: by what covers were learned to be, T keeps some or none
+int fs_bars_decide(Trainer *trainer, const Cloud *learned, FsError *err);
 
 // photographer.c: who is mirrored too, where the setting of that name looks for them
 int fs_photographer_steps(const Settings *set, int photos); // that a look takes where nobody is there; 0: none is had

@@ -30,14 +30,22 @@ static int shrink(Image *photo, Image *mask, const Camera *to, FsError *err)
     return 0;
 }
 
+int fs_views_photo(const Trainer *trainer, int number, int halvings, Camera *camera, Image *photo, Image *mask,
+                   FsError *err)
+{
+    const View *view = trainer->views[number];
+    *camera = fs_camera_limited(&view->camera, long_edge_of(&view->camera) >> halvings);
+    MUST(fs_dataset_load_view(trainer->project->out, view, photo, mask, err));
+    return halvings ? shrink(photo, mask, camera, err) : 0;
+}
+
 static int load_view(const Trainer *trainer, int number, int halvings, FsError *err)
 {
     const View *view = trainer->views[number];
     Image photo = {0}, mask = {0};
-    Camera camera = fs_camera_limited(&view->camera, long_edge_of(&view->camera) >> halvings);
+    Camera camera;
     int rc;
-    TRY(fs_dataset_load_view(trainer->project->out, view, &photo, &mask, err));
-    if (halvings) TRY(shrink(&photo, &mask, &camera, err));
+    TRY(fs_views_photo(trainer, number, halvings, &camera, &photo, &mask, err));
     TRY(fs_engine_load_view(
         trainer->engine,
         &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number], (float)view->flash_gain}, err));

@@ -25,7 +25,7 @@ static const char *const devices[] = {"cpu", "reference"};
 
 typedef struct Kind {
     Separation separation;
-    bool shared, pane, mirrored, covers;
+    bool shared, pane, mirrored, covers, veil;
 } Kind;
 
 static const Kind kinds[] = {
@@ -38,8 +38,11 @@ static const Kind kinds[] = {
     {SEPARATION_NONE, true, true, false},
     {SEPARATION_FULL, true, true, false},
     {SEPARATION_FULL, true, true, true, .covers = true},
+    {SEPARATION_FULL, true, true, true, .veil = true},
 };
 #define FOR_KINDS(k) for (int k = 0; k < (int)(sizeof kinds / sizeof *kinds); k++)
+
+static const Kind *const veiled = &kinds[sizeof kinds / sizeof *kinds - 1];
 
 // Standard deviation over depth. The slopes are looked at on wide Gaussians, whose edge, where they stop at 1/255 and
 // which no gradient knows of, is mostly outside the image.
@@ -63,6 +66,20 @@ static inline void fill(Cloud *cloud, int n, int channels, int gains, float dept
     }
 }
 
+// On most of what make_camera() sees, between it and the clouds.
+static inline void make_veil(Veil *veil, Rng *rng)
+{
+    *veil = (Veil){.origin = {-0.35, -0.45, 1},
+                   .right = {1, 0, 0},
+                   .down = {0, 1, 0},
+                   .cell = 0.07,
+                   .distance = 0.9,
+                   .unit = 0.01,
+                   .ambient = {0.2, 0.3, 0.1}};
+    assert_int_equal(fs_image_new(&veil->light, 11, 15, 3, NULL), 0);
+    for (size_t i = 0; i < fs_image_values(&veil->light); i++) veil->light.px[i] = 0.02f + 0.2f * fs_rng_uniform(rng);
+}
+
 static inline Scene make_scene(const Kind *kind)
 {
     Rng rng = fs_rng_new(5);
@@ -84,6 +101,7 @@ static inline Scene make_scene(const Kind *kind)
         s.cloud[LAYER_T_N].field[CLOUD_COVERS][i] = 0.1f + 0.6f * fs_rng_uniform(&rng);
     if (!kind->shared) fill(&s.cloud[LAYER_T_F], N + 3, 3, 0, 2, &rng);
     if (kind->mirrored) fill(&s.cloud[LAYER_R], N - 2, 3, 0, 3.5f, &rng);
+    if (kind->veil) make_veil(&s.veil, &rng);
     if (!kind->pane) fill(&s.cloud[LAYER_BETA], N - 1, 1, 0, 2, &rng);
     return s;
 }
@@ -163,6 +181,7 @@ static inline StepArgs make_args(const Scene *scene)
     for (size_t i = 0; i < sizeof weights / sizeof *weights; i++)
         assert_int_equal(fs_settings_set(set, weights[i][0], weights[i][1], NULL), 0);
     StepArgs args = {.step = 0, .stride = {sparse[0], sparse[1]}, .statistics = true, .settle = 1e-12};
+    args.veil_rate = 1e-12;
     args.learn = LEARN_LIGHT | LEARN_WHITE | LEARN_VIGNETTING | LEARN_RESPONSE;
     fs_loss_weights(set, scene, 1, args.weight);
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-12;

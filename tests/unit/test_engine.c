@@ -60,6 +60,7 @@ static StepArgs real_args(const Scene *scene, int step, int view)
     args.view = view;
     args.stride[1] = 1 + (step % 3 == 2); // now and then every second row
     args.explore = 10;
+    args.veil_rate = 0.05;
     args.settle = 1;
     args.seed = 3;
     return args;
@@ -156,6 +157,12 @@ static void test_state_goes_on(void **state)
         assert_true(whole.flash_return == resumed.flash_return);
         assert_memory_equal(whole.vignetting, resumed.vignetting, sizeof whole.vignetting);
         assert_memory_equal(whole.response, resumed.response, sizeof whole.response);
+        size_t cells = fs_image_values(&whole.veil.light);
+        assert_int_equal(cells, kinds[k].veil ? 3 * 11 * 15 : 0);
+        assert_int_equal(cells, fs_image_values(&resumed.veil.light));
+        if (cells) assert_memory_equal(whole.veil.light.px, resumed.veil.light.px, cells * sizeof(float));
+        if (cells) assert_memory_not_equal(whole.veil.light.px, half.veil.light.px, cells * sizeof(float));
+        assert_memory_equal(whole.veil.ambient, resumed.veil.ambient, sizeof whole.veil.ambient);
         assert_int_equal(fs_engine_photos_down(engine, end[0], NULL), 0);
         assert_int_equal(fs_engine_photos_down(second, end[1], NULL), 0);
         assert_memory_equal(end[0], end[1], sizeof end[0]);

@@ -121,8 +121,9 @@ static void test_gradients(void **state)
     assert_int_equal(bad_slopes, 0);
 }
 
-// The numbers of the whole scene: pane, colour of the gain, what comes back of the flash, vignetting, response.
-enum { KNOT_0 = 8 + FS_OPTICS_VIGNETTING };
+// The numbers of the whole scene: pane, colour of the gain, what comes back of the flash, vignetting, response, the
+// veil's ambient light.
+enum { KNOT_0 = 8 + FS_OPTICS_VIGNETTING, AMBIENT_0 = KNOT_0 + FS_OPTICS_KNOTS };
 static double slope_of_number(const char *device, const Kind *kind, bool flash, int number, const double u[3])
 {
     const double h = 2e-3;
@@ -136,17 +137,27 @@ static double slope_of_number(const char *device, const Kind *kind, bool flash, 
         if (number >= 4 && number < 7) s.gain_color[number - 4] *= exp(step);
         if (number == 7) s.flash_return *= exp(step);
         if (number >= 8 && number < KNOT_0) s.vignetting[number - 8] += step;
-        if (number >= KNOT_0) s.response[number - KNOT_0] += step;
+        if (number >= KNOT_0 && number < AMBIENT_0) s.response[number - KNOT_0] += step;
+        if (number >= AMBIENT_0) s.veil.ambient[number - AMBIENT_0] += step;
         value[side] = loss_of(device, &s, flash, &result);
         fs_scene_free(&s);
     }
     return (value[1] - value[0]) / (2 * h);
 }
 
-static void test_gradients_of_numbers(void **state)
+static void check_number(const char *device, const Kind *kind, bool flash, int i, double g, const double u[3])
 {
-    (void)state;
-    const Kind *kind = &kinds[0];
+    bool learned = i < 4 || i >= 8 || flash;
+    if (!learned) assert_true(g == 0);
+    if (!learned) return;
+    double slope = slope_of_number(device, kind, flash, i, u);
+    if (fabs(slope - g) > 0.03 * fabs(g) + 2e-5)
+        print_message("%s, number %d: gradient %g, differences %g\n", device, i, g, slope);
+    assert_true(fabs(slope - g) <= 0.03 * fabs(g) + 2e-5 && (g != 0 || (i >= KNOT_0 && i < AMBIENT_0)));
+}
+
+static void check_numbers(const Kind *kind, int first, int end)
+{
     Scene scene = make_scene(kind);
     const double *n = scene.pane.normal, u[3] = {n[1], -n[0], 0}; // at right angles to the normal
     FOR_DEVICES(d) for (int flash = 0; flash < 2; flash++)
@@ -154,21 +165,60 @@ static void test_gradients_of_numbers(void **state)
         TrainState train = {0};
         StepResult result;
         gradients_of(devices[d], &scene, flash == 1, &train, &result);
-        for (int i = 0; i < ENGINE_NUMBERS; i++) {
+        for (int i = first; i < end; i++) {
             if (i == 1 || i == 2 || i == KNOT_0) continue; // the normal is looked at along u; the first knot stays
             double g = 10.0 * (double)train.m[i];
             if (i == 0) g = 10 * ((double)train.m[0] * u[0] + (double)train.m[1] * u[1]);
-            bool learned = i < 4 || i >= 8 || flash;
-            if (!learned) assert_true(g == 0);
-            if (!learned) continue;
-            double slope = slope_of_number(devices[d], kind, flash == 1, i, u);
-            if (fabs(slope - g) > 0.03 * fabs(g) + 2e-5)
-                print_message("%s, number %d: gradient %g, differences %g\n", devices[d], i, g, slope);
-            assert_true(fabs(slope - g) <= 0.03 * fabs(g) + 2e-5 && (g != 0 || i >= KNOT_0));
+            check_number(devices[d], kind, flash == 1, i, g, u);
         }
         fs_engine_state_free(&train);
     }
     fs_scene_free(&scene);
+}
+
+static void test_gradients_of_numbers(void **state)
+{
+    (void)state;
+    check_numbers(&kinds[0], 0, AMBIENT_0);
+    check_numbers(veiled, AMBIENT_0, ENGINE_NUMBERS);
+}
+
+// The veil's light, along its gradient and a random direction.
+static void test_gradient_of_veil(void **state)
+{
+    (void)state;
+    const double h = 1e-3;
+    FOR_DEVICES(d) for (int flash = 0; flash < 2; flash++)
+    {
+        Scene scene = make_scene(veiled);
+        TrainState train = {0};
+        StepResult result;
+        Rng rng = fs_rng_new(3);
+        size_t n = fs_image_values(&scene.veil.light);
+        float u[3 * 11 * 15];
+        double norm = 0, along = 0, value[2];
+        assert_int_equal(n, sizeof u / sizeof *u);
+        gradients_of(devices[d], &scene, flash == 1, &train, &result);
+        for (size_t i = 0; i < n; i++) norm += pow(10 * (double)train.veil_m[i], 2);
+        norm = sqrt(norm);
+        assert_true(norm > 1e-4);
+        for (size_t i = 0; i < n; i++) {
+            u[i] = (float)(10 * (double)train.veil_m[i] / norm) + 0.2f * fs_rng_normal(&rng) / sqrtf((float)n);
+            along += 10 * (double)train.veil_m[i] * (double)u[i];
+        }
+        for (int side = 0; side < 2; side++) {
+            Scene moved = make_scene(veiled);
+            for (size_t i = 0; i < n; i++) moved.veil.light.px[i] += (float)(side ? h : -h) * u[i];
+            value[side] = loss_of(devices[d], &moved, flash == 1, &result);
+            fs_scene_free(&moved);
+        }
+        double slope = (value[1] - value[0]) / (2 * h);
+        if (fabs(slope - along) > 0.03 * norm + 3e-5)
+            print_message("%s, veil, flash %d: gradient %g, differences %g\n", devices[d], flash, along, slope);
+        assert_true(fabs(slope - along) <= 0.03 * norm + 3e-5);
+        fs_engine_state_free(&train);
+        fs_scene_free(&scene);
+    }
 }
 
 // The numbers of the photo: its light and its white balance.
@@ -371,7 +421,7 @@ static void test_occlusion_hides_R(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gradients),          cmocka_unit_test(test_gradients_of_numbers),
+        cmocka_unit_test(test_gradients),          cmocka_unit_test(test_gradients_of_numbers), cmocka_unit_test(test_gradient_of_veil),
         cmocka_unit_test(test_gradients_of_photo), cmocka_unit_test(test_gradients_of_occlusion),
         cmocka_unit_test(test_occlusion_hides_R),  cmocka_unit_test(test_gradients_of_some_pixels),
         cmocka_unit_test(test_pixels_together),

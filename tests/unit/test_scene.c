@@ -34,6 +34,20 @@ static void make_shared(Scene *scene)
     scene->flash_distance = sqrt(2), scene->extent = 1.0 / 7, scene->metres_per_unit = 0x1.fffffffffffffp-3;
 }
 
+static void add_veil(Scene *scene)
+{
+    Rng rng = fs_rng_new(5);
+    scene->veil = (Veil){.origin = {0.1, -1.0 / 3, 2},
+                         .right = {0.6, 0.8, 0},
+                         .down = {0, 0, 1},
+                         .cell = 0.01,
+                         .distance = 1.0 / 7,
+                         .unit = 0.003,
+                         .ambient = {0, 0.1, 1.0 / 3}};
+    assert_int_equal(fs_image_new(&scene->veil.light, 5, 4, 3, NULL), 0);
+    for (size_t i = 0; i < fs_image_values(&scene->veil.light); i++) scene->veil.light.px[i] = fs_rng_uniform(&rng);
+}
+
 static void make_separate(Scene *scene)
 {
     Rng rng = fs_rng_new(4);
@@ -50,6 +64,10 @@ static void assert_same(const Scene *a, const Scene *b)
     assert_memory_equal(a->gain_color, b->gain_color, sizeof a->gain_color);
     assert_true(a->flash_distance == b->flash_distance && a->extent == b->extent);
     assert_true(a->metres_per_unit == b->metres_per_unit);
+    assert_memory_equal(&a->veil, &b->veil, offsetof(Veil, light));
+    assert_int_equal(fs_image_values(&a->veil.light), fs_image_values(&b->veil.light));
+    if (fs_pane_veil_is(&a->veil))
+        assert_memory_equal(a->veil.light.px, b->veil.light.px, sizeof(float) * fs_image_values(&a->veil.light));
     for (int l = 0; l < LAYERS; l++) {
         assert_int_equal(a->cloud[l].n, b->cloud[l].n);
         for (int f = 0; f < CLOUD_FIELDS && a->cloud[l].n; f++) {
@@ -66,19 +84,20 @@ static void test_round_trip(void **state)
 {
     char *dir = fs_file_path("%s/a/b", (char *)*state), *stale = fs_file_path("%s/T_F.ply", dir);
     assert_int_equal(fs_owned_open(dir, "project", NULL), 0); // a stale cloud is removed where it is ours
-    for (int kind = 0; kind < 2; kind++) {                    // the second overwrites the first in the same folder
+    for (int kind = 0; kind < 3; kind++) {                    // each overwrites the one before in the same folder
         Scene a, b;
         if (kind)
             make_shared(&a);
         else
             make_separate(&a);
+        if (kind == 1) add_veil(&a);
         assert_int_equal(fs_scene_write(&a, dir, NULL), 0);
         assert_int_equal(fs_scene_read(&b, dir, NULL), 0);
         assert_same(&a, &b);
         assert_int_equal(fs_file_exists(stale), kind == 0);
         FileList list;
         assert_int_equal(fs_file_list(dir, &list, NULL), 0);
-        assert_int_equal(list.n, kind ? 3 : 5);
+        assert_int_equal(list.n, kind == 0 ? 5 : kind == 1 ? 4 : 3);
         fs_file_list_free(&list);
         fs_scene_free(&a);
         fs_scene_free(&b);
@@ -154,8 +173,41 @@ static void test_refused(void **state)
     free(dir);
 }
 
+static void test_veil_refused(void **state)
+{
+    char *dir = fs_file_path("%s/veil", (char *)*state), *light = fs_file_path("%s/veil.tif", dir);
+    Image other = {0};
+    Scene a, b;
+    make_shared(&a);
+    add_veil(&a);
+    assert_int_equal(fs_scene_write(&a, dir, NULL), 0);
+    refuse(dir, "\"veil_cell\": 0.0", "\"veil_cell\": -0.0");
+    refuse(dir, "\"veil_cell\"", "\"veil_cell\": \"x\", \"other\"");
+    refuse(dir, "\"veil_unit\"", "\"other\"");
+    refuse(dir, "\"veil_distance\"", "\"other\"");
+    refuse(dir, "\"veil_right\"", "\"other\"");
+    refuse(dir, "\"veil_ambient\": [", "\"veil_ambient\": [-1, 0, 0], \"other\": [");
+    refuse(dir, "\"linear\"", "\"none\""); // which the flash does not light
+    for (int k = 0; k < 3; k++) {             // of one channel; dark; no picture
+        assert_int_equal(fs_image_new(&other, 5, 4, k ? 3 : 1, NULL), 0);
+        other.px[7] = k ? -0.1f : 0.1f;
+        if (k < 2) assert_int_equal(fs_tiff_write_float(light, &other, NULL), 0);
+        if (k == 2) assert_int_equal(fs_file_write(light, "II*", 3, NULL), 0);
+        fs_image_free(&other);
+        assert_int_equal(fs_scene_read(&b, dir, NULL), FS_ERR_INPUT);
+    }
+    assert_int_equal(remove(light), 0);
+    assert_int_equal(fs_scene_read(&b, dir, NULL), FS_ERR_INPUT);
+    a.veil.light.px[3] = NAN;
+    assert_int_equal(fs_scene_write(&a, dir, NULL), FS_ERR_INPUT);
+    fs_scene_free(&a);
+    free(light);
+    free(dir);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_round_trip), cmocka_unit_test(test_refused)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_round_trip), cmocka_unit_test(test_refused),
+                                       cmocka_unit_test(test_veil_refused)};
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }

@@ -1,0 +1,1 @@
+#include "kernels/veil_simd.h"

@@ -1,0 +1,130 @@
+// Before training begins, so many steps on small photos, from the start. What they show of the pane is kept, and training
+// begins again from the same start: bars before the glass (bars.c), dirt on it (engine/dirt.h), which is on the pane and
+// so tells its normal.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/linalg.h"
+#include "engine/dirt.h"
+#include "train/train_constants.h"
+#include "train/trainer.h"
+
+static int steps(Trainer *trainer, int n, FsError *err)
+{
+    for (int step = 0; step < n; step++) {
+        StepArgs args;
+        StepResult result;
+        if (fs_log_cancelled(&trainer->project->log))
+            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again", trainer->set->steps);
+        fs_schedule_step(trainer->set, &trainer->scene, step, &args);
+        args.rate[CLOUD_COVERS] = RATE_COVERS;
+        args.learn = trainer->learn;
+        args.view = fs_views_at_step(trainer, step);
+        MUST(fs_engine_step(trainer->engine, &args, &result, err));
+    }
+    return 0;
+}
+
+static int load_small(const Trainer *trainer, DirtPhoto *photo, FsError *err)
+{
+    int halvings = 0;
+    while (trainer->long_edge >> halvings > DIRT_SIDE) halvings++;
+    for (int v = 0; v < trainer->n_views; v++) {
+        DirtPhoto *p = &photo[v];
+        p->view = trainer->views[v];
+        MUST(fs_views_photo(trainer, v, halvings, &p->camera, &p->photo, &p->mask, err));
+    }
+    return 0;
+}
+
+// The states of the photos are those of the look; training has its own.
+static int states_down(const Trainer *trainer, DirtPhoto *photo, FsError *err)
+{
+    PhotoState *state = calloc((size_t)trainer->n_views, sizeof *state);
+    int rc;
+    if (!state) TRY(fs_error_memory(err));
+    TRY(fs_engine_photos_down(trainer->engine, state, err));
+    for (int v = 0; v < trainer->n_views; v++) photo[v].state = state[v];
+fail:
+    free(state);
+    return rc;
+}
+
+static int find_dirt(Trainer *trainer, const Scene *learned, FsError *err)
+{
+    Veil *veil = &trainer->scene.veil;
+    DirtPhoto *photo = calloc((size_t)trainer->n_views, sizeof *photo);
+    DirtArgs args = {trainer->engine, learned, trainer->threads, photo, trainer->n_views};
+    int rc, found;
+    if (!photo) TRY(fs_error_memory(err));
+    TRY(load_small(trainer, photo, err));
+    TRY(states_down(trainer, photo, err));
+    TRY(found = fs_dirt_find(&args, veil, err));
+    if (found) v3_cross(veil->right, veil->down, trainer->scene.pane.normal);
+    if (found)
+        fs_log_info(&trainer->project->log, "train: found dirt on the glass, %.3g before the cameras (units of the poses)",
+                    veil->distance);
+    else
+        fs_log_info(&trainer->project->log, "train: found no dirt on the glass");
+fail:
+    for (int v = 0; photo && v < trainer->n_views; v++) {
+        fs_image_free(&photo[v].photo);
+        fs_image_free(&photo[v].mask);
+    }
+    free(photo);
+    return rc < 0 ? rc : 0;
+}
+
+static int look(Trainer *trainer, int n, FsError *err)
+{
+    const Settings *set = trainer->set;
+    Scene learned = {0};
+    int rc;
+    if (set->bars) TRY(fs_cloud_covers(&trainer->scene.cloud[LAYER_T_N], true, err));
+    TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
+    if (trainer->neighbour) TRY(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
+    TRY(fs_views_load_halved(trainer, fs_pane_look_halvings(trainer->long_edge), err));
+    TRY(steps(trainer, n, err));
+    TRY(fs_engine_scene_down(trainer->engine, 1u << LAYER_T_N, &learned, err));
+    if (set->bars) TRY(fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], err));
+    if (set->dirt) TRY(find_dirt(trainer, &learned, err));
+fail:
+    fs_scene_free(&learned);
+    fs_engine_drop_views(trainer->engine);
+    trainer->halvings = -1;
+    return rc;
+}
+
+// Covers are rendered in the place of depth, and want a mirrored scene on a pane; dirt wants one that the flash lights.
+int fs_pane_look_steps(const Settings *set)
+{
+    bool pays = PANE_STEPS <= PANE_SHARE * set->steps, may = fs_train_cost_mirrors(set) && set->depth_smooth <= 0;
+    may &= strcmp(set->separation, "full") == 0 && strcmp(set->geometry, "shared") == 0;
+    return (set->bars || set->dirt) && may && pays ? PANE_STEPS : 0;
+}
+
+int fs_pane_look_halvings(int long_edge)
+{
+    int halvings = 0;
+    while (long_edge >> halvings > PANE_SIDE) halvings++;
+    return halvings;
+}
+
+int fs_pane_look(Trainer *trainer, FsError *err)
+{
+    static const char *const what[4] = {"", "bars before the glass", "dirt on the glass",
+                                        "bars before the glass and dirt on it"};
+    const Settings *set = trainer->set;
+    const Scene *scene = &trainer->scene;
+    const char *for_what = what[(set->bars ? 1 : 0) + (set->dirt ? 2 : 0)];
+    int n = fs_pane_look_steps(set);
+    bool may = scene->separation == SEPARATION_FULL && scene->shared_geometry && scene->pane_beta;
+    if (!may || !scene->cloud[LAYER_R].n || scene->cloud[LAYER_T_N].n <= ENGINE_NEIGHBOURS) return 0;
+    if (!n && (set->bars || set->dirt))
+        fs_log_info(&trainer->project->log, "train: does not look for %s: that wants %.0f steps%s", for_what,
+                    ceil(PANE_STEPS / PANE_SHARE), set->depth_smooth > 0 ? ", and no --depth-smooth" : "");
+    if (!n) return 0;
+    fs_log_info(&trainer->project->log, "train: looks for %s", for_what);
+    return look(trainer, n, err);
+}
