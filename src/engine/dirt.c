@@ -20,7 +20,8 @@
 // Chosen by:
 #define AGREES 0.025    // experiment  agreement about where the pane is,
 #define FOUND 0.06      // experiment  and once its place is found
-#define OTHERS_COUNT 2  // experiment  times what the others agree about is taken off
+#define OTHERS_COUNT 2  // experiment  times what the others agree about is taken off,
+#define OTHERS_MOST 0.12 // experiment  of what flash photos agree about, where the pane is
 #define NEAREST 0.2     // -           distance of the first plane, of the middle depth,
 #define FURTHEST 0.8    // -           and of the last one
 #define FURTHER 1.12    // experiment  each of the one before
@@ -317,8 +318,11 @@ static Found search(Search *s, const double normal[3])
         refine(s, &found);
         if (found.agreement > best.agreement) best = found;
     }
-    if (best.agreement < FOUND) best.agreement = 0;
-    if (best.agreement > 0) agree_beyond(s, (const double (*)[3])best.plane, 1, &best.agreement); // and the unit
+    if (best.agreement < FOUND) return (Found){{0}, 0};
+    double with, others;
+    agree(s, (const double (*)[3])best.plane, 1, false, &others);
+    agree(s, (const double (*)[3])best.plane, 1, true, &with); // and the unit
+    if (others > OTHERS_MOST * with) best.agreement = 0;
     return best;
 }
 
