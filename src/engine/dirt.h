@@ -6,7 +6,10 @@
 #include "engine/engine.h"
 #include "model/dataset.h"
 
-enum { DIRT_SIDE = 150 }; // pixels of a photo's longer side, at most
+enum {
+    DIRT_SIDE = 150,   // pixels of a photo's longer side, at most
+    DIRT_PHOTOS = 24, // of each lighting that are enough
+};
 
 typedef struct DirtPhoto {
     const View *view;

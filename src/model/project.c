@@ -31,7 +31,7 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
      {"start/&.ply", "start/field.bin", "start/model.json", "start/transmitted.ply", "start/transmitted_surface.ply",
       "start/reflected.ply", "start/reflected_surface.ply"}},
     {"train", FS_STAGE_TRAIN, INITIALISE, {"views.json", "images", "start"},
-     {"=clouds/&.ply", "=clouds/field.bin", "=clouds/model.json", "=clouds/photos.json", "log.jsonl", "progress/*.png", "checkpoint.old/*", "checkpoint.new/*",
+     {"=clouds/&.ply", "=clouds/field.bin", "=clouds/model.json", "=clouds/photos.json", "=clouds/veil.tif", "log.jsonl", "progress/*.png", "checkpoint.old/*", "checkpoint.new/*",
       "checkpoint/*"}}, // last: their files stand under its name (owned.c), and lines of files that are gone go with it
     {"render", FS_STAGE_RENDER, TRAIN, {"views.json", "images", "clouds"},
      {"=renders/*/%.png", "=renders/*/%.tif", "=sheet.png", "=video/*.mp4"}},

@@ -8,7 +8,7 @@
 //   views.json, images/<view>.tif, images/<view>_mask.png        by poses (undistorted, with cameras)
 //   sparse/{cameras,images,points3D}.txt                         by poses (COLMAP text model of the joint frame)
 //   start/<cloud>.ply, start/{transmitted,reflected}.ply         by initialise
-//   clouds/<cloud>.ply, clouds/model.json                        by train
+//   clouds/<cloud>.ply, clouds/model.json, clouds/veil.tif       by train
 //   checkpoint/, progress/, log.jsonl                            by train
 //   renders/<layer>/<view>.png, path/, video/, sheet.png         by render
 //   export/                                                      by export

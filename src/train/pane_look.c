@@ -26,26 +26,24 @@ static int steps(Trainer *trainer, int n, FsError *err)
     return 0;
 }
 
+// Evenly from all photos of each lighting. Returns how many. Their states are those of the look; training has its own.
 static int load_small(const Trainer *trainer, DirtPhoto *photo, FsError *err)
 {
-    int halvings = 0;
-    while (trainer->long_edge >> halvings > DIRT_SIDE) halvings++;
-    for (int v = 0; v < trainer->n_views; v++) {
-        DirtPhoto *p = &photo[v];
-        p->view = trainer->views[v];
-        MUST(fs_views_photo(trainer, v, halvings, &p->camera, &p->photo, &p->mask, err));
-    }
-    return 0;
-}
-
-// The states of the photos are those of the look; training has its own.
-static int states_down(const Trainer *trainer, DirtPhoto *photo, FsError *err)
-{
     PhotoState *state = calloc((size_t)trainer->n_views, sizeof *state);
-    int rc;
+    int rc, halvings = 0, n = 0, all[2] = {0, 0}, seen[2] = {0, 0};
     if (!state) TRY(fs_error_memory(err));
     TRY(fs_engine_photos_down(trainer->engine, state, err));
-    for (int v = 0; v < trainer->n_views; v++) photo[v].state = state[v];
+    while (trainer->long_edge >> halvings > DIRT_SIDE) halvings++;
+    for (int v = 0; v < trainer->n_views; v++) all[trainer->views[v]->flash]++;
+    for (int v = 0; v < trainer->n_views; v++) {
+        int of = trainer->views[v]->flash, most = all[of] < DIRT_PHOTOS ? all[of] : DIRT_PHOTOS, i = seen[of]++;
+        if (i && i * most / all[of] == (i - 1) * most / all[of]) continue;
+        DirtPhoto *p = &photo[n++];
+        p->view = trainer->views[v];
+        p->state = state[v];
+        TRY(fs_views_photo(trainer, v, halvings, &p->camera, &p->photo, &p->mask, err));
+    }
+    rc = n;
 fail:
     free(state);
     return rc;
@@ -55,11 +53,10 @@ static int find_dirt(Trainer *trainer, const Scene *learned, FsError *err)
 {
     Veil *veil = &trainer->scene.veil;
     DirtPhoto *photo = calloc((size_t)trainer->n_views, sizeof *photo);
-    DirtArgs args = {trainer->engine, learned, trainer->threads, photo, trainer->n_views};
+    DirtArgs args = {trainer->engine, learned, trainer->threads, photo, 0};
     int rc, found;
     if (!photo) TRY(fs_error_memory(err));
-    TRY(load_small(trainer, photo, err));
-    TRY(states_down(trainer, photo, err));
+    TRY(args.n = load_small(trainer, photo, err));
     TRY(found = fs_dirt_find(&args, veil, err));
     if (found) v3_cross(veil->right, veil->down, trainer->scene.pane.normal);
     if (found)
