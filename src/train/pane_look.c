@@ -1,9 +1,11 @@
 // Before training begins, so many steps on small photos, from the start. What they show of the pane is kept, and training
-// begins again from the same start: bars before the glass (bars.c), dirt on it (engine/dirt.h).
+// begins again from the same start: bars before the glass (bars.c), dirt on it (engine/dirt.h), which is on the pane and
+// so tells its normal.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/linalg.h"
 #include "engine/dirt.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
@@ -56,6 +58,7 @@ static int find_dirt(Trainer *trainer, const Scene *learned, FsError *err)
     if (!photo) TRY(fs_error_memory(err));
     TRY(args.n = load_small(trainer, photo, err));
     TRY(found = fs_dirt_find(&args, veil, err));
+    if (found) v3_cross(veil->right, veil->down, trainer->scene.pane.normal);
     if (found)
         fs_log_info(&trainer->project->log, "train: found dirt on the glass, %.3g before the cameras (units of the poses)",
                     veil->distance);

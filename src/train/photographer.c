@@ -181,7 +181,6 @@ static int steps(Trainer *trainer, int from, int to, FsError *err)
             return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again", trainer->set->steps);
         fs_schedule_step(trainer->set, &trainer->scene, step, &args);
         weigh(args.weight);
-        args.veil_rate = 0;
         args.learn = trainer->learn;
         args.view = fs_views_at_step(trainer, step);
         MUST(fs_engine_step(trainer->engine, &args, &result, err));

@@ -7,7 +7,6 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/json_file.h"
-#include "base/linalg.h"
 #include "image/tone.h"
 #include "train/trainer.h"
 
@@ -46,21 +45,16 @@ fail:
     return rc;
 }
 
-static int put_up(Trainer *trainer, FsError *err)
-{
-    MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
-    return send_neighbours(trainer, err);
-}
-
-// The scene is up as it starts, before and after. Dirt tells the pane's normal; who is mirrored is found without.
+// The scene is up as it starts, before and after.
 static int look_around(Trainer *trainer, FsError *err)
 {
-    const Veil *veil = &trainer->scene.veil;
-    MUST(fs_pane_look(trainer, err));
-    MUST(put_up(trainer, err));
-    MUST(fs_photographer_find(trainer, err));
-    if (fs_pane_veil_is(veil)) v3_cross(veil->right, veil->down, trainer->scene.pane.normal);
-    return put_up(trainer, err);
+    int (*const look[])(Trainer *, FsError *) = {fs_pane_look, fs_photographer_find};
+    for (int k = 0; k < 2; k++) {
+        MUST(look[k](trainer, err));
+        MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
+        MUST(send_neighbours(trainer, err));
+    }
+    return 0;
 }
 
 // Stops a run that went wrong while the last checkpoint is still good.

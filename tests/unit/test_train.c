@@ -458,6 +458,70 @@ static void test_loss_table(void **state)
     fs_settings_free(set);
 }
 
+// The look at the pane is had, and counted in the estimate, where bars or dirt are looked for and can be.
+static void test_pane_look(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name, *value;
+        bool had;
+    } other[] = {{"bars", "false", true},         {"dirt", "false", true},        {"depth-smooth", "0.01", false},
+                 {"steps", "1247", false},        {"steps", "1248", true},        {"separation", "linear", false},
+                 {"separation", "none", false},   {"geometry", "separate", false}, {"beta", "cloud", false},
+                 {"model", "field", false}};
+    RunSize size = {.photos = 24, .width = 300, .height = 200};
+    TrainPace pace = {.splats = {1000, 3000}, .step = {{3e-3, 7e-3}, {1e-3, 1e-3}}};
+    for (size_t i = 0; i < sizeof other / sizeof *other; i++) {
+        FsSettings *set = fs_settings_new();
+        assert_int_equal(fs_settings_set(set, "photographer", "false", NULL), 0);
+        assert_int_equal(fs_settings_set(set, other[i].name, other[i].value, NULL), 0);
+        int steps = fs_pane_look_steps(set);
+        assert_int_equal(steps > 0, other[i].had);
+        double with = fs_train_seconds(set, &size, &pace, set->steps);
+        assert_int_equal(fs_settings_set(set, "bars", "false", NULL), 0);
+        assert_int_equal(fs_settings_set(set, "dirt", "false", NULL), 0);
+        assert_int_equal(fs_pane_look_steps(set), 0);
+        double more = with - fs_train_seconds(set, &size, &pace, set->steps);
+        assert_true(other[i].had ? more > steps * 1e-3 : more == 0);
+        fs_settings_free(set);
+    }
+    assert_int_equal(fs_pane_look_halvings(300), 0);
+    assert_int_equal(fs_pane_look_halvings(1200), 2);
+}
+
+// What bends as cameras' curves do costs nothing, the other way and elsewhere it does; and the gradient.
+static void test_response_smooth(void **state)
+{
+    (void)state;
+    double (*const term)(const double *, double, double *) = fs_loss_terms[LOSS_RESPONSE_SMOOTH].response;
+    // Second differences: 0.7 and 1 at the toe; the shoulder. Straight lines are added to both.
+    const double toe[FS_OPTICS_KNOTS] = {0, 0.1, 0.2, 0.3, 1.1, 2.9, 4.7, 6.5, 8.3, 10.1, 11.9};
+    double shoulder[FS_OPTICS_KNOTS] = {0, 1, 2, 3, 4, 5};
+    const double bends[] = {-0.3, -0.8, -1, -1.3, -1.5};
+    for (int k = 0; k < 5; k++) shoulder[k + 6] = 2 * shoulder[k + 5] - shoulder[k + 4] + bends[k];
+    double x[FS_OPTICS_KNOTS], gradient[FS_OPTICS_KNOTS] = {0}, other[FS_OPTICS_KNOTS];
+    for (int k = 0; k < FS_OPTICS_KNOTS; k++) x[k] = 0.03 * shoulder[k];
+    assert_true(fabs(term(x, 1, gradient)) < 1e-12);
+    for (int k = 0; k < FS_OPTICS_KNOTS; k++) assert_true(fabs(gradient[k]) < 1e-12);
+    for (int k = 0; k < FS_OPTICS_KNOTS; k++) x[k] = -0.03 * shoulder[k];
+    assert_true(term(x, 1, gradient) > 1e-3);
+    assert_true(fabs(term(toe, 1, gradient)) < 1e-12);
+    Rng rng = fs_rng_new(2);
+    for (int k = 0; k < FS_OPTICS_KNOTS; k++) x[k] = 0.05 * ((double)fs_rng_uniform(&rng) - 0.5) - 0.03 * shoulder[k];
+    memset(gradient, 0, sizeof gradient);
+    assert_true(term(x, 0.5, gradient) > 0);
+    for (int k = 0; k < FS_OPTICS_KNOTS; k++) {
+        double value[2];
+        for (int side = 0; side < 2; side++) {
+            double keep = x[k];
+            x[k] += side ? 1e-5 : -1e-5;
+            value[side] = 0.5 * term(x, 0.5, other);
+            x[k] = keep;
+        }
+        assert_true(fabs((value[1] - value[0]) / 2e-5 - gradient[k]) < 1e-6);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -473,6 +537,8 @@ int main(void)
         cmocka_unit_test(test_steps_that_fit),
         cmocka_unit_test(test_order_of_photos),
         cmocka_unit_test(test_loss_table),
+        cmocka_unit_test(test_pane_look),
+        cmocka_unit_test(test_response_smooth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
