@@ -2,9 +2,10 @@
 // photos show of it moves against both scenes as the pane does, and photos without the flash hardly show any.
 //
 // So what flash photos hold beyond their renders, after the first steps of training, is carried onto planes before the
-// cameras. On the pane's plane the photos agree about it (their covariance, of their variance), on others they do not,
-// and photos without the flash on neither: where the scenes themselves are not yet found, all of them agree. The plane
-// where they agree most is the pane's, and has an empty veil (model/pane_veil.h), which training fills.
+// cameras. On the pane's plane they agree about it (covariance of two photos, of their variance), on others they do
+// not. Where the scenes themselves are not yet found all photos agree, those without the flash about light that is less
+// by a few times; about dirt they hardly do. The plane that is best by both is the pane's, and has an even veil
+// (model/pane_veil.h), which training fills.
 #include "engine/dirt.h"
 
 #include <math.h>
@@ -19,9 +20,8 @@
 
 // Chosen by:
 #define AGREES 0.025    // experiment  agreement about where the pane is,
-#define FOUND 0.06      // experiment  and once its place is found
-#define OTHERS_COUNT 2  // experiment  times what the others agree about is taken off,
-#define OTHERS_MOST 0.12 // experiment  of what flash photos agree about, where the pane is
+#define FOUND 0.05      // experiment  and once its place is found
+#define OTHERS_COUNT 10 // experiment  times what the others agree about, of their light squared, is taken off
 #define NEAREST 0.2     // -           distance of the first plane, of the middle depth,
 #define FURTHEST 0.8    // -           and of the last one
 #define FURTHER 1.12    // experiment  each of the one before
@@ -32,6 +32,7 @@
 #define BROAD 5.0f      // experiment  and of what is too broad to tell a plane by
 #define WIDE 3          // -           distances of the pane, that a veil reaches to the sides
 #define AMBIENT 0.1     // -           of a veil at first
+#define START 1.5       // experiment  light of one, in its units
 #define DEVIATION 1.48f // standard deviation of a normal distribution, by its middle deviation
 enum {
     FEWEST = 3,  // -           photos that must see a place
@@ -54,6 +55,11 @@ typedef struct Cells { // of a plane, of all photos
     float *sum, *weight, *squares, *seen;
 } Cells;
 
+typedef struct Agreement { // of the photos of one lighting, on a plane
+    double share;          // covariance of two photos, of their variance
+    double light2;         // and itself, squared light
+} Agreement;
+
 typedef struct Search {
     const DirtArgs *args;
     Sheet *sheet; // (n)
@@ -64,7 +70,7 @@ typedef struct Search {
     // what is asked
     const double (*plane)[3];
     bool flash;
-    double *agreement, unit;
+    Agreement *agreement;
 } Search;
 
 // ---- what photos hold beyond their renders ----
@@ -77,8 +83,7 @@ static void weigh(float *residual, float *weight, const Image *bright, const Ima
     double mean = 0;
     for (size_t i = 0; i < n; i++) mean += fmax((double)bright->px[i], 0) / (double)n;
     fs_blur_image(bright, x, weight, FINE);
-    for (size_t i = 0; i < n; i++)
-        weight[i] = mask->px[i] / (fmaxf(weight[i], 0) + DARK * (float)mean + 1e-9f);
+    for (size_t i = 0; i < n; i++) weight[i] = mask->px[i] / (fmaxf(weight[i], 0) + DARK * (float)mean + 1e-9f);
     float *scratch = y + n, *blurred = y;
     for (size_t i = 0; i < n; i++) x[i] = residual[i] * weight[i];
     fs_blur_image(&one, scratch, blurred, BROAD);
@@ -209,28 +214,26 @@ static void carry(const Search *s, const double plane[3], Cells *c)
     }
 }
 
-// Covariance of two photos' residuals of one cell, of their variance.
 static void agree_job(void *context, int job, int worker)
 {
     Search *s = context;
     Cells *c = &s->cells[worker];
-    double both = 0, own = 0, pairs = 0, cells = 0, light = 0;
+    double both = 0, own = 0, pairs = 0, cells = 0, weights = 0;
     carry(s, s->plane[job], c);
     for (int k = 0; k < GRID; k++) {
         if (c->seen[k] < FEWEST || !(c->weight[k] > 0)) continue;
         double sum = (double)c->sum[k], squares = (double)c->squares[k], weight = (double)c->weight[k];
         both += (sum * sum - squares) / weight;
         own += squares / weight;
+        weights += weight;
         pairs += (double)c->seen[k] - 1;
-        light += sum / weight * (sum / weight);
         cells++;
     }
-    s->agreement[job] = own > 0 ? both / own * cells / pairs : 0;
-    if (job == 0) s->unit = sqrt(light / fmax(cells, 1));
+    s->agreement[job] = (Agreement){own > 0 ? both / own * cells / pairs : 0, weights > 0 ? both / weights : 0};
 }
 
 // agreement (n): of photos with the flash or without, on each of the planes.
-static void agree(Search *s, const double plane[][3], int n, bool flash, double *agreement)
+static void agree(Search *s, const double plane[][3], int n, bool flash, Agreement *agreement)
 {
     s->plane = plane;
     s->flash = flash;
@@ -241,33 +244,37 @@ static void agree(Search *s, const double plane[][3], int n, bool flash, double 
 // ---- the search ----
 
 typedef struct Found {
-    double plane[3], agreement; // of flash photos beyond the others'
+    double plane[3], agreement;
+    double light; // that flash photos agree about
 } Found;
 
-// How much more flash photos agree than others do: those agree on a plane where the scenes are.
-static void agree_beyond(Search *s, const double plane[][3], int n, double *beyond)
+// How much flash photos agree on planes, less what the others do too: those agree about little but where the scenes
+// are.
+static void agree_beyond(Search *s, const double plane[][3], int n, Found *found)
 {
-    double others[MOST];
-    agree(s, plane, n, false, others);
-    agree(s, plane, n, true, beyond);
-    for (int i = 0; i < n; i++)
-        if (beyond[i] > 0) beyond[i] -= OTHERS_COUNT * fmax(others[i], 0);
+    Agreement with[MOST], without[MOST];
+    agree(s, plane, n, true, with);
+    agree(s, plane, n, false, without);
+    for (int i = 0; i < n; i++) {
+        Found *f = &found[i];
+        memcpy(f->plane, plane[i], sizeof f->plane);
+        double others = with[i].light2 > 0 ? fmax(without[i].light2, 0) / with[i].light2 : 1;
+        f->agreement = with[i].share * fmax(1 - OTHERS_COUNT * others, 0);
+        f->light = sqrt(fmax(with[i].light2, 0));
+    }
 }
 
 // The plane at right angles to `ahead` where that is most; agreement 0: none.
 static Found sweep(Search *s, const double ahead[3])
 {
-    double plane[MOST][3], beyond[MOST];
-    Found best = {{0}, 0};
+    double plane[MOST][3];
+    Found found[MOST], best = {{0}, 0};
     int n = 0;
     for (double d = NEAREST; d <= FURTHEST && n < MOST; d *= FURTHER, n++)
         for (int k = 0; k < 3; k++) plane[n][k] = ahead[k] / (d * s->depth);
-    agree_beyond(s, (const double (*)[3])plane, n, beyond);
-    for (int i = 0; i < n; i++) {
-        if (beyond[i] < AGREES || beyond[i] < best.agreement) continue;
-        best.agreement = beyond[i];
-        memcpy(best.plane, plane[i], sizeof best.plane);
-    }
+    agree_beyond(s, (const double(*)[3])plane, n, found);
+    for (int i = 0; i < n; i++)
+        if (found[i].agreement > fmax(best.agreement, AGREES)) best = found[i];
     return best;
 }
 
@@ -284,17 +291,15 @@ static void refine(Search *s, Found *found)
     for (int a = 0; a < 2; a++)
         for (int k = 0; k < 3; k++) across[a][k] *= size;
     for (int halved = 0; halved < HALVED;) {
-        double plane[MOVES][3], beyond[MOVES];
-        int best = 0;
+        double plane[MOVES][3];
+        Found moved[MOVES], *best = moved;
         for (int i = 0; i < MOVES; i++)
-            for (int k = 0; k < 3; k++)
-                plane[i][k] = found->plane[k] + (i & 1 ? -1 : 1) * move * across[i / 2][k];
-        agree_beyond(s, (const double (*)[3])plane, MOVES, beyond);
+            for (int k = 0; k < 3; k++) plane[i][k] = found->plane[k] + (i & 1 ? -1 : 1) * move * across[i / 2][k];
+        agree_beyond(s, (const double(*)[3])plane, MOVES, moved);
         for (int i = 1; i < MOVES; i++)
-            if (beyond[i] > beyond[best]) best = i;
-        if (beyond[best] > found->agreement) {
-            memcpy(found->plane, plane[best], sizeof found->plane);
-            found->agreement = beyond[best];
+            if (moved[i].agreement > best->agreement) best = &moved[i];
+        if (best->agreement > found->agreement) {
+            *found = *best;
         } else {
             move /= 2;
             halved++;
@@ -318,17 +323,13 @@ static Found search(Search *s, const double normal[3])
         refine(s, &found);
         if (found.agreement > best.agreement) best = found;
     }
-    if (best.agreement < FOUND) return (Found){{0}, 0};
-    double with, others;
-    agree(s, (const double (*)[3])best.plane, 1, false, &others);
-    agree(s, (const double (*)[3])best.plane, 1, true, &with); // and the unit
-    if (others > OTHERS_MOST * with) best.agreement = 0;
+    if (best.agreement < FOUND) best.agreement = 0;
     return best;
 }
 
 // ---- from the plane to a veil ----
 
-// An empty one, over what flash photos see of the plane.
+// An even one, over what flash photos see of the plane.
 static int make_veil(const Search *s, const Found *found, Veil *veil, FsError *err)
 {
     double n[3] = {found->plane[0], found->plane[1], found->plane[2]}, low[2] = {0, 0}, high[2] = {0, 0};
@@ -343,7 +344,9 @@ static int make_veil(const Search *s, const Found *found, Veil *veil, FsError *e
             ray[a] = (double)view.base[a] + (i & 1 ? c->width : 0) * (double)view.dx[a] +
                      (i & 2 ? c->height : 0) * (double)view.dy[a];
         for (int a = 0; a < 2 && view.width; a++) {
-            double at = ray[2] > 0 ? (double)view.at[a] + (double)view.per * ray[a] / ray[2] : ray[a] < 0 ? -wide : wide;
+            double at = ray[2] > 0   ? (double)view.at[a] + (double)view.per * ray[a] / ray[2]
+                        : ray[a] < 0 ? -wide
+                                     : wide;
             low[a] = fmin(low[a], fmax(at, -wide));
             high[a] = fmax(high[a], fmin(at, wide));
         }
@@ -352,10 +355,12 @@ static int make_veil(const Search *s, const Found *found, Veil *veil, FsError *e
     double fine = 2 * distance / s->args->photo[0].view->camera.fx; // two pixels of the photos as they are
     v.cell = fmax(fine, fmax(sides[0], sides[1]) / CELLS);
     for (int k = 0; k < 3; k++) v.origin[k] += (low[0] - v.cell) * v.right[k] + (low[1] - v.cell) * v.down[k];
-    v.unit = s->unit;
+    v.unit = found->light;
     for (int k = 0; k < 3; k++) v.ambient[k] = AMBIENT;
     *veil = v;
-    return fs_image_new(&veil->light, (int)(sides[0] / v.cell) + 4, (int)(sides[1] / v.cell) + 4, 3, err);
+    MUST(fs_image_new(&veil->light, (int)(sides[0] / v.cell) + 4, (int)(sides[1] / v.cell) + 4, 3, err));
+    for (size_t i = 0; i < fs_image_values(&veil->light); i++) veil->light.px[i] = (float)(START * v.unit);
+    return 0;
 }
 
 static int open_search(Search *s, FsError *err)
@@ -401,8 +406,14 @@ int fs_dirt_find(const DirtArgs *args, Veil *veil, FsError *err)
     TRY(open_search(&s, err));
     TRY(fill_sheets(&s, err));
     if (s.depth > 0) found = search(&s, args->scene->pane.normal);
-    if (found.agreement > 0) TRY(make_veil(&s, &found, veil, err));
-    rc = found.agreement > 0;
+    if (found.agreement > 0) {
+        TRY(make_veil(&s, &found, veil, err));
+        rc = fs_pane_veil_check(veil, "veil", NULL) == 0; // not where photos are turned on their sides from it
+    }
+    if (rc == 0) {
+        fs_image_free(&veil->light);
+        *veil = (Veil){.cell = 0};
+    }
 fail:
     close_search(&s);
     return rc;

@@ -1,5 +1,5 @@
-// Dirt on the pane, found in photos by what they hold beyond their renders. Beside the seam: it asks an engine for renders,
-// and computes the rest in host memory.
+// Dirt on the pane, found in photos by what they hold beyond their renders. Beside the seam: it asks an engine for
+// renders, and computes the rest in host memory.
 #pragma once
 
 #include "base/threads.h"
@@ -7,7 +7,7 @@
 #include "model/dataset.h"
 
 enum {
-    DIRT_SIDE = 150,   // pixels of a photo's longer side, at most
+    DIRT_SIDE = 150,  // pixels of a photo's longer side, at most
     DIRT_PHOTOS = 24, // of each lighting that are enough
 };
 
@@ -26,5 +26,5 @@ typedef struct DirtArgs {
     int n;
 } DirtArgs;
 
-// 1: found, and `veil` is an empty one on the pane's plane; 0: there is none, or there are too few photos to tell.
+// 1: found, and `veil` is an even one on the pane's plane; 0: there is none, or there are too few photos to tell.
 int fs_dirt_find(const DirtArgs *args, Veil *veil, FsError *err);

@@ -50,8 +50,7 @@ static void depth_rows(const ViewLoss *v, int y0, int y1, double *sum)
     for (int l = 0; l < LAYERS; l++) {
         RasterTask *task = v->task[l];
         if (!task || !(fs_loss_terms[LOSS_DEPTH_SMOOTH].layers >> l & 1)) continue;
-        Planes depth = fs_view_images_last(task, &task->feature),
-               d_depth = fs_view_images_last(task, &task->d_feature);
+        Planes depth = fs_view_images_last(task, &task->feature), d_depth = fs_view_images_last(task, &task->d_feature);
         SmoothArgs args = {
             .map = &depth, .g = SMOOTH_G, .weight = (float)v->weight[LOSS_DEPTH_SMOOTH], .d_map = &d_depth};
         sum[LOSS_DEPTH_SMOOTH] += v->kernels->smooth->loss(&args, y0, y1);

@@ -29,7 +29,7 @@ typedef struct ComposeArgs {
     float slope_floor; // decode's slope is taken as at least this: 0 is the true gradient; more lets a layer that went
                        // black in front of the other come back (its sign is right, its size is a preconditioner)
     const Planes *tau; // (1, h, w) what the pane lets through: T_linear = tau * decode(T); NULL: 1
-    const Planes *d_tau; // added to; NULL where not wanted
+    const Planes *d_tau;         // added to; NULL where not wanted
     const Planes *veil, *d_veil; // (3, h, w) linear light that the pane itself sends; its gradient, written; NULL: none
 } ComposeArgs;
 

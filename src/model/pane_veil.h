@@ -1,5 +1,6 @@
-// The veil of a scene: what dirt on the pane sends back of the light that falls on it, a texture on a patch of the pane's plane
-// (kernels/veil.h). It is neither transmitted nor mirrored: photos show it, most of all with the flash; renders do not.
+// The veil of a scene: what dirt on the pane sends back of the light that falls on it, a texture on a patch of the
+// pane's plane (kernels/veil.h). It is neither transmitted nor mirrored: photos show it, most of all with the flash;
+// renders do not.
 #pragma once
 
 #include <stdbool.h>
@@ -22,4 +23,5 @@ static inline bool fs_pane_veil_is(const Veil *veil)
 {
     return veil->cell > 0;
 }
-int fs_pane_veil_check(const Veil *veil, const char *path, FsError *err); // whether it is one; FS_ERR_INPUT names the file
+int fs_pane_veil_check(const Veil *veil, const char *path,
+                       FsError *err); // whether it is one; FS_ERR_INPUT names the file

@@ -1,6 +1,6 @@
-// Before training begins, so many steps on small photos, from the start. What they show of the pane is kept, and training
-// begins again from the same start: bars before the glass (bars.c), dirt on it (engine/dirt.h), which is on the pane and
-// so tells its normal.
+// Before training begins, so many steps on small photos, from the start. What they show of the pane is kept, and
+// training begins again from the same start: bars before the glass (bars.c), dirt on it (engine/dirt.h), which is on
+// the pane and so tells its normal.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +16,8 @@ static int steps(Trainer *trainer, int n, FsError *err)
         StepArgs args;
         StepResult result;
         if (fs_log_cancelled(&trainer->project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again", trainer->set->steps);
+            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again",
+                                trainer->set->steps);
         fs_schedule_step(trainer->set, &trainer->scene, step, &args);
         args.rate[CLOUD_COVERS] = RATE_COVERS;
         args.learn = trainer->learn;
@@ -60,8 +61,8 @@ static int find_dirt(Trainer *trainer, const Scene *learned, FsError *err)
     TRY(found = fs_dirt_find(&args, veil, err));
     if (found) v3_cross(veil->right, veil->down, trainer->scene.pane.normal);
     if (found)
-        fs_log_info(&trainer->project->log, "train: found dirt on the glass, %.3g before the cameras (units of the poses)",
-                    veil->distance);
+        fs_log_info(&trainer->project->log,
+                    "train: found dirt on the glass, %.3g before the cameras (units of the poses)", veil->distance);
     else
         fs_log_info(&trainer->project->log, "train: found no dirt on the glass");
 fail:

@@ -421,9 +421,13 @@ static void test_occlusion_hides_R(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gradients),          cmocka_unit_test(test_gradients_of_numbers), cmocka_unit_test(test_gradient_of_veil),
-        cmocka_unit_test(test_gradients_of_photo), cmocka_unit_test(test_gradients_of_occlusion),
-        cmocka_unit_test(test_occlusion_hides_R),  cmocka_unit_test(test_gradients_of_some_pixels),
+        cmocka_unit_test(test_gradients),
+        cmocka_unit_test(test_gradients_of_numbers),
+        cmocka_unit_test(test_gradient_of_veil),
+        cmocka_unit_test(test_gradients_of_photo),
+        cmocka_unit_test(test_gradients_of_occlusion),
+        cmocka_unit_test(test_occlusion_hides_R),
+        cmocka_unit_test(test_gradients_of_some_pixels),
         cmocka_unit_test(test_pixels_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

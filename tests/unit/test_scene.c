@@ -188,7 +188,7 @@ static void test_veil_refused(void **state)
     refuse(dir, "\"veil_right\"", "\"other\"");
     refuse(dir, "\"veil_ambient\": [", "\"veil_ambient\": [-1, 0, 0], \"other\": [");
     refuse(dir, "\"linear\"", "\"none\""); // which the flash does not light
-    for (int k = 0; k < 3; k++) {             // of one channel; dark; no picture
+    for (int k = 0; k < 3; k++) {          // of one channel; dark; no picture
         assert_int_equal(fs_image_new(&other, 5, 4, k ? 3 : 1, NULL), 0);
         other.px[7] = k ? -0.1f : 0.1f;
         if (k < 2) assert_int_equal(fs_tiff_write_float(light, &other, NULL), 0);

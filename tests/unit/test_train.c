@@ -465,9 +465,9 @@ static void test_pane_look(void **state)
     static const struct {
         const char *name, *value;
         bool had;
-    } other[] = {{"bars", "false", true},         {"dirt", "false", true},        {"depth-smooth", "0.01", false},
-                 {"steps", "1247", false},        {"steps", "1248", true},        {"separation", "linear", false},
-                 {"separation", "none", false},   {"geometry", "separate", false}, {"beta", "cloud", false},
+    } other[] = {{"bars", "false", true},       {"dirt", "false", true},         {"depth-smooth", "0.01", false},
+                 {"steps", "1247", false},      {"steps", "1248", true},         {"separation", "linear", false},
+                 {"separation", "none", false}, {"geometry", "separate", false}, {"beta", "cloud", false},
                  {"model", "field", false}};
     RunSize size = {.photos = 24, .width = 300, .height = 200};
     TrainPace pace = {.splats = {1000, 3000}, .step = {{3e-3, 7e-3}, {1e-3, 1e-3}}};
