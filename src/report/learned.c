@@ -115,11 +115,14 @@ static void write_bars(FILE *f, const json_t *root)
         100 * share);
 }
 
-static void write_veil(FILE *f, const json_t *model)
+static void write_veil(FILE *f, const json_t *model, const char *out)
 {
     if (!(json_number_value(json_object_get(model, "veil_cell")) > 0)) return;
-    fputs("<p>There is dirt on the glass that shines in the flash's light. Its light is in neither scene; "
-          "<code>clouds/veil.tif</code> shows it, as seen by the cameras.</p>\n",
+    fputs("<p>There is dirt on the glass that shines in the flash's light. Its light is in neither scene.</p>\n", f);
+    if (!fs_file_exists(fs_file_at("%s/report/veil.jpg", out).text)) return;
+    fputs("<figure><a href=\"report/veil.jpg\"><img src=\"report/veil.jpg\" alt=\"dirt on the glass\" "
+          "loading=\"lazy\"></a>"
+          "<figcaption><b>The dirt</b> on the glass, as the cameras see it, made brighter</figcaption></figure>\n",
           f);
 }
 
@@ -131,7 +134,7 @@ void fs_learned_write(FILE *f, const char *out)
     write_vignetting(f, model);
     write_response(f, model);
     write_bars(f, root);
-    write_veil(f, model);
+    write_veil(f, model, out);
     write_photographer(f, json_object_get(root, "photos"));
     write_photos(f, json_object_get(root, "photos"));
     json_decref(model);

@@ -36,7 +36,7 @@ typedef struct PreviewSet {
     float exposure;                        // of all of them
 } PreviewSet;
 
-// Pictures whose sources are missing are left out; one that cannot be read is left out with a warning.
+// And report/veil.jpg, where there is dirt on the glass. Pictures whose sources are missing are left out; one that cannot be read is left out with a warning.
 int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewSet *set, FsError *err);
 
 // ---- charts.c: SVG of where the photos were taken, and of how the training went ----

@@ -111,6 +111,27 @@ static void find_range(Show *show)
     }
 }
 
+// Of the dirt on the glass, where there is some: in its own exposure, it is dark.
+static int write_veil(const Show *show, FsError *err)
+{
+    FilePath from = fs_file_at("%s/clouds/veil.tif", show->project->out);
+    Image veil = {0}, picture = {0};
+    FsError why = {0};
+    int rc = 0;
+    if (!fs_file_exists(from.text)) return 0;
+    if (fs_tiff_read(from.text, &veil, &why) < 0) {
+        if (why.code == FS_ERR_MEMORY) return fs_error_memory(err);
+        fs_log_warn(&show->project->log, "report: left out: %s", why.message);
+        return 0;
+    }
+    TRY(fs_preview_picture(&veil, EDGE, fs_tone_pleasant_exposure(&veil, 1), &picture, err));
+    TRY(fs_jpeg_write(fs_file_at("%s/report/veil.jpg", show->project->out).text, &picture, QUALITY, NULL, err));
+fail:
+    fs_image_free(&veil);
+    fs_image_free(&picture);
+    return rc;
+}
+
 int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewSet *set, FsError *err)
 {
     *set = (PreviewSet){0};
@@ -129,5 +150,5 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
             if (fs_log_cancelled(&project->log)) MUST(fs_error_set(err, FS_ERR_CANCELLED, "report: stopped"));
             MUST(write_picture(&show, i, (Preview)p, err));
         }
-    return 0;
+    return write_veil(&show, err);
 }

@@ -45,6 +45,7 @@ class Dirt(FolderTest):
                 self.assertEqual(found, "found dirt on the glass" in process.stdout + process.stderr)
                 self.assertEqual(found, "There is dirt on the glass" in (out / "index.html").read_text())
                 self.assertEqual(found, (out / "clouds/veil.tif").exists())
+                self.assertEqual(found, (out / "report/veil.jpg").exists() and "report/veil.jpg" in (out / "index.html").read_text())
                 files[faults, option] = [(out / "clouds" / n).read_bytes() for n in ("T_N.ply", "R.ply", "model.json")]
                 if faults:
                     figures[option] = self.figures_of(out)
