@@ -84,7 +84,7 @@ static int add_veil(const Scene *scene, const PhotoState *state, const View *vie
     float *memory = aligned_alloc(64, fs_planes_floats(image->width, image->height, 3) * sizeof(float));
     if (!memory) return fs_error_memory(err);
     Planes veil = fs_planes_over(memory, image->width, image->height, 3);
-    VeilView at = fs_view_plan_veil(&scene->veil, camera, flash_of(state, view));
+    VeilView at = fs_view_plan_scene_veil(scene, camera, flash_of(state, view));
     fs_veil_scalar.forward(&at, scene->veil.light.px, &veil, 0, image->height);
     for (int c = 0; c < 3; c++)
         for (int y = 0; y < image->height; y++)

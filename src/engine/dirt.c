@@ -47,11 +47,11 @@ enum {
 typedef struct Sheet { // of a photo
     bool flash;
     Camera camera;
-    Planes px; // 3 planes: what it holds beyond its render times the weight, the weight, nothing
+    Planes px; // 3 planes: what it holds beyond its render times the weight; the weight; nothing
 } Sheet;
 
 typedef struct Cells { // of a plane, of all photos
-    float *photo;      // (GRID, 3) of one
+    float *one[2];     // of one: the weighed sum, the weight
     float *sum, *weight, *squares, *seen;
 } Cells;
 
@@ -178,7 +178,7 @@ fail:
 // plane: its normal, over its distance from the middle. A veil of so many cells around what lies before the middle.
 static Veil veil_on(const Search *s, const double plane[3], double cell, int width, int height)
 {
-    Veil v = {.cell = cell, .light = {.width = width, .height = height, .channels = 3}};
+    Veil v = {.cell = cell, .light = {.width = width, .height = height, .channels = 1}};
     double n[3] = {plane[0], plane[1], plane[2]}, up[3] = {0};
     v.distance = 1 / v3_normalise(n);
     for (int i = 0; i < s->n; i++)
@@ -201,11 +201,13 @@ static void carry(const Search *s, const double plane[3], Cells *c)
     for (int i = 0; i < s->n; i++) {
         const Sheet *sheet = &s->sheet[i];
         if (sheet->flash != s->flash) continue;
-        VeilView view = fs_view_plan_veil(&veil, &sheet->camera, 1);
-        memset(c->photo, 0, sizeof(float) * 3 * GRID);
-        fs_veil_scalar.backward(&view, NULL, &sheet->px, c->photo, NULL, 0, sheet->px.height);
+        memset(c->one[0], 0, sizeof(float) * 2 * GRID);
+        for (int k = 0; k < 2; k++) {
+            VeilView view = fs_view_plan_veil(&veil, &sheet->camera, (const float[3]){k == 0, k == 1, 0});
+            fs_veil_scalar.backward(&view, NULL, &sheet->px, c->one[k], NULL, 0, sheet->px.height);
+        }
         for (int k = 0; k < GRID; k++) {
-            float sum = c->photo[3 * k], weight = c->photo[3 * k + 1];
+            float sum = c->one[0][k], weight = c->one[1][k];
             c->sum[k] += sum;
             c->weight[k] += weight;
             c->squares[k] += sum * sum;
@@ -338,7 +340,7 @@ static int make_veil(const Search *s, const Found *found, Veil *veil, FsError *e
     for (int i = 0; i < 4 * s->n; i++) {
         if (!s->sheet[i / 4].flash) continue;
         const Camera *c = &s->sheet[i / 4].camera;
-        VeilView view = fs_view_plan_veil(&v, c, 1);
+        VeilView view = fs_view_plan_veil(&v, c, (const float[3]){1, 1, 1});
         double ray[3];
         for (int a = 0; a < 3; a++)
             ray[a] = (double)view.base[a] + (i & 1 ? c->width : 0) * (double)view.dx[a] +
@@ -358,7 +360,7 @@ static int make_veil(const Search *s, const Found *found, Veil *veil, FsError *e
     v.unit = found->light;
     for (int k = 0; k < 3; k++) v.ambient[k] = AMBIENT;
     *veil = v;
-    MUST(fs_image_new(&veil->light, (int)(sides[0] / v.cell) + 4, (int)(sides[1] / v.cell) + 4, 3, err));
+    MUST(fs_image_new(&veil->light, (int)(sides[0] / v.cell) + 4, (int)(sides[1] / v.cell) + 4, 1, err));
     for (size_t i = 0; i < fs_image_values(&veil->light); i++) veil->light.px[i] = (float)(START * v.unit);
     return 0;
 }
@@ -371,9 +373,9 @@ static int open_search(Search *s, FsError *err)
     s->cells = calloc((size_t)threads, sizeof *s->cells);
     if (!s->sheet || !s->cells) return fs_error_memory(err);
     for (int i = 0; i < threads; i++) {
-        float *room = malloc(sizeof *room * 7 * GRID);
+        float *room = malloc(sizeof *room * 6 * GRID);
         if (!room) return fs_error_memory(err);
-        s->cells[i] = (Cells){room, room + 3 * GRID, room + 4 * GRID, room + 5 * GRID, room + 6 * GRID};
+        s->cells[i] = (Cells){{room, room + GRID}, room + 2 * GRID, room + 3 * GRID, room + 4 * GRID, room + 5 * GRID};
     }
     double centre[3];
     for (int i = 0; i < a->n; i++) {
@@ -390,7 +392,7 @@ static int open_search(Search *s, FsError *err)
 
 static void close_search(Search *s)
 {
-    for (int i = 0; s->cells && i < fs_threads_count(s->args->threads); i++) free(s->cells[i].photo);
+    for (int i = 0; s->cells && i < fs_threads_count(s->args->threads); i++) free(s->cells[i].one[0]);
     for (int i = 0; i < s->n; i++) free(s->sheet[i].px.px);
     free(s->cells);
     free(s->sheet);

@@ -157,7 +157,7 @@ static int set_up(Step *s, FsError *err)
     if (s->view->occlusion && plan->pane_beta) s->images.occlusion = s->view->occlusion->q;
     if (fs_pane_veil_is(&e->scene.veil)) {
         s->images.texture = e->scene.veil.light.px;
-        s->images.veil_view = fs_view_plan_veil(&e->scene.veil, camera, fs_host_engine_veil_light(s->view));
+        s->images.veil_view = fs_view_plan_scene_veil(&e->scene, camera, fs_host_engine_veil_light(s->view));
     }
     fs_view_images_set_up(&s->images, &e->kernels, &e->arena, camera, true);
     s->mask = fs_scratch_planes(&e->arena, camera, 1);

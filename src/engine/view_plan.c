@@ -21,7 +21,7 @@ PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera)
     return v;
 }
 
-VeilView fs_view_plan_veil(const Veil *veil, const Camera *camera, float flash)
+VeilView fs_view_plan_veil(const Veil *veil, const Camera *camera, const float flash[3])
 {
     const double *m = camera->w2c, x = (0.5 - camera->cx) / camera->fx, y = (0.5 - camera->cy) / camera->fy;
     double axis[3][3], ahead[3], to_origin[3];
@@ -32,20 +32,28 @@ VeilView fs_view_plan_veil(const Veil *veil, const Camera *camera, float flash)
     for (int k = 0; k < 3; k++) to_origin[k] = veil->origin[k] - to_origin[k];
     double distance = v3_dot(to_origin, axis[2]);
     if (!(distance > 0)) return (VeilView){.width = 0};
-    VeilView v = {.per = (float)(distance / veil->cell),
-                  .light = flash * (float)(veil->distance * veil->distance / (distance * distance)),
-                  .width = veil->light.width,
-                  .height = veil->light.height};
+    VeilView v = {.per = (float)(distance / veil->cell), .width = veil->light.width, .height = veil->light.height};
+    const float falloff = (float)(veil->distance * veil->distance / (distance * distance));
     for (int a = 0; a < 3; a++) {
         double on_x = v3_dot(axis[a], m), on_y = v3_dot(axis[a], m + 4); // of the camera's axes
         for (int k = 0; k < 3; k++) ahead[k] = m[8 + k] + x * m[k] + y * m[4 + k];
         v.base[a] = (float)v3_dot(axis[a], ahead);
         v.dx[a] = (float)(on_x / camera->fx);
         v.dy[a] = (float)(on_y / camera->fy);
+        v.light[a] = flash[a] * falloff;
         v.ambient[a] = (float)veil->ambient[a];
         if (a < 2) v.at[a] = (float)(-v3_dot(to_origin, axis[a]) / veil->cell);
     }
     return v;
+}
+
+// Photos are balanced for the light of the rooms, in which dirt is grey; the flash is to that as on T.
+VeilView fs_view_plan_scene_veil(const Scene *scene, const Camera *camera, float flash)
+{
+    const double *gain = scene->gain_color, mean = (gain[0] + gain[1] + gain[2]) / 3;
+    float light[3];
+    for (int k = 0; k < 3; k++) light[k] = flash * (float)(gain[k] / mean);
+    return fs_view_plan_veil(&scene->veil, camera, light);
 }
 
 // The flash at a camera. share: of its light, on what is rendered.

@@ -14,9 +14,9 @@ int fs_pane_veil_check(const Veil *veil, const char *path, FsError *err)
                               "at right angles and lengths above 0",
                               path);
     const Image *light = &veil->light;
-    if (light->channels != 3 || light->width < 2 || light->height < 2 || light->width > FS_VEIL_MOST_SIDE ||
+    if (light->channels != 1 || light->width < 2 || light->height < 2 || light->width > FS_VEIL_MOST_SIDE ||
         light->height > FS_VEIL_MOST_SIDE)
-        return fs_error_input(err, "%s: the veil has %d x %d cells of %d channels, expected 2 to %d a side, of 3", path,
+        return fs_error_input(err, "%s: the veil has %d x %d cells of %d channel(s), expected 2 to %d a side, of 1", path,
                               light->width, light->height, light->channels, FS_VEIL_MOST_SIDE);
     for (size_t i = 0; i < fs_image_values(light); i++)
         if (!(light->px[i] >= 0 && isfinite(light->px[i])))

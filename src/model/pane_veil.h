@@ -16,7 +16,7 @@ typedef struct Veil {
     double distance;          // world units, before the pane: where a flash would be that gives `light`
     double unit;              // of `light`: steps are measured by it
     double ambient[3];        // times `light`: what it sends back without the flash
-    Image light;              // (rows, columns, 3) linear, at least 0
+    Image light;              // (rows, columns, 1) linear, at least 0
 } Veil;
 
 static inline bool fs_pane_veil_is(const Veil *veil)

@@ -493,6 +493,7 @@ const FuzzKind fuzz_kinds[] = {
     {"ply", {"a.ply"}, read_ply},
     {"points", {"a.ply"}, read_points},
     {"scene", {"model.json", "T_N.ply", "R.ply"}, read_scene},
+    {"veil", {"model.json", "T_N.ply", "R.ply", "veil.tif"}, read_scene},
     {"field", {"model.json", "field.bin"}, read_scene},
     {"views", {"views.json"}, read_dataset},
     {"cameras", {"cameras.json"}, read_cameras_json},

@@ -76,7 +76,7 @@ static inline void make_veil(Veil *veil, Rng *rng)
                    .distance = 0.9,
                    .unit = 0.01,
                    .ambient = {0.2, 0.3, 0.1}};
-    assert_int_equal(fs_image_new(&veil->light, 11, 15, 3, NULL), 0);
+    assert_int_equal(fs_image_new(&veil->light, 11, 15, 1, NULL), 0);
     for (size_t i = 0; i < fs_image_values(&veil->light); i++) veil->light.px[i] = 0.02f + 0.2f * fs_rng_uniform(rng);
 }
 

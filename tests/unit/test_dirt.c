@@ -52,13 +52,13 @@ static void make_veil(Scene *scene)
         veil.ambient[k] = 0.1;
     }
     Rng rng = fs_rng_new(8);
-    assert_int_equal(fs_image_new(&veil.light, 100, 80, 3, NULL), 0);
+    assert_int_equal(fs_image_new(&veil.light, 100, 80, 1, NULL), 0);
     for (int blob = 0; blob < 250; blob++) {
         float x = 100 * fs_rng_uniform(&rng), y = 80 * fs_rng_uniform(&rng), bright = 0.03f * fs_rng_uniform(&rng);
         for (int j = 0; j < 80; j++)
             for (int i = 0; i < 100; i++) {
                 float r2 = ((float)i - x) * ((float)i - x) + ((float)j - y) * ((float)j - y);
-                for (int k = 0; k < 3; k++) fs_image_at(&veil.light, i, j)[k] += bright * expf(-r2 / 4);
+                *fs_image_at(&veil.light, i, j) += bright * expf(-r2 / 4);
             }
     }
     scene->veil = veil;

@@ -195,7 +195,7 @@ static void test_gradient_of_veil(void **state)
         StepResult result;
         Rng rng = fs_rng_new(3);
         size_t n = fs_image_values(&scene.veil.light);
-        float u[3 * 11 * 15];
+        float u[11 * 15];
         double norm = 0, along = 0, value[2];
         assert_int_equal(n, sizeof u / sizeof *u);
         gradients_of(devices[d], &scene, flash == 1, &train, &result);

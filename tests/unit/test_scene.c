@@ -44,7 +44,7 @@ static void add_veil(Scene *scene)
                          .distance = 1.0 / 7,
                          .unit = 0.003,
                          .ambient = {0, 0.1, 1.0 / 3}};
-    assert_int_equal(fs_image_new(&scene->veil.light, 5, 4, 3, NULL), 0);
+    assert_int_equal(fs_image_new(&scene->veil.light, 5, 4, 1, NULL), 0);
     for (size_t i = 0; i < fs_image_values(&scene->veil.light); i++) scene->veil.light.px[i] = fs_rng_uniform(&rng);
 }
 
@@ -188,8 +188,8 @@ static void test_veil_refused(void **state)
     refuse(dir, "\"veil_right\"", "\"other\"");
     refuse(dir, "\"veil_ambient\": [", "\"veil_ambient\": [-1, 0, 0], \"other\": [");
     refuse(dir, "\"linear\"", "\"none\""); // which the flash does not light
-    for (int k = 0; k < 3; k++) {          // of one channel; dark; no picture
-        assert_int_equal(fs_image_new(&other, 5, 4, k ? 3 : 1, NULL), 0);
+    for (int k = 0; k < 3; k++) {          // of three channels; dark; no picture
+        assert_int_equal(fs_image_new(&other, 5, 4, k ? 1 : 3, NULL), 0);
         other.px[7] = k ? -0.1f : 0.1f;
         if (k < 2) assert_int_equal(fs_tiff_write_float(light, &other, NULL), 0);
         if (k == 2) assert_int_equal(fs_file_write(light, "II*", 3, NULL), 0);
