@@ -1,15 +1,18 @@
 #include "report/page.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "base/file.h"
 #include "base/owned.h"
+#include "image/blur.h"
 #include "image/colormap.h"
 #include "image/tone.h"
 #include "model/preview.h"
 
 #define EDGE 1000
 #define QUALITY 88
+#define SOFT 1.5f // sigma, cells
 
 const PreviewInfo fs_previews[PREVIEWS] = {
     [PREVIEW_PHOTO] = {"photo", {0}, "Photo", "as taken, both scenes mixed"},
@@ -111,11 +114,11 @@ static void find_range(Show *show)
     }
 }
 
-// Of the dirt on the glass, where there is some: in its own exposure, it is dark.
+// Of the dirt on the glass, where there is some: in its own exposure, since it is dark, and softer than it was found.
 static int write_veil(const Show *show, FsError *err)
 {
     FilePath from = fs_file_at("%s/clouds/veil.tif", show->project->out);
-    Image veil = {0}, picture = {0};
+    Image veil = {0}, soft = {0}, picture = {0};
     FsError why = {0};
     int rc = 0;
     if (!fs_file_exists(from.text)) return 0;
@@ -124,10 +127,15 @@ static int write_veil(const Show *show, FsError *err)
         fs_log_warn(&show->project->log, "report: left out: %s", why.message);
         return 0;
     }
+    if (veil.channels != 1) goto fail;                                         // not ours
+    TRY(fs_image_new(&soft, veil.width, veil.height, 2 * veil.channels, err)); // and room to blur in
+    fs_blur_image(&veil, soft.px + fs_image_values(&veil), soft.px, SOFT);
+    memcpy(veil.px, soft.px, sizeof *veil.px * fs_image_values(&veil));
     TRY(fs_preview_picture(&veil, EDGE, fs_tone_pleasant_exposure(&veil, 1), &picture, err));
     TRY(fs_jpeg_write(fs_file_at("%s/report/veil.jpg", show->project->out).text, &picture, QUALITY, NULL, err));
 fail:
     fs_image_free(&veil);
+    fs_image_free(&soft);
     fs_image_free(&picture);
     return rc;
 }
