@@ -38,7 +38,7 @@ enum {
     FEWEST = 3,  // -           photos that must see a place
     SIDE = 256,  // -           cells a side of the planes, of two pixels
     HALVED = 5,  // experiment  times that turns and shifts are
-    CELLS = 512, // -           of a veil's longer side, at most
+    CELLS = 512, // -           of a veil's longer side, at most, and a border
     GRID = SIDE * SIDE,
     MOVES = 6,
     MOST = 32,
@@ -75,7 +75,7 @@ typedef struct Search {
 
 // ---- what photos hold beyond their renders ----
 
-// residual, weight: of the photo's pixels; x, y: as much room each.
+// residual, weight: of the photo's pixels; x: as much room, y: twice as much.
 static void weigh(float *residual, float *weight, const Image *bright, const Image *mask, float *x, float *y)
 {
     const size_t n = fs_image_pixels(bright);
@@ -404,7 +404,9 @@ int fs_dirt_find(const DirtArgs *args, Veil *veil, FsError *err)
     Found found = {{0}, 0};
     int rc = 0, lit = 0;
     for (int i = 0; i < args->n; i++) lit += args->photo[i].view->flash;
-    if (lit < FEWEST || args->n - lit < FEWEST) return 0;
+    fs_image_free(&veil->light);
+    *veil = (Veil){.cell = 0};
+    if (lit < DIRT_FEWEST || args->n - lit < DIRT_FEWEST) return 0;
     TRY(open_search(&s, err));
     TRY(fill_sheets(&s, err));
     if (s.depth > 0) found = search(&s, args->scene->pane.normal);

@@ -47,7 +47,8 @@ VeilView fs_view_plan_veil(const Veil *veil, const Camera *camera, const float f
     return v;
 }
 
-// Photos are balanced for the light of the rooms, in which dirt is grey; the flash is to that as on T.
+// Photos are balanced for the light of the rooms, in which dirt is grey; the flash is to that as on T. How strong the
+// flash was, and of what colour, T and R say: the veil has no say in it.
 VeilView fs_view_plan_scene_veil(const Scene *scene, const Camera *camera, float flash)
 {
     const double *gain = scene->gain_color, mean = (gain[0] + gain[1] + gain[2]) / 3;

@@ -74,19 +74,22 @@ fail:
     return rc < 0 ? rc : 0;
 }
 
-static int look(Trainer *trainer, int n, FsError *err)
+typedef struct Wanted {
+    bool bars, dirt;
+} Wanted;
+
+static int look(Trainer *trainer, Wanted wanted, int n, FsError *err)
 {
-    const Settings *set = trainer->set;
     Scene learned = {0};
     int rc;
-    if (set->bars) TRY(fs_cloud_covers(&trainer->scene.cloud[LAYER_T_N], true, err));
+    if (wanted.bars) TRY(fs_cloud_covers(&trainer->scene.cloud[LAYER_T_N], true, err));
     TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
     if (trainer->neighbour) TRY(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
     TRY(fs_views_load_halved(trainer, fs_pane_look_halvings(trainer->long_edge), err));
     TRY(steps(trainer, n, err));
     TRY(fs_engine_scene_down(trainer->engine, 1u << LAYER_T_N, &learned, err));
-    if (set->bars) TRY(fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], err));
-    if (set->dirt) TRY(find_dirt(trainer, &learned, err));
+    if (wanted.bars) TRY(fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], err));
+    if (wanted.dirt) TRY(find_dirt(trainer, &learned, err));
 fail:
     fs_scene_free(&learned);
     fs_engine_drop_views(trainer->engine);
@@ -95,11 +98,18 @@ fail:
 }
 
 // Covers are rendered in the place of depth, and want a mirrored scene on a pane; dirt wants one that the flash lights.
+static Wanted wanted_by(const Settings *set)
+{
+    bool may = fs_train_cost_mirrors(set);
+    may &= strcmp(set->separation, "full") == 0 && strcmp(set->geometry, "shared") == 0;
+    return (Wanted){.bars = may && set->bars && set->depth_smooth <= 0, .dirt = may && set->dirt};
+}
+
 int fs_pane_look_steps(const Settings *set)
 {
-    bool pays = PANE_STEPS <= PANE_SHARE * set->steps, may = fs_train_cost_mirrors(set) && set->depth_smooth <= 0;
-    may &= strcmp(set->separation, "full") == 0 && strcmp(set->geometry, "shared") == 0;
-    return (set->bars || set->dirt) && may && pays ? PANE_STEPS : 0;
+    Wanted wanted = wanted_by(set);
+    bool pays = PANE_STEPS <= PANE_SHARE * set->steps;
+    return (wanted.bars || wanted.dirt) && pays ? PANE_STEPS : 0;
 }
 
 int fs_pane_look_halvings(int long_edge)
@@ -109,20 +119,36 @@ int fs_pane_look_halvings(int long_edge)
     return halvings;
 }
 
+static bool enough_for_dirt(const Trainer *trainer)
+{
+    int n[2] = {0, 0};
+    for (int v = 0; v < trainer->n_views; v++) n[trainer->views[v]->flash]++;
+    return n[0] >= DIRT_FEWEST && n[1] >= DIRT_FEWEST;
+}
+
 int fs_pane_look(Trainer *trainer, FsError *err)
 {
-    static const char *const what[4] = {"", "bars before the glass", "dirt on the glass",
-                                        "bars before the glass and dirt on it"};
     const Settings *set = trainer->set;
     const Scene *scene = &trainer->scene;
-    const char *for_what = what[(set->bars ? 1 : 0) + (set->dirt ? 2 : 0)];
+    const Log *log = &trainer->project->log;
+    Wanted wanted = wanted_by(set);
     int n = fs_pane_look_steps(set);
     bool may = scene->separation == SEPARATION_FULL && scene->shared_geometry && scene->pane_beta;
     if (!may || !scene->cloud[LAYER_R].n || scene->cloud[LAYER_T_N].n <= ENGINE_NEIGHBOURS) return 0;
-    if (!n && (set->bars || set->dirt))
-        fs_log_info(&trainer->project->log, "train: does not look for %s: that wants %.0f steps%s", for_what,
-                    ceil(PANE_STEPS / PANE_SHARE), set->depth_smooth > 0 ? ", and no --depth-smooth" : "");
-    if (!n) return 0;
-    fs_log_info(&trainer->project->log, "train: looks for %s", for_what);
-    return look(trainer, n, err);
+    if (set->bars && !wanted.bars)
+        fs_log_info(log, "train: does not look for bars before the glass: that wants no --depth-smooth");
+    if (wanted.dirt && !enough_for_dirt(trainer)) {
+        fs_log_info(log, "train: does not look for dirt on the glass: that wants %d photos with the flash and without",
+                    DIRT_FEWEST);
+        wanted.dirt = false;
+    }
+    if (!wanted.bars && !wanted.dirt) return 0;
+    const char *what = !wanted.dirt   ? "bars before the glass"
+                       : !wanted.bars ? "dirt on the glass"
+                                      : "bars before the glass and dirt on it";
+    if (!n)
+        fs_log_info(log, "train: does not look for %s: that wants %.0f steps", what, ceil(PANE_STEPS / PANE_SHARE));
+    else
+        fs_log_info(log, "train: looks for %s", what);
+    return n ? look(trainer, wanted, n, err) : 0;
 }

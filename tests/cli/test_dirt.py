@@ -62,6 +62,8 @@ class Dirt(FolderTest):
         self.assertTrue(0.8 < model["veil_distance"] < 1.25, model["veil_distance"])
         self.assertGreater(abs(model["pane_normal"][1]), 0.95)
         light = cv2.imread(str(out / "clouds/veil.tif"), cv2.IMREAD_UNCHANGED)
+        value, times = numpy.unique(light, return_counts=True)
+        light = light[light != value[times.argmax()]]  # what no photo sees stays even
         self.assertGreater(numpy.percentile(light, 90), 2 * numpy.percentile(light, 50))
 
     def check_goes_on(self, out, words):

@@ -69,6 +69,9 @@ static void check_veil(void)
         for (int x = 0; x < 9; x++) {
             float with = fs_planes_row(&c[1].I_linear, 1, y)[x], without = fs_planes_row(&c[0].I_linear, 1, y)[x];
             CHECK(fabsf(with - without - fs_planes_row(&c[0].veil, 1, y)[x]) < 1e-6f, "%d %d", x, y);
+            float slope = FS_COMPOSE_GAMMA * powf(with, FS_COMPOSE_GAMMA - 1), d = fs_planes_row(&c[1].d_veil, 1, y)[x];
+            float want = slope * fs_planes_row(&c[1].d_I, 1, y)[x];
+            CHECK(with < 1e-6f || fabsf(d - want) < 1e-3f * fabsf(want) + 1e-6f, "%d %d: %g, %g", x, y, d, want);
         }
     for (int k = 0; k < 2; k++) drop(&c[k]);
 }

@@ -260,6 +260,10 @@ static void test_refused(void **state)
         refused(fs_engine_scene_down(engine, 1, &down, &err), &err);
         refused(fs_engine_state_down(engine, &kept, &err), &err);
         refused(fs_engine_state_up(engine, &kept, &err), &err);
+        Scene dirty = make_scene(veiled);
+        dirty.separation = SEPARATION_NONE; // which the flash does not light
+        refused(fs_engine_scene_up(engine, &dirty, &err), &err);
+        fs_scene_free(&dirty);
         wrong.pane_beta = false; // fine: there is no beta cloud
         assert_int_equal(fs_engine_scene_up(engine, &wrong, &err), 0);
         apart.pane_beta = true; // a beta cloud, though the pane says

@@ -465,7 +465,7 @@ static void test_pane_look(void **state)
     static const struct {
         const char *name, *value;
         bool had;
-    } other[] = {{"bars", "false", true},       {"dirt", "false", true},         {"depth-smooth", "0.01", false},
+    } other[] = {{"bars", "false", true},       {"dirt", "false", true},         {"depth-smooth", "0.01", true},
                  {"steps", "1247", false},      {"steps", "1248", true},         {"separation", "linear", false},
                  {"separation", "none", false}, {"geometry", "separate", false}, {"beta", "cloud", false},
                  {"model", "field", false}};
@@ -499,7 +499,7 @@ static void test_response_smooth(void **state)
     double shoulder[FS_OPTICS_KNOTS] = {0, 1, 2, 3, 4, 5};
     const double bends[] = {-0.3, -0.8, -1, -1.3, -1.5};
     for (int k = 0; k < 5; k++) shoulder[k + 6] = 2 * shoulder[k + 5] - shoulder[k + 4] + bends[k];
-    double x[FS_OPTICS_KNOTS], gradient[FS_OPTICS_KNOTS] = {0}, other[FS_OPTICS_KNOTS];
+    double x[FS_OPTICS_KNOTS], gradient[FS_OPTICS_KNOTS] = {0}, other[FS_OPTICS_KNOTS] = {0};
     for (int k = 0; k < FS_OPTICS_KNOTS; k++) x[k] = 0.03 * shoulder[k];
     assert_true(fabs(term(x, 1, gradient)) < 1e-12);
     for (int k = 0; k < FS_OPTICS_KNOTS; k++) assert_true(fabs(gradient[k]) < 1e-12);
