@@ -19,21 +19,23 @@
 #include "image/blur.h"
 
 // Chosen by:
-#define AGREES 0.025    // experiment  agreement about where the pane is,
-#define FOUND 0.05      // experiment  and once its place is found
-#define OTHERS_COUNT 10 // experiment  times what the others agree about, of their light squared, is taken off
-#define NEAREST 0.2     // -           distance of the first plane, of the middle depth,
-#define FURTHEST 0.8    // -           and of the last one
-#define FURTHER 1.12    // experiment  each of the one before
-#define TURN 0.25       // experiment  first turns and shifts of a plane
-#define OUTLIER 3.0f    // -           residuals, in standard deviations, that count half
-#define DARK 0.1f       // -           of the photo's mean, beside what noise is told by
-#define FINE 1.0f       // -           sigma of what tells that, pixels
-#define BROAD 5.0f      // experiment  and of what is too broad to tell a plane by
-#define WIDE 3          // -           distances of the pane, that a veil reaches to the sides
-#define AMBIENT 0.1     // -           of a veil at first
-#define START 1.5       // experiment  light of one, in its units
-#define DEVIATION 1.48f // standard deviation of a normal distribution, by its middle deviation
+#define AGREES 0.025     // experiment  agreement about where the pane is,
+#define FOUND 0.05       // experiment  and once its place is found,
+#define FOUND_TWICE 0.04 // experiment or found from two sides
+#define SAME 0.25        // -           which differ by so much, of the plane's normal over its distance, at most
+#define OTHERS_COUNT 10  // experiment  times what the others agree about, of their light squared, is taken off
+#define NEAREST 0.2      // -           distance of the first plane, of the middle depth,
+#define FURTHEST 0.8     // -           and of the last one
+#define FURTHER 1.12     // experiment  each of the one before
+#define TURN 0.25        // experiment  first turns and shifts of a plane
+#define OUTLIER 3.0f     // -           residuals, in standard deviations, that count half
+#define DARK 0.1f        // -           of the photo's mean, beside what noise is told by
+#define FINE 1.0f        // -           sigma of what tells that, pixels
+#define BROAD 5.0f       // experiment  and of what is too broad to tell a plane by
+#define WIDE 3           // -           distances of the pane, that a veil reaches to the sides
+#define AMBIENT 0.1      // -           of a veil at first
+#define START 1.5        // experiment  light of one, in its units
+#define DEVIATION 1.48f  // standard deviation of a normal distribution, by its middle deviation
 enum {
     FEWEST = 3,  // -           photos that must see a place
     SIDE = 256,  // -           cells a side of the planes, of two pixels
@@ -312,20 +314,23 @@ static void refine(Search *s, Found *found)
 // From where the pane is thought to be, from across where photos look, and from between.
 static Found search(Search *s, const double normal[3])
 {
-    Found best = {{0}, 0};
+    Found found[3], best = {{0}, 0};
     double n[3] = {normal[0], normal[1], normal[2]};
+    int same = 0;
     v3_normalise(n);
     for (int k = 0; k < 3 && v3_dot(normal, s->ahead) < 0; k++) n[k] = -normal[k];
     for (int i = 0; i < 3; i++) {
         double ahead[3];
         for (int k = 0; k < 3; k++) ahead[k] = (2 - i) * n[k] + i * s->ahead[k];
         v3_normalise(ahead);
-        Found found = sweep(s, ahead);
-        if (!(found.agreement > 0)) continue;
-        refine(s, &found);
-        if (found.agreement > best.agreement) best = found;
+        found[i] = sweep(s, ahead);
+        if (found[i].agreement > 0) refine(s, &found[i]);
+        if (found[i].agreement > best.agreement) best = found[i];
     }
-    if (best.agreement < FOUND) best.agreement = 0;
+    for (int i = 0; i < 3; i++)
+        same += found[i].agreement > 0 &&
+                v3_distance2(found[i].plane, best.plane) < SAME * SAME * v3_dot(best.plane, best.plane);
+    if (best.agreement < (same > 1 ? FOUND_TWICE : FOUND)) best.agreement = 0;
     return best;
 }
 
