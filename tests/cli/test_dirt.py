@@ -52,7 +52,7 @@ class Dirt(FolderTest):
                 if found:
                     self.check_veil(out)
                     self.check_goes_on(out, ["run", self.scene / "capture/raw", *words, *start, option])
-        self.assertGreater(figures["--dirt"]["T_F"], figures["--no-dirt"]["T_F"] + 1.5)
+        self.assertGreater(figures["--dirt"]["T_F"], figures["--no-dirt"]["T_F"] + 1)
         self.assertGreater(figures["--dirt"]["R"], figures["--no-dirt"]["R"] - 0.5)
         self.assertTrue(files["", "--dirt"] == files["", "--no-dirt"])  # as if nobody had looked
 
