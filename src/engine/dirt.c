@@ -19,23 +19,22 @@
 #include "image/blur.h"
 
 // Chosen by:
-#define AGREES 0.025     // experiment  agreement about where the pane is,
-#define FOUND 0.05       // experiment  and once its place is found,
-#define FOUND_TWICE 0.04 // experiment or found from two sides
-#define SAME 0.25        // -           which differ by so much, of the plane's normal over its distance, at most
-#define OTHERS_COUNT 10  // experiment  times what the others agree about, of their light squared, is taken off
-#define NEAREST 0.2      // -           distance of the first plane, of the middle depth,
-#define FURTHEST 0.8     // -           and of the last one
-#define FURTHER 1.12     // experiment  each of the one before
-#define TURN 0.25        // experiment  first turns and shifts of a plane
-#define OUTLIER 3.0f     // -           residuals, in standard deviations, that count half
-#define DARK 0.1f        // -           of the photo's mean, beside what noise is told by
-#define FINE 1.0f        // -           sigma of what tells that, pixels
-#define BROAD 5.0f       // experiment  and of what is too broad to tell a plane by
-#define WIDE 3           // -           distances of the pane, that a veil reaches to the sides
-#define AMBIENT 0.1      // -           of a veil at first
-#define START 1.5        // experiment  light of one, in its units
-#define DEVIATION 1.48f  // standard deviation of a normal distribution, by its middle deviation
+#define AGREES 0.025    // experiment  agreement about where the pane is,
+#define FOUND 0.04      // experiment  and once its place is found, by two searches at least
+#define SAME 0.25       // -           which differ by so much, of the plane's normal over its distance, at most
+#define OTHERS_COUNT 10 // experiment  times what the others agree about, of their light squared, is taken off
+#define NEAREST 0.2     // -           distance of the first plane, of the middle depth,
+#define FURTHEST 0.8    // -           and of the last one
+#define FURTHER 1.12    // experiment  each of the one before
+#define TURN 0.25       // experiment  first turns and shifts of a plane
+#define OUTLIER 3.0f    // -           residuals, in standard deviations, that count half
+#define DARK 0.1f       // -           of the photo's mean, beside what noise is told by
+#define FINE 1.0f       // -           sigma of what tells that, pixels
+#define BROAD 5.0f      // experiment  and of what is too broad to tell a plane by
+#define WIDE 3          // -           distances of the pane, that a veil reaches to the sides
+#define AMBIENT 0.1     // -           of a veil at first
+#define START 1.5       // experiment  light of one, in its units
+#define DEVIATION 1.48f // standard deviation of a normal distribution, by its middle deviation
 enum {
     FEWEST = 3,  // -           photos that must see a place
     SIDE = 256,  // -           cells a side of the planes, of two pixels
@@ -330,7 +329,7 @@ static Found search(Search *s, const double normal[3])
     for (int i = 0; i < 3; i++)
         same += found[i].agreement > 0 &&
                 v3_distance2(found[i].plane, best.plane) < SAME * SAME * v3_dot(best.plane, best.plane);
-    if (best.agreement < (same > 1 ? FOUND_TWICE : FOUND)) best.agreement = 0;
+    if (best.agreement < FOUND || same < 2) best.agreement = 0;
     return best;
 }
 
