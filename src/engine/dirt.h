@@ -9,7 +9,7 @@
 enum {
     DIRT_SIDE = 150,  // pixels of a photo's longer side, at most
     DIRT_PHOTOS = 24, // of each lighting that are enough
-    DIRT_FEWEST = 6,  // and as many must be there: fewer agree by chance
+    DIRT_FEWEST = 8,  // and as many must be there: fewer agree by chance
 };
 
 typedef struct DirtPhoto {

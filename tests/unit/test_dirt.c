@@ -179,8 +179,8 @@ static void test_not_found(void **state)
     (void)state;
     Veil found = {0}, truth;
     assert_int_equal(search(false, PHOTOS, &found, &truth), 0);
-    assert_int_equal(search(false, 12, &found, &truth), 0);
-    assert_int_equal(search(true, 11, &found, &truth), 0); // five with the flash
+    assert_int_equal(search(false, PHOTOS - 1, &found, &truth), 0);
+    assert_int_equal(search(true, PHOTOS - 1, &found, &truth), 0); // seven with the flash
     assert_false(fs_pane_veil_is(&found));
 }
 
