@@ -21,6 +21,7 @@
 // Chosen by:
 #define AGREES 0.025    // experiment  agreement about where the pane is,
 #define FOUND 0.04      // experiment  and once its place is found, by two searches at least
+#define OVERLAP 0.5     // -           share of a plane that so many photos see
 #define SAME 0.25       // -           which differ by so much, of the plane's normal over its distance, at most
 #define OTHERS_COUNT 10 // experiment  times what the others agree about, of their light squared, is taken off
 #define NEAREST 0.2     // -           distance of the first plane, of the middle depth,
@@ -221,9 +222,10 @@ static void agree_job(void *context, int job, int worker)
 {
     Search *s = context;
     Cells *c = &s->cells[worker];
-    double both = 0, own = 0, pairs = 0, cells = 0, weights = 0;
+    double both = 0, own = 0, pairs = 0, cells = 0, weights = 0, all = 0;
     carry(s, s->plane[job], c);
     for (int k = 0; k < GRID; k++) {
+        all += c->seen[k] > 0;
         if (c->seen[k] < FEWEST || !(c->weight[k] > 0)) continue;
         double sum = (double)c->sum[k], squares = (double)c->squares[k], weight = (double)c->weight[k];
         both += (sum * sum - squares) / weight;
@@ -232,6 +234,7 @@ static void agree_job(void *context, int job, int worker)
         pairs += (double)c->seen[k] - 1;
         cells++;
     }
+    if (cells < OVERLAP * all) both = 0; // a plane so near that photos hardly share any of it: chance
     s->agreement[job] = (Agreement){own > 0 ? both / own * cells / pairs : 0, weights > 0 ? both / weights : 0};
 }
 
