@@ -21,8 +21,8 @@
 // Chosen by:
 #define AGREES 0.025    // experiment  agreement about where the pane is,
 #define FOUND 0.04      // experiment  and once its place is found, by two searches at least
-#define OVERLAP 0.5     // -           share of a plane that so many photos see
 #define SAME 0.25       // -           which differ by so much, of the plane's normal over its distance, at most
+#define OVERLAP 0.5     // -           share of a plane that so many photos see
 #define OTHERS_COUNT 10 // experiment  times what the others agree about, of their light squared, is taken off
 #define NEAREST 0.2     // -           distance of the first plane, of the middle depth,
 #define FURTHEST 0.8    // -           and of the last one
@@ -234,7 +234,8 @@ static void agree_job(void *context, int job, int worker)
         pairs += (double)c->seen[k] - 1;
         cells++;
     }
-    if (cells < OVERLAP * all) both = 0; // a plane so near that photos hardly share any of it: chance
+    s->agreement[job] = (Agreement){0, INFINITY}; // a plane so near that photos hardly share any of it: chance
+    if (cells < OVERLAP * all) return;
     s->agreement[job] = (Agreement){own > 0 ? both / own * cells / pairs : 0, weights > 0 ? both / weights : 0};
 }
 
@@ -320,7 +321,7 @@ static Found search(Search *s, const double normal[3])
     double n[3] = {normal[0], normal[1], normal[2]};
     int same = 0;
     v3_normalise(n);
-    for (int k = 0; k < 3 && v3_dot(normal, s->ahead) < 0; k++) n[k] = -normal[k];
+    for (int k = 0; k < 3 && v3_dot(normal, s->ahead) < 0; k++) n[k] = -n[k];
     for (int i = 0; i < 3; i++) {
         double ahead[3];
         for (int k = 0; k < 3; k++) ahead[k] = (2 - i) * n[k] + i * s->ahead[k];
