@@ -235,7 +235,7 @@ static void agree_job(void *context, int job, int worker)
         cells++;
     }
     s->agreement[job] = (Agreement){0, INFINITY}; // a plane so near that photos hardly share any of it: chance
-    if (cells < OVERLAP * all) return;
+    if (!(cells > OVERLAP * all)) return;
     s->agreement[job] = (Agreement){own > 0 ? both / own * cells / pairs : 0, weights > 0 ? both / weights : 0};
 }
 

@@ -23,5 +23,5 @@ static inline bool fs_pane_veil_is(const Veil *veil)
 {
     return veil->cell > 0;
 }
-int fs_pane_veil_check(const Veil *veil, const char *path,
-                       FsError *err); // whether it is one; FS_ERR_INPUT names the file
+// Whether it is one that a scene can have; FS_ERR_INPUT names the file at `path`.
+int fs_pane_veil_check(const Veil *veil, const char *path, FsError *err);
