@@ -15,6 +15,7 @@ METHODS = {  # name: (title, variant of quality.py, poses by COLMAP)
     "no-linearity": ("the paper's, no linearity", "no-linearity", False),
     "no-smoothness": ("the paper's, no smoothness", "no-smoothness", False),
     "no-cue": ("the paper's, no 3D cue", "no-cue", False),
+    "depth-cue": ("the paper's, its program's 3D cue", "depth-cue", False),
     "joint-poses": ("the paper's, COLMAP's poses, joint", "paper", True),
     "separate-poses": ("the paper's, COLMAP's poses, separate", "separate-poses", True),
     "plain": ("plain splats", "none", False),

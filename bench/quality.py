@@ -28,7 +28,8 @@ VARIANTS = {  # name: (options of `run`, layers it has)
     "paper": (PAPER, LAYERS),
     "no-linearity": ([*PAPER, "--linearity", "0"], LAYERS),
     "no-smoothness": ([*PAPER, "--depth-smooth", "0", "--beta-smooth", "0"], LAYERS),
-    "no-cue": ([*PAPER, "--no-flash-cue"], LAYERS),  # all points start both scenes
+    "no-cue": ([*PAPER, "--flash-cue", "none"], LAYERS),  # all points start both scenes
+    "depth-cue": ([*PAPER, "--flash-cue", "depth"], LAYERS),  # one depth parts them, as in the paper's program
     "separate-poses": ([*PAPER, "--align", "separate"], LAYERS),  # of flash and no-flash photos, where COLMAP finds them
     "nerf": (["--preset", "nerf"], "T_N T_F I_N I_F".split()),
     "nerfren": (["--preset", "nerfren"], LAYERS),

@@ -1,5 +1,6 @@
 // The constants of the method: what each is, and what it was chosen by:
 //   paper, glass   given by the 3DGS paper, or by what glass does
+//   program        given by what the Flash-Splat paper's authors published as their program
 //   experiment     compared with others by quality on the shared scenes (docs/experiments.md)
 //   captures       lies between the figures of captures that come apart and of those that do not (advise.c)
 //   -              not measured by itself; the start as a whole is what docs/experiments.md compares
@@ -33,6 +34,8 @@ enum {
     COLORED_FEWEST = 8,           // -          points of a kind below which its depth is guessed
     ADVISE_FEW_POINTS = 50,       // captures
     ADVISE_FEW_PHOTOS = 5,        // captures   of either kind
+    DEPTH_CUE_BINS = 80,          // program    a side of the histograms (depth_cue.h)
+    DEPTH_CUE_ROUNDS = 100,       // -          of the two means, which settle in ten
 };
 
 #define GIVEN_SEEN 0.1f             // -          least share of the points of a given cloud that photos see
@@ -53,6 +56,9 @@ enum {
 #define LIT_FIELD_SPREAD 0.25f      // -          where some are
 #define CLASSIFY_OUTLIERS 0.02f     // -
 #define CLASSIFY_SIGMA_MIN 0.03f    // -
+#define DEPTH_CUE_WITHIN 0.99       // -          share of the points that the histograms' depth spans
+#define DEPTH_CUE_POWER 0.8         // program    of the difference in each bin
+#define DEPTH_CUE_SIGMA 3.0         // program    bins
 #define CLASSIFY_SURE 1.0f          // -          log of odds
 #define LIGHT_SIGMA_MOST 0.3f       // -          of a clear cue
 #define LIGHT_ALPHA_MIN 0.05        // -

@@ -12,7 +12,18 @@
 #include "model/colmap_model.h"
 #include "model/photos.h"
 
-static int read_points(const FsProject *project, SparsePoints *points, FsError *err)
+// Photos that found the point, by their lighting.
+static void count_sightings(const ColmapModel *model, const ColmapPoint *point, const Dataset *dataset,
+                            int sightings[2])
+{
+    for (int k = 0; k < point->n; k++) {
+        int image = fs_colmap_model_image(model, model->track[point->first + k].image_id);
+        int view = image < 0 ? -1 : fs_dataset_find(dataset, model->image[image].name);
+        if (view >= 0 && !dataset->view[view].held_out) sightings[dataset->view[view].flash]++;
+    }
+}
+
+static int read_points(const FsProject *project, const Dataset *dataset, SparsePoints *points, FsError *err)
 {
     ColmapModel model = {0};
     FilePath dir = fs_file_at("%s/sparse", project->out);
@@ -22,19 +33,20 @@ static int read_points(const FsProject *project, SparsePoints *points, FsError *
     if (!there) return fs_project_missing(project->out, FS_STAGE_POSES, "sparse", err);
     int rc = fs_colmap_model_read(dir.text, &model, err);
     if (rc < 0) return rc;
-    if (model.n_points < INPUT_FEWEST)
-        TRY(fs_error_set(err, FS_ERR_INPUT,
-                         "%s: %d points, at least %d are needed; run the poses stage again (--force), "
-                         "or photograph a scene with more texture",
-                         dir.text, model.n_points, INPUT_FEWEST));
     TRY(fs_points_new(points, model.n_points, err));
     points->n = 0;
     for (int i = 0; i < model.n_points; i++) {
         const double *p = model.point[i].xyz;
         if (!(fabs(p[0]) < 1e15 && fabs(p[1]) < 1e15 && fabs(p[2]) < 1e15)) continue;
         for (int k = 0; k < 3; k++) points->xyz[3 * (size_t)points->n + (size_t)k] = (float)p[k];
+        count_sightings(&model, &model.point[i], dataset, points->sightings[points->n]);
         points->n++;
     }
+    if (points->n < INPUT_FEWEST)
+        TRY(fs_error_set(err, FS_ERR_INPUT,
+                         "%s: %d points, at least %d are needed; run the poses stage again (--force), "
+                         "or photograph a scene with more texture",
+                         dir.text, points->n, INPUT_FEWEST));
 fail:
     fs_colmap_model_free(&model);
     return rc;
@@ -109,10 +121,15 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
                          "%s: %d photos with flash and %d without to begin with, both kinds are needed: pose more of "
                          "them, or hold out fewer (poses --test-every)",
                          path.text, views->n_flash, views->n - views->n_flash));
+    if (*project->set.points && strcmp(project->set.flash_cue, "depth") == 0)
+        TRY(fs_error_set(
+            err, FS_ERR_USAGE,
+            "--flash-cue depth goes by the photos that found each point, which a cloud of --points does not "
+            "tell: use --flash-cue contrast, or leave --points away"));
     if (*project->set.points)
         TRY(fs_given_points_read(project->set.points, views, points, given, err));
     else
-        TRY(read_points(project, points, err));
+        TRY(read_points(project, &dataset, points, err));
 fail:
     fs_dataset_free(&dataset);
     return rc;

@@ -26,7 +26,8 @@ int fs_points_new(SparsePoints *points, int n, FsError *err)
     points->cue = calloc(size, sizeof *points->cue);
     points->kind = calloc(size, sizeof *points->kind);
     points->evidence = calloc(size, sizeof *points->evidence);
-    if (points->xyz && points->cue && points->kind && points->evidence) return 0;
+    points->sightings = calloc(size, sizeof *points->sightings);
+    if (points->xyz && points->cue && points->kind && points->evidence && points->sightings) return 0;
     fs_points_free(points);
     return fs_error_memory(err);
 }
@@ -37,5 +38,6 @@ void fs_points_free(SparsePoints *points)
     free(points->cue);
     free(points->kind);
     free(points->evidence);
+    free(points->sightings);
     *points = (SparsePoints){0};
 }

@@ -77,9 +77,9 @@ static const FsOption table[] = {
 
     STRING("points", points, INITIALISE, "", "PLY",
            "start from this dense cloud, in the frame of the poses (COLMAP's fused.ply, say), instead of stereo"),
-    ON("flash-cue", flash_cue, INITIALISE,
-       "begin with the points of the two scenes told apart by the flash; else both begin at all points, for "
-       "comparisons"),
+    ENUM("flash-cue", flash_cue, INITIALISE, "contrast", "contrast|depth|none",
+         "what parts the two scenes' points before training: how much the flash raises each one's contrast; or for "
+         "comparisons one depth, as the paper's program does; or nothing, both begin at all points"),
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
     INT("steps", steps, TRAIN, "3400", 1, 1000000, "N", "training steps"),

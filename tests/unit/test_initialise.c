@@ -8,6 +8,7 @@
 
 #include "initialise/constants.h"
 #include "initialise/cue.h"
+#include "initialise/depth_cue.h"
 #include "initialise/stereo.h"
 #include "initialise/fill.h"
 #include "initialise/light.h"
@@ -127,6 +128,34 @@ static void test_classify(void **state)
     assert_true(right[0] > 0.9 * SIDE && right[1] > 0.8 * SIDE);
     assert_true(wrong[0] + wrong[1] <= 0.01 * SIDE);
     fs_threads_free(threads);
+}
+
+// The scenes parted by the depth up to which flash photos find more points than the others.
+static void test_depth_cue(void **state)
+{
+    (void)state;
+    double depth;
+    int sightings[ALL][2];
+    float xyz[3 * ALL];
+    unsigned char kind[ALL];
+    FsError err = {0};
+    scatter(xyz, SIDE, MADE_DEPTH_T, 4);
+    scatter(xyz + 3 * SIDE, SIDE, MADE_DEPTH_R, 5);
+    scatter(xyz + 6 * SIDE, ODD, 2.8, 6);
+    const SparsePoints all = {.n = ALL, .xyz = xyz, .sightings = sightings};
+    for (int i = 0; i < ALL;
+         i++) { // in front and mirrored: half of the points by either lighting; behind the pane: more
+        sightings[i][0] = i % 2 ? 3 : 1;
+        sightings[i][1] = i < SIDE || i % 2 == 0 ? 3 : 1;
+    }
+    assert_int_equal(fs_depth_cue_part(&views, &all, kind, &depth, &err), 0);
+    assert_true(depth > MADE_DEPTH_T && depth < MADE_DEPTH_R);
+    for (int i = 0; i < 2 * SIDE; i++) assert_int_equal(kind[i], i < SIDE ? POINT_TRANSMITTED : POINT_REFLECTED);
+    for (int i = 0; i < ALL; i++) sightings[i][0] = sightings[i][1] = 2;
+    assert_int_equal(fs_depth_cue_part(&views, &all, kind, &depth, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, "--flash-cue contrast"));
+    for (int i = 0; i < ALL; i++) xyz[3 * i + 2] = -1;
+    assert_int_equal(fs_depth_cue_part(&views, &all, kind, &depth, &err), FS_ERR_INPUT);
 }
 
 static void test_light(void **state)
@@ -356,11 +385,17 @@ static void test_first_colors(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_slope),         cmocka_unit_test(test_cue),
-        cmocka_unit_test(test_classify),      cmocka_unit_test(test_light),
-        cmocka_unit_test(test_stereo),        cmocka_unit_test(test_stereo_without_points),
-        cmocka_unit_test(test_near_mirrored), cmocka_unit_test(test_outliers),
-        cmocka_unit_test(test_fill),          cmocka_unit_test(test_seeds),
+        cmocka_unit_test(test_slope),
+        cmocka_unit_test(test_cue),
+        cmocka_unit_test(test_classify),
+        cmocka_unit_test(test_light),
+        cmocka_unit_test(test_depth_cue),
+        cmocka_unit_test(test_stereo),
+        cmocka_unit_test(test_stereo_without_points),
+        cmocka_unit_test(test_near_mirrored),
+        cmocka_unit_test(test_outliers),
+        cmocka_unit_test(test_fill),
+        cmocka_unit_test(test_seeds),
         cmocka_unit_test(test_first_colors),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
