@@ -200,12 +200,6 @@ static void forward_job(void *context, int strip, int worker)
     s->strips[strip].pearson = k->pearson->sums(&args, y0, y1);
 }
 
-static void zero_rows(const Planes *p, int y0, int y1)
-{
-    for (int c = 0; c < p->channels; c++)
-        memset(fs_planes_row(p, c, y0), 0, sizeof(float) * (size_t)p->stride * (size_t)(y1 - y0));
-}
-
 static void backward_job(void *context, int strip, int worker)
 {
     Step *s = context;
@@ -213,7 +207,7 @@ static void backward_job(void *context, int strip, int worker)
     StripSums *sums = &s->strips[strip];
     int y0 = strip * s->engine->strip, y1 = fs_host_engine_strip_end(s->engine, strip, s->pixels.camera.height);
     loss.scratch = s->scratch[worker];
-    for (int t = 0; t < s->back.n; t++) zero_rows(&s->back.task[t]->d_feature, y0, y1);
+    for (int t = 0; t < s->back.n; t++) fs_planes_zero(&s->back.task[t]->d_feature, y0, y1);
     fs_view_images_zero(&s->images, y0, y1);
     for (int k = 0; k < LOSS_TERMS; k++) {
         // What d_P says goes back through the image equation as soon as the photo's terms are done.

@@ -41,7 +41,7 @@ static void number_gradients(const Update *u, double g[ENGINE_NUMBERS])
                              (double)fs_host_engine_flash(u->photo, PHOTO_R)};
     for (int k = 0; k < 3; k++) {
         g[k] = u->pane.normal[k];
-        g[4 + k] = T ? T->d_tint[k] * flash[0] : 0;
+        g[4 + k] = (T ? T->d_tint[k] * flash[0] : 0) + (R ? R->d_tint[k] * scene->flash_return * flash[1] : 0);
     }
     g[3] = u->pane.dimming;
     g[7] = 0;

@@ -4,12 +4,6 @@
 
 #include "engine/scratch.h"
 
-static void zero_rows(const Planes *p, int y0, int y1)
-{
-    for (int c = 0; c < p->channels; c++)
-        memset(fs_planes_row(p, c, y0), 0, sizeof(float) * (size_t)p->stride * (size_t)(y1 - y0));
-}
-
 static void copy_rows(const Planes *from, const Planes *to, int y0, int y1)
 {
     for (int y = y0; y < y1; y++)
@@ -74,13 +68,13 @@ void fs_view_images_forward(const ViewImages *v, int y0, int y1)
     else if (v->beta)
         v->kernels->pixelwise->sigmoid(&v->beta->feature, &v->beta_map, y0, y1);
     else
-        zero_rows(&v->beta_map, y0, y1);
+        fs_planes_zero(&v->beta_map, y0, y1);
     if (v->cover) {
         Planes cover = fs_view_images_last(v->cover, &v->cover->feature);
         v->kernels->pixelwise->cover(&cover, &v->beta_open, &v->beta_clear, y0, y1);
     }
     if (v->occlusion) v->kernels->occlusion->forward(v->occlusion, &v->beta_clear, &v->beta_map, y0, y1);
-    if (!v->R) zero_rows(&v->black, y0, y1);
+    if (!v->R) fs_planes_zero(&v->black, y0, y1);
     if (v->texture) v->kernels->veil->forward(&v->veil_view, v->texture, &v->veil, y0, y1);
     v->kernels->compose->forward(wire(v, &w), y0, y1);
     if (v->plan.calibrated) v->kernels->calibration->forward(&v->plan.calibration, &v->I, &v->P, y0, y1);
@@ -88,9 +82,9 @@ void fs_view_images_forward(const ViewImages *v, int y0, int y1)
 
 void fs_view_images_zero(const ViewImages *v, int y0, int y1)
 {
-    zero_rows(&v->d_beta, y0, y1);
-    zero_rows(&v->d_tau, y0, y1);
-    if (!v->R) zero_rows(&v->d_black, y0, y1);
+    fs_planes_zero(&v->d_beta, y0, y1);
+    fs_planes_zero(&v->d_tau, y0, y1);
+    if (!v->R) fs_planes_zero(&v->d_black, y0, y1);
 }
 
 void fs_view_images_backward(const ViewImages *v, int y0, int y1, CalibrationGradient *gradient)

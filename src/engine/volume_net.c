@@ -144,11 +144,6 @@ void fs_volume_net_color(const VolumeNet *net, VolumeSamples *v)
 
 // ---- back ----
 
-size_t fs_volume_net_scratch(const RadianceShape *shape, size_t stride)
-{
-    return stride * (size_t)(2 * shape->hidden + RADIANCE_BODY_WIDTH + RADIANCE_BODY_WIDTH + RADIANCE_DIRECTION);
-}
-
 static void layer_back(const VolumeNet *net, const MlpLayer *layer, const float *d_y, const float *x, bool rectified,
                        float *d_x, float *d_w)
 {

@@ -41,8 +41,7 @@ void fs_volume_net_density(const VolumeNet *net, VolumeSamples *samples); // fro
 void fs_volume_net_color(const VolumeNet *net, VolumeSamples *samples);
 
 // From d_color (like color) and samples->d_tau to gradients of the matrices, added to d_part, and of the code, which
-// takes its place. scratch: fs_volume_net_scratch floats.
-size_t fs_volume_net_scratch(const RadianceShape *shape, size_t stride);
+// takes its place. scratch: for each sample twice hidden and RADIANCE_BODY_WIDTH and once RADIANCE_DIRECTION floats.
 void fs_volume_net_backward(const VolumeNet *net, VolumeSamples *samples, float *d_color,
                             float *const d_part[RADIANCE_LEARNED], float *scratch);
 

@@ -64,7 +64,11 @@ static int check_content(const Clean *c, Work *w, FsError *err)
         mask.height != was.height || mask.channels != 1)
         TRY(fs_error_input(err, "%s/linear/%s.tif: not what the stage ingest writes; rerun it with --force", out,
                            w->view->name));
+    TRY(fs_image_new(&w->masked, was.width, was.height, 1, err));
+    for (size_t i = 0; i < fs_image_pixels(&mask); i++)
+        w->masked.px[i] = mask.px[i] < 0.5f && !(w->small_clipped.px[i] > 0);
     for (size_t i = 0; i < fs_image_values(&was); i++) {
+        if (w->masked.px[i / 3] > 0) continue; // black in what was ingested
         sum += fabs((double)was.px[i]);
         differs += fabs((double)was.px[i] - gain * (double)w->small.px[i]);
     }
@@ -73,9 +77,6 @@ static int check_content(const Clean *c, Work *w, FsError *err)
                            "%s: is another picture than the one that was ingested: put the original back, or "
                            "ingest anew",
                            w->picture.path.text));
-    TRY(fs_image_new(&w->masked, was.width, was.height, 1, err));
-    for (size_t i = 0; i < fs_image_pixels(&mask); i++)
-        w->masked.px[i] = mask.px[i] < 0.5f && !(w->small_clipped.px[i] > 0);
 fail:
     fs_image_free(&was);
     fs_image_free(&mask);

@@ -3,15 +3,11 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/linalg.h"
 #include "base/order.h"
 
 #define NEAREST 0.01  // share of a cloud's opacity that may lie before the pane: what floats there
 #define STEEPEST 0.15 // cosine with the normal: rays that graze the pane say nothing of its size
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 // Where a cloud begins along the normal.
 static int nearest_of(const Cloud *cloud, const double normal[3], double *nearest, FsError *err)
@@ -42,8 +38,8 @@ static bool meet(const Camera *camera, int k, const PanePlace *place, double at[
     const double in_camera[3] = {(x - camera->cx) / camera->fx, (y - camera->cy) / camera->fy, 1}, *m = camera->w2c;
     fs_camera_centre(camera, centre);
     for (int a = 0; a < 3; a++) ray[a] = m[a] * in_camera[0] + m[4 + a] * in_camera[1] + m[8 + a] * in_camera[2];
-    double towards = dot(ray, place->normal), far = (place->distance - dot(centre, place->normal)) / towards;
-    if (!(towards > STEEPEST * sqrt(dot(ray, ray))) || !(far > 0)) return false;
+    double towards = v3_dot(ray, place->normal), far = (place->distance - v3_dot(centre, place->normal)) / towards;
+    if (!(towards > STEEPEST * sqrt(v3_dot(ray, ray))) || !(far > 0)) return false;
     for (int a = 0; a < 3; a++) at[a] = centre[a] + far * ray[a];
     return true;
 }
@@ -53,9 +49,9 @@ static void find_corners(const Dataset *photos, PanePlace *place)
 {
     double side[2][3], range[2][2] = {{INFINITY, -INFINITY}, {INFINITY, -INFINITY}}, at[3];
     const double *n = place->normal, *m = photos->view[0].camera.w2c; // rows: right, down
-    double across = dot(m, n);
+    double across = v3_dot(m, n);
     for (int a = 0; a < 3; a++) side[0][a] = m[a] - across * n[a];
-    double length = sqrt(dot(side[0], side[0]));
+    double length = sqrt(v3_dot(side[0], side[0]));
     if (!(length > 1e-6)) return;
     for (int a = 0; a < 3; a++) side[0][a] /= length;
     for (int a = 0; a < 3; a++)
@@ -64,7 +60,7 @@ static void find_corners(const Dataset *photos, PanePlace *place)
         for (int k = 0; k < 4; k++) {
             if (!meet(&photos->view[v].camera, k, place, at)) continue;
             for (int s = 0; s < 2; s++) {
-                double along = dot(at, side[s]);
+                double along = v3_dot(at, side[s]);
                 range[s][0] = fmin(range[s][0], along);
                 range[s][1] = fmax(range[s][1], along);
             }
@@ -80,23 +76,23 @@ static void find_corners(const Dataset *photos, PanePlace *place)
 int fs_pane_place_find(const Scene *scene, const Dataset *photos, double given, PanePlace *place, FsError *err)
 {
     *place = (PanePlace){0};
-    double *n = place->normal, length = sqrt(dot(scene->pane.normal, scene->pane.normal)), centre[3] = {0};
+    double *n = place->normal, length = sqrt(v3_dot(scene->pane.normal, scene->pane.normal)), centre[3] = {0};
     if (!scene->pane_beta || !(length > 0))
         return fs_error_input(err, "this scene has no pane that was learned (--beta pane): it cannot be mirrored back");
     for (int a = 0; a < 3; a++) n[a] = scene->pane.normal[a] / length;
     double farthest = -INFINITY, nearest = INFINITY, ahead = 0;
     if (photos->n) fs_dataset_extent(photos, centre);
-    for (int v = 0; v < photos->n; v++) ahead += dot(photos->view[v].camera.w2c + 8, n);
+    for (int v = 0; v < photos->n; v++) ahead += v3_dot(photos->view[v].camera.w2c + 8, n);
     for (int a = 0; a < 3 && ahead < 0; a++) n[a] *= -1; // which side is behind, the photos say
     for (int v = 0; v < photos->n; v++) {
         double at[3];
         fs_camera_centre(&photos->view[v].camera, at);
-        farthest = fmax(farthest, dot(at, n));
+        farthest = fmax(farthest, v3_dot(at, n));
     }
     for (int l = 0; l < LAYERS; l++)
         if (l != LAYER_BETA) MUST(nearest_of(&scene->cloud[l], n, &nearest, err));
-    if (!isfinite(nearest)) nearest = dot(centre, n);
-    place->distance = given > 0 ? dot(centre, n) + given : fmax(nearest, farthest);
+    if (!isfinite(nearest)) nearest = v3_dot(centre, n);
+    place->distance = given > 0 ? v3_dot(centre, n) + given : fmax(nearest, farthest);
     if (photos->n) find_corners(photos, place);
     return 0;
 }

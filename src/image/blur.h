@@ -3,6 +3,5 @@
 
 #include "image/image.h"
 
-#define FS_BLUR_MOST 5.0f // sigma, pixels
 // scratch, out: of the image's size, and neither is the image's own.
 void fs_blur_image(const Image *image, float *scratch, float *out, float sigma);

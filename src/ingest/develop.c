@@ -61,13 +61,14 @@ static int fine_edge(int long_edge)
     return FINE * long_edge < FINE_EDGE ? FINE * long_edge : FINE_EDGE;
 }
 
-static int write_fine(const PhotoFile *photo, PhotoSize *fine, const char *dir, FsError *err)
+static int write_fine(const PhotoFile *photo, PhotoSize *fine, const char *mask, const char *dir, FsError *err)
 {
     if (fine->rgb.width + fine->rgb.height < FINE_LEAST * (photo->width + photo->height)) return 0;
     MUST(fs_image_orient(&fine->rgb, photo->exif.orientation, err));
     MUST(fs_image_orient(&fine->clipped, photo->exif.orientation, err));
     for (size_t i = 0; i < fs_image_values(&fine->rgb); i++) fine->rgb.px[i] *= (float)photo->gain;
     trust(&fine->clipped);
+    if (mask) MUST(fs_photo_mask_apply(mask, &fine->rgb, &fine->clipped, NULL, err));
     MUST(fs_tiff_write_half(fs_file_at("%s/fine/%s.tif", dir, photo->name).text, &fine->rgb, err));
     return fs_png_write(fs_file_at("%s/fine/%s_mask.png", dir, photo->name).text, &fine->clipped, 8, err);
 }
@@ -95,7 +96,7 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     photo->look_gain = photo->gain;
     if (masked) TRY(fs_photo_mask_apply(mask_path.text, working, mask, NULL, err));
     TRY(write_features(photo, features, masked ? mask_path.text : NULL, dir, err));
-    TRY(write_fine(photo, &sizes.size[2], dir, err));
+    TRY(write_fine(photo, &sizes.size[2], masked ? mask_path.text : NULL, dir, err));
     TRY(fs_tiff_write_float(fs_file_at("%s/%s.tif", dir, photo->name).text, working, err));
     TRY(fs_png_write(fs_file_at("%s/%s_mask.png", dir, photo->name).text, mask, 8, err));
 fail:

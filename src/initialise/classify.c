@@ -32,12 +32,12 @@ static int graph_new(Graph *g, int n, Arena *arena, FsError *err)
     size_t m = (size_t)n;
     *g = (Graph){.n = n};
     g->place = ARENA_NEW(arena, float, 3 * m);
-    g->near = ARENA_NEW(arena, int, GRAPH_NEAR *n);
-    g->field = ARENA_NEW(arena, int, GRAPH_FIELD *n);
-    g->ray = ARENA_NEW(arena, int, GRAPH_RAY *n);
-    g->near_weight = ARENA_NEW(arena, float, GRAPH_NEAR *n);
-    g->field_weight = ARENA_NEW(arena, float, GRAPH_FIELD *n);
-    g->ray_weight = ARENA_NEW(arena, float, GRAPH_RAY *n);
+    g->near = ARENA_NEW(arena, int, GRAPH_NEAR *m);
+    g->field = ARENA_NEW(arena, int, GRAPH_FIELD *m);
+    g->ray = ARENA_NEW(arena, int, GRAPH_RAY *m);
+    g->near_weight = ARENA_NEW(arena, float, GRAPH_NEAR *m);
+    g->field_weight = ARENA_NEW(arena, float, GRAPH_FIELD *m);
+    g->ray_weight = ARENA_NEW(arena, float, GRAPH_RAY *m);
     float **const one[] = {&g->log_depth, &g->slope, &g->sigma, &g->p, &g->p_next, &g->depth_odds, &g->evidence};
     for (size_t i = 0; i < sizeof one / sizeof *one; i++) *one[i] = ARENA_NEW(arena, float, m);
     return arena->failed ? fs_error_memory(err) : 0;

@@ -1,7 +1,7 @@
 // The pane (model/scene.h: Pane) at every pixel of a view, forward and backward.
 //
-//   c = normal . ray / |ray|,   rho = 1 + 22 (1 - |c|)^5,   ray = base + x dx + y dy
-//   beta = R min(f0 rho, most),   tau = T (1 - min(dimming rho, most)) / (1 - dimming)
+//   c = normal . ray / |ray|,   rho = min(1 + 22 (1 - |c|)^5, most / dimming),   ray = base + x dx + y dy
+//   beta = R f0 rho,   tau = T (1 - dimming rho) / (1 - dimming)
 #ifndef FS_KERNELS_PANE_H
 #define FS_KERNELS_PANE_H
 

@@ -6,6 +6,7 @@
 #define FS_KERNELS_PLANES_H
 
 #include <stddef.h>
+#include <string.h>
 
 typedef struct Planes {
     int width, height, channels, stride;
@@ -15,6 +16,12 @@ typedef struct Planes {
 static inline float *fs_planes_row(const Planes *p, int channel, int y)
 {
     return p->px + ((size_t)channel * (size_t)p->height + (size_t)y) * (size_t)p->stride;
+}
+
+static inline void fs_planes_zero(const Planes *p, int y0, int y1) // rows [y0, y1)
+{
+    for (int c = 0; c < p->channels; c++)
+        memset(fs_planes_row(p, c, y0), 0, sizeof(float) * (size_t)p->stride * (size_t)(y1 - y0));
 }
 
 static inline int fs_planes_stride(int width)

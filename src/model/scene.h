@@ -1,6 +1,6 @@
 // A separated scene: the clouds of the four layers, or radiance fields, and what ties them together. Layout on disk,
-// both of OUT/start (before training) and OUT/clouds (after): <layer>.ply per cloud or field.bin, veil.tif where there is
-// one, and model.json.
+// both of OUT/start (before training) and OUT/clouds (after): <layer>.ply per cloud or field.bin, veil.tif where there
+// is one, and model.json.
 #pragma once
 
 #include "base/optics.h"
@@ -10,7 +10,7 @@
 #include "model/pane_veil.h"
 
 // The pane. Both its surfaces lumped, its reflectance follows Schlick's form of Fresnel's law for glass,
-//   beta(ray) = f0 rho(ray),   rho = 1 + 22 (1 - |normal . ray|)^5   (at most FS_OPTICS_MOST),
+//   beta(ray) = f0 rho(ray),   rho = 1 + 22 (1 - |normal . ray|)^5,   dimming rho at most FS_OPTICS_MOST,
 // and what it lets through, in units of normal incidence, tau(ray) = (1 - dimming rho) / (1 - dimming).
 // Both are the reflectance at normal incidence: f0 is only a unit of R's brightness (beta R is what photos show), while
 // dimming is seen in how T darkens towards grazing rays. At the end of training they are made equal.
@@ -27,8 +27,8 @@ static inline double fs_pane_rho(double cosine)
 }
 static inline double fs_pane_beta(const Pane *pane, double cosine)
 {
-    double beta = pane->f0 * fs_pane_rho(cosine);
-    return beta < FS_OPTICS_MOST ? beta : FS_OPTICS_MOST;
+    double rho = fs_pane_rho(cosine);
+    return pane->f0 * (pane->dimming * rho < FS_OPTICS_MOST ? rho : FS_OPTICS_MOST / pane->dimming);
 }
 
 // What is told apart: everything, or less for comparisons (with shared geometry and a pane).

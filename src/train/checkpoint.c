@@ -50,30 +50,29 @@ fail:
     return rc;
 }
 
-// Moments of radiance fields.
+// Both moments of what is one array; they must be there.
+static int each_moments(const char *dir, const char *of, float **moments[2], size_t floats, bool write, FsError *err)
+{
+    for (int k = 0; k < 2; k++) {
+        FilePath name = fs_file_at("%s_%s", of, k ? "v" : "m");
+        MUST(each_array(dir, name.text, (void **)moments[k], floats * sizeof(float), write, err));
+        if (!*moments[k])
+            return fs_error_set(err, FS_ERR_INPUT, "%s/%s.bin: not there; remove the checkpoint", dir, name.text);
+    }
+    return 0;
+}
+
 static int each_field_moment(TrainState *state, const Scene *scene, const char *dir, bool write, FsError *err)
 {
     float **moments[2] = {&state->field_m, &state->field_v};
-    for (int k = 0; k < 2 && fs_radiance_is(&scene->field); k++) {
-        const char *name = k ? "field_v" : "field_m";
-        MUST(each_array(dir, name, (void **)moments[k], scene->field.n * sizeof(float), write, err));
-        if (!*moments[k])
-            return fs_error_set(err, FS_ERR_INPUT, "%s/%s.bin: not there; remove the checkpoint", dir, name);
-    }
-    return 0;
+    return fs_radiance_is(&scene->field) ? each_moments(dir, "field", moments, scene->field.n, write, err) : 0;
 }
 
 static int each_veil_moment(TrainState *state, const Scene *scene, const char *dir, bool write, FsError *err)
 {
     float **moments[2] = {&state->veil_m, &state->veil_v};
-    for (int k = 0; k < 2 && fs_pane_veil_is(&scene->veil); k++) {
-        const char *name = k ? "veil_v" : "veil_m";
-        size_t size = fs_image_values(&scene->veil.light) * sizeof(float);
-        MUST(each_array(dir, name, (void **)moments[k], size, write, err));
-        if (!*moments[k])
-            return fs_error_set(err, FS_ERR_INPUT, "%s/%s.bin: not there; remove the checkpoint", dir, name);
-    }
-    return 0;
+    size_t floats = fs_image_values(&scene->veil.light);
+    return fs_pane_veil_is(&scene->veil) ? each_moments(dir, "veil", moments, floats, write, err) : 0;
 }
 
 // What lasts from one densification to the next: whose gains are compared, and how far Gaussians were pulled on screen.

@@ -36,6 +36,7 @@ static int shrink(Image *image, FsError *err)
 int fs_progress_sheet(Trainer *trainer, FsError *err)
 {
     int rc = 0, rows = 0;
+    float exposure = 1; // of the first photo, for both
     SheetTile tiles[10];
     Image photo[2] = {{0}, {0}};
     Renders renders[2] = {0};
@@ -49,7 +50,7 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
         TRY(fs_engine_render(trainer->engine, &view->camera, &renders[rows], err));
         TRY(fs_dataset_load_view(trainer->project->out, view, &photo[rows], NULL, err));
         TRY(shrink(&photo[rows], err));
-        float exposure = fs_tone_pleasant_exposure(&photo[0], 1);
+        if (rows == 0) exposure = fs_tone_pleasant_exposure(&photo[0], 1);
         RenderLayer layers[4] = {flash ? RENDER_I_F : RENDER_I_N, flash ? RENDER_T_F : RENDER_T_N, RENDER_R,
                                  RENDER_BETA};
         to_display(&photo[rows], exposure);

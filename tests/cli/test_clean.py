@@ -82,7 +82,15 @@ class Clean(common.FolderTest):
         fine("synth", "-o", cls.top / "cap", "--seed", "31", "--width", WIDTH, "--height", HEIGHT, "--photos", "12",
              "--held-out", "0", "--field", "distortion")
         shutil.copytree(cls.top / "cap/capture/raw", cls.photos)
-        said = fine("run", cls.photos, "-o", cls.out, "--poses", cls.top / "cap/truth/sparse_opencv", "--preset",
+        # A photo that has no truth to compare with is not to be used on its left third.
+        cls.masks = cls.top / "masks"
+        cls.masks.mkdir()
+        names = sorted(p.stem for p in cls.photos.iterdir())
+        cls.masked = next(n for n in names if not any((cls.top / "cap/truth" / layer / (n + ".png")).exists() for layer in ("T_N", "T_F")))
+        mask = np.full((HEIGHT, WIDTH), 255, np.uint8)
+        mask[:, :WIDTH // 3] = 0
+        cv2.imwrite(str(cls.masks / (cls.masked + ".png")), mask)
+        said = fine("run", cls.photos, "--masks", cls.masks, "-o", cls.out, "--poses", cls.top / "cap/truth/sparse_opencv", "--preset",
                     "preview", "--long-edge", EDGE, "--steps", "500", "--progress-every", "0", "--clean", "jpeg,tiff,dng")
         assert "cleaned photos 0:" in said, said  # in the estimate
         cls.made = cls.out / "export/photos"
@@ -124,6 +132,15 @@ class Clean(common.FolderTest):
         self.assertEqual(len(gains), 6)
         self.assertGreater(min(gains), 0.4)
         self.assertGreater(sum(gains) / len(gains), 1)
+
+    def test_masked(self):
+        """What is not to be used of a photo is black in what training sees, where the lens was undone, too; and the photo
+        is still taken for the one that was ingested."""
+        seen = picture(self.out / "images" / (self.masked + ".tif"))
+        inner = np.s_[10:-10, 10:seen.shape[1] // 3 - 10]
+        self.assertEqual(seen[inner].max(), 0)
+        self.assertGreater(seen[10:-10, seen.shape[1] // 2:].mean(), 0.01)
+        self.assertTrue((self.made / (self.masked + ".dng")).exists())
 
     def test_exif_and_profile(self):
         for original in sorted(self.photos.iterdir())[:3]:
@@ -203,7 +220,7 @@ class Clean(common.FolderTest):
         shutil.copytree(self.out, out)
         (out / "originals.json").unlink()
         (out / "originals.json").mkdir()
-        process = common.run("ingest", self.photos, "-o", out, "--long-edge", EDGE, timeout=300)
+        process = common.run("ingest", self.photos, "-o", out, "--long-edge", EDGE, "--masks", self.masks, timeout=300)
         self.assertEqual(process.returncode, 0, process.stderr)
         self.assertIn("done already", process.stdout)
         self.assertIn("--originals", process.stderr)

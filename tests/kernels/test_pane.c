@@ -93,6 +93,41 @@ static void check_gradient(Case *c)
           c->gradient.R);
 }
 
+// Where the pane reflects at its most, too: that lies at another angle with another dimming, and changing the unit of R
+// changes nothing but R's brightness.
+static void check_most(Case *c)
+{
+    const float step = 5e-5f;
+    const PaneView as_made = c->view;
+    double l[2];
+    run_backward(c);
+    for (int side = 0; side < 2; side++) {
+        c->view.dimming = as_made.dimming + (side ? step : -step);
+        l[side] = loss(c);
+    }
+    c->view = as_made;
+    double slope = (l[1] - l[0]) / (2 * (double)step), g = c->gradient.dimming;
+    CHECK(fabs(slope - g) < 3e-2 * fabs(slope), "dimming with the most: differences %g, gradient %g", slope, g);
+    float unit = c->view.f0, highest = 0;
+    run_forward(c);
+    Planes beta = c->beta;
+    c->beta = random_planes(W, H, 1, 0, 1, &(Rng){1});
+    c->view.f0 *= 4;
+    run_forward(c);
+    for (int y = 0; y < H; y++)
+        for (int x = 0; x < W; x++) {
+            float was = fs_planes_row(&beta, 0, y)[x], is = fs_planes_row(&c->beta, 0, y)[x];
+            highest = fmaxf(highest, was);
+            CHECK(fabsf(is / was - 4) < 1e-4f, "unit of R at %d %d: %g, %g", x, y, (double)was, (double)is);
+        }
+    float most = unit / c->view.dimming * c->view.most * c->view.R;
+    CHECK(fabsf(highest / most - 1) < 1e-4f, "most %g, expected %g", (double)highest, (double)most);
+    free(c->beta.px);
+    c->beta = beta;
+    c->view = as_made;
+    run_forward(c);
+}
+
 int main(int argc, char **argv)
 {
     check_begin(argc, argv);
@@ -100,6 +135,7 @@ int main(int argc, char **argv)
     make(&ref);
     ref.k = &fs_pane_scalar;
     check_gradient(&ref);
+    check_most(&ref);
     run_forward(&ref);
     run_backward(&ref);
     FOR_LEVELS(level)

@@ -90,7 +90,7 @@ static inline Scene make_scene(const Kind *kind)
                .gain_color = {1.4, 1.2, 0.9},
                .flash_distance = 2.1,
                .extent = 0.5,
-               .flash_return = 0.2,
+               .flash_return = 0.8,
                .vignetting = {-0.05, 0.02, -0.04},
                .response = {0, 0.01, -0.01, 0.005, -0.02, 0.01, 0, 0.01, 0.02, -0.01, 0.01}};
     double length = sqrt(0.25 + 0.01 + 0.86 * 0.86);
