@@ -165,6 +165,35 @@ static void test_every_combination(void **state)
     assert_int_equal(taken + refused, SEPARATIONS_TRIED * 2 * 2 * DENSIFIES_TRIED * LIGHTINGS_TRIED);
 }
 
+// Each way to part the points makes a start of its own, that trains; one depth wants points that photos found.
+static void test_every_flash_cue(void **state)
+{
+    (void)state;
+    static const char *const cues[] = {"contrast", "depth", "none"};
+    char *first = fs_file_path("%s/start/T_N.ply", out), *points = fs_file_path("%s/start/transmitted.ply", out);
+    char *was = NULL;
+    size_t n = 0;
+    FsError err;
+    for (int c = 0; c < 3; c++) {
+        const Pair pairs[] = {{"flash-cue", cues[c]}, {"steps", "20"}, {NULL, NULL}};
+        if (run_stage(fs_initialise, pairs, &err) < 0) fail_msg("--flash-cue %s: %s", cues[c], err.message);
+        char *now;
+        size_t m;
+        assert_int_equal(fs_file_read(first, 1 << 24, &now, &m, &err), 0);
+        assert_true(!was || n != m || memcmp(was, now, n) != 0);
+        free(was);
+        was = now;
+        n = m;
+        assert_true(try_combination(pairs + 1, true));
+    }
+    free(was);
+    const Pair given[] = {{"flash-cue", "depth"}, {"points", points}, {NULL, NULL}};
+    assert_int_equal(run_stage(fs_initialise, given, &err), FS_ERR_USAGE);
+    assert_non_null(strstr(err.message, "--points"));
+    free(first);
+    free(points);
+}
+
 static void test_every_instruction_set(void **state)
 {
     (void)state;
@@ -205,6 +234,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_instruction_set),
+        cmocka_unit_test(test_every_flash_cue),
         cmocka_unit_test(test_every_combination),
     };
     return cmocka_run_group_tests(tests, make_capture, drop_capture);
