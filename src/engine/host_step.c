@@ -30,7 +30,7 @@ typedef struct Step {
     ViewImages images;
     RasterPass pass, back; // what is rasterised; what gets gradients
     ViewLoss loss;
-    Planes mask, other_linear;
+    Planes mask, T_linear, other_linear; // both as they are behind the pane, for the linearity term
     PearsonSums pearson;
     void **scratch;    // one per thread
     StripSums *strips; // added up in their order
@@ -63,6 +63,7 @@ static void add_other(Step *s)
     s->loss.other = task;
     task->train = s->engine->volumes.field != NULL;
     if (task->train) fs_raster_pass_add(&s->back, task);
+    s->T_linear = fs_scratch_planes(&s->engine->arena, &s->pixels.camera, 3);
     s->other_linear = fs_scratch_planes(&s->engine->arena, &s->pixels.camera, 3);
 }
 
@@ -170,6 +171,7 @@ static int set_up(Step *s, FsError *err)
     s->loss.mu = &s->pixels.mu;
     s->loss.var = &s->pixels.var;
     s->loss.mask = &s->mask;
+    s->loss.T_linear = &s->T_linear;
     s->loss.other_linear = &s->other_linear;
     s->loss.pearson = &s->pearson;
     return 0;
@@ -194,9 +196,10 @@ static void forward_job(void *context, int strip, int worker)
     fs_view_images_forward(&s->images, y0, y1);
     k->pixelwise->clipped(&s->pixels.trust, &s->pixels.photo, &s->images.P, &s->mask, y0, y1);
     if (!s->loss.other) return;
-    Planes other = fs_view_images_rgb(&s->loss.other->feature);
+    Planes T = fs_view_images_rgb(&s->images.T->feature), other = fs_view_images_rgb(&s->loss.other->feature);
+    k->compose->decode(&T, &s->T_linear, y0, y1);
     k->compose->decode(&other, &s->other_linear, y0, y1);
-    PearsonArgs args = {.X_linear = &s->images.T_linear, .Y_linear = &s->other_linear};
+    PearsonArgs args = {.X_linear = &s->T_linear, .Y_linear = &s->other_linear};
     s->strips[strip].pearson = k->pearson->sums(&args, y0, y1);
 }
 

@@ -35,7 +35,7 @@ static void linearity_rows(const ViewLoss *v, int y0, int y1, double *sum)
     Planes d_x = fs_view_images_rgb(&v->images->T->d_feature), d_y = fs_view_images_rgb(&v->other->d_feature);
     PearsonArgs args = {.X = &x,
                         .Y = &y,
-                        .X_linear = &v->images->T_linear,
+                        .X_linear = v->T_linear,
                         .Y_linear = v->other_linear,
                         .d_X = &d_x,
                         .d_Y = v->other->train ? &d_y : NULL,
