@@ -32,37 +32,50 @@ static int shrink(Image *image, FsError *err)
     return 0;
 }
 
-// Two rows: a photo without flash, a photo with it; photo, composite, T, R, beta.
+// One of this lighting, a quarter on in their order; NULL: there is none.
+static const View *view_to_show(const Trainer *trainer, bool flash)
+{
+    const View *view = NULL;
+    for (int i = 0, found = 0; i < trainer->n_views; i++)
+        if (trainer->views[i]->flash == flash && (!view || ++found <= trainer->n_views / 4)) view = trainer->views[i];
+    return view;
+}
+
+// A row: photo, composite, T, R, beta. photo, which is linear, becomes what is shown of it.
+static int show(const Trainer *trainer, const View *view, float exposure, Image *photo, Renders *renders,
+                SheetTile tiles[5], FsError *err)
+{
+    const RenderLayer layers[4] = {view->flash ? RENDER_I_F : RENDER_I_N, view->flash ? RENDER_T_F : RENDER_T_N,
+                                   RENDER_R, RENDER_BETA};
+    MUST(fs_engine_render(trainer->engine, &view->camera, renders, err));
+    to_display(photo, exposure);
+    tiles[0] = (SheetTile){photo, view->name};
+    for (int k = 0; k < 4; k++) {
+        Image *image = &renders->layer[layers[k]];
+        MUST(shrink(image, err));
+        if (layers[k] != RENDER_BETA) to_display(image, exposure);
+        tiles[1 + k] = (SheetTile){image, fs_render_layers[layers[k]].name};
+    }
+    return 0;
+}
+
+// Two rows: a photo without flash, a photo with it; one exposure for both.
 int fs_progress_sheet(Trainer *trainer, FsError *err)
 {
     int rc = 0, rows = 0;
-    float exposure = 1; // of the first photo, for both
+    const View *view[2];
     SheetTile tiles[10];
     Image photo[2] = {{0}, {0}};
     Renders renders[2] = {0};
     TRY(fs_file_mkdirs(fs_file_at("%s/progress", trainer->project->out).text, err));
     for (int flash = 0; flash < 2; flash++) {
-        const View *view = NULL;
-        for (int i = 0, found = 0; i < trainer->n_views; i++)
-            if (trainer->views[i]->flash == (flash == 1) && (!view || ++found <= trainer->n_views / 4))
-                view = trainer->views[i];
-        if (!view) continue;
-        TRY(fs_engine_render(trainer->engine, &view->camera, &renders[rows], err));
-        TRY(fs_dataset_load_view(trainer->project->out, view, &photo[rows], NULL, err));
+        if (!(view[rows] = view_to_show(trainer, flash == 1))) continue;
+        TRY(fs_dataset_load_view(trainer->project->out, view[rows], &photo[rows], NULL, err));
         TRY(shrink(&photo[rows], err));
-        if (rows == 0) exposure = fs_tone_pleasant_exposure(&photo[0], 1);
-        RenderLayer layers[4] = {flash ? RENDER_I_F : RENDER_I_N, flash ? RENDER_T_F : RENDER_T_N, RENDER_R,
-                                 RENDER_BETA};
-        to_display(&photo[rows], exposure);
-        tiles[5 * rows] = (SheetTile){&photo[rows], view->name};
-        for (int k = 0; k < 4; k++) {
-            Image *image = &renders[rows].layer[layers[k]];
-            TRY(shrink(image, err));
-            if (layers[k] != RENDER_BETA) to_display(image, exposure);
-            tiles[5 * rows + 1 + k] = (SheetTile){image, fs_render_layers[layers[k]].name};
-        }
         rows++;
     }
+    float exposure = fs_tone_pleasant_exposure(photo, rows);
+    for (int r = 0; r < rows; r++) TRY(show(trainer, view[r], exposure, &photo[r], &renders[r], tiles + 5 * r, err));
     TRY(fs_sheet_write(fs_file_at("%s/progress/%05d.png", trainer->project->out, trainer->step).text, tiles, 5 * rows,
                        5, err));
 fail:
