@@ -20,17 +20,18 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAYERS = "T_N T_F R I_N I_F".split()
 # The paper's settings with a start and a budget for 300 pixels; its 350000 points a layer are for 1200.
 PAPER = ["--preset", "paper", "--init-count", "24000", "--max-splats", "60000"]
+OUR_CUE = [*PAPER, "--flash-cue", "contrast"]  # a start that works on all scenes: ablations tell what they lack
 VARIANTS = {  # name: (options of `run`, layers it has)
     "full": ([], LAYERS),
     "flashless": (["--separation", "flashless"], LAYERS),
     "linear": (["--separation", "linear"], LAYERS),
     "none": (["--separation", "none"], "T_N T_F I_N I_F".split()),
     "paper": (PAPER, LAYERS),
-    "no-linearity": ([*PAPER, "--linearity", "0"], LAYERS),
-    "no-smoothness": ([*PAPER, "--depth-smooth", "0", "--beta-smooth", "0"], LAYERS),
+    "contrast-cue": (OUR_CUE, LAYERS),
+    "no-linearity": ([*OUR_CUE, "--linearity", "0"], LAYERS),
+    "no-smoothness": ([*OUR_CUE, "--depth-smooth", "0", "--beta-smooth", "0"], LAYERS),
     "no-cue": ([*PAPER, "--flash-cue", "none"], LAYERS),  # all points start both scenes
-    "depth-cue": ([*PAPER, "--flash-cue", "depth"], LAYERS),  # one depth parts them, as in the paper's program
-    "separate-poses": ([*PAPER, "--align", "separate"], LAYERS),  # of flash and no-flash photos, where COLMAP finds them
+    "separate-poses": ([*OUR_CUE, "--align", "separate"], LAYERS),  # of flash and no-flash photos, where COLMAP finds them
     "nerf": (["--preset", "nerf"], "T_N T_F I_N I_F".split()),
     "nerfren": (["--preset", "nerfren"], LAYERS),
     "flash-nerf": (["--preset", "flash-nerf"], LAYERS),

@@ -88,14 +88,13 @@ static double between_means(const double *bin)
     return mean[1] > mean[0] ? (mean[0] + mean[1]) / 2 : INFINITY;
 }
 
-int fs_depth_cue_part(const SmallViews *views, const SparsePoints *points, unsigned char *kind, double *depth,
-                      FsError *err)
+int fs_depth_cue_find(const SmallViews *views, const SparsePoints *found, double *depth, FsError *err)
 {
     double range = 0, *bin = malloc(sizeof *bin * BINS);
     int rc = 0, last = -1;
     if (!bin) return fs_error_memory(err);
-    TRY(depth_range(views, points, &range, err));
-    count_bins(views, points, range, bin);
+    TRY(depth_range(views, found, &range, err));
+    count_bins(views, found, range, bin);
     for (int i = 0; i < SIDE; i++) blur_line(bin + i * SIDE, 1);
     for (int i = 0; i < SIDE; i++) blur_line(bin + i, SIDE);
     double least = between_means(bin);
@@ -106,9 +105,18 @@ int fs_depth_cue_part(const SmallViews *views, const SparsePoints *points, unsig
                          "--flash-cue depth: nowhere do photos with the flash find more points than those without; "
                          "use --flash-cue contrast"));
     *depth = (last + 2) * range / SIDE; // one row more
-    for (int i = 0; i < points->n; i++)
-        kind[i] = place_of(views, points->xyz + 3 * (size_t)i).z <= *depth ? POINT_TRANSMITTED : POINT_REFLECTED;
 fail:
     free(bin);
     return rc;
+}
+
+int fs_depth_cue_part(const SmallViews *views, double depth, SparsePoints *points)
+{
+    int mirrored = 0;
+    for (int i = 0; i < points->n; i++) {
+        bool beyond = place_of(views, points->xyz + 3 * (size_t)i).z > depth;
+        points->kind[i] = beyond ? POINT_REFLECTED : POINT_TRANSMITTED;
+        mirrored += beyond;
+    }
+    return mirrored;
 }

@@ -6,8 +6,9 @@
 
 #include "initialise/points.h"
 
-// kind: (points->n), written; points->sightings must be known. depth: where the scenes part, along the middle view.
-int fs_depth_cue_part(const SmallViews *views, const SparsePoints *points, unsigned char *kind, double *depth,
-                      FsError *err);
+// found: the points of the poses, with sightings. depth: where the scenes part, along the middle view.
+int fs_depth_cue_find(const SmallViews *views, const SparsePoints *found, double *depth, FsError *err);
+// Sets kind; how many are mirrored.
+int fs_depth_cue_part(const SmallViews *views, double depth, SparsePoints *points);
 
 #endif

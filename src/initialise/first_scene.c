@@ -8,7 +8,6 @@
 #include "base/order.h"
 #include "image/tone.h"
 #include "initialise/constants.h"
-#include "initialise/depth_cue.h"
 
 typedef struct Blob {
     float opacity, size;
@@ -76,20 +75,12 @@ fail:
     return rc;
 }
 
-// The points' kinds without the contrast's growth, for comparisons: by one depth, or by turns, so that both scenes
-// begin at all places.
-static int deal_points(const Start *start, bool by_depth, unsigned char **kind, FsError *err)
+// Labels by turns, for starts that do without the flash's cues.
+static int deal_points(const SparsePoints *points, unsigned char **kind, FsError *err)
 {
-    double depth;
-    int n = start->points->n, reflected = 0;
-    *kind = malloc((size_t)n + 1);
+    *kind = malloc((size_t)points->n + 1);
     if (!*kind) return fs_error_memory(err);
-    for (int i = 0; i < n && !by_depth; i++) (*kind)[i] = i % 2 ? POINT_REFLECTED : POINT_TRANSMITTED;
-    if (!by_depth) return 0;
-    MUST(fs_depth_cue_part(start->views, start->points, *kind, &depth, err));
-    for (int i = 0; i < n; i++) reflected += (*kind)[i] == POINT_REFLECTED;
-    fs_log_info(start->log, "initialise: parted at a depth of %.3g: %d points transmitted, %d reflected", depth,
-                n - reflected, reflected);
+    for (int i = 0; i < points->n; i++) (*kind)[i] = i % 2 ? POINT_REFLECTED : POINT_TRANSMITTED;
     return 0;
 }
 
@@ -114,9 +105,9 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
     if (scene->separation != SEPARATION_FULL && !(scene->shared_geometry && scene->pane_beta))
         TRY(fs_error_set(err, FS_ERR_USAGE, "--separation %s goes with --geometry shared and --beta pane",
                          set->separation));
-    bool lit = scene->separation != SEPARATION_FLASHLESS && scene->separation != SEPARATION_NONE;
-    if (!lit || strcmp(set->flash_cue, "contrast") != 0) {
-        TRY(deal_points(start, lit && strcmp(set->flash_cue, "depth") == 0, &dealt, err));
+    bool cue = strcmp(set->flash_cue, "none") != 0;
+    if (!cue || scene->separation == SEPARATION_FLASHLESS || scene->separation == SEPARATION_NONE) {
+        TRY(deal_points(start->points, &dealt, err)); // both scenes begin at all places
         dealt_points.kind = dealt;
         dealt_start.points = &dealt_points;
         dealt_start.dense[0] = dealt_start.dense[1] = &none;

@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "base/threads.h"
 #include "initialise/constants.h"
+#include "initialise/depth_cue.h"
 #include "initialise/given_points.h"
 #include "initialise/start.h"
 #include "model/colmap_model.h"
@@ -121,11 +122,6 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
                          "%s: %d photos with flash and %d without to begin with, both kinds are needed: pose more of "
                          "them, or hold out fewer (poses --test-every)",
                          path.text, views->n_flash, views->n - views->n_flash));
-    if (*project->set.points && strcmp(project->set.flash_cue, "depth") == 0)
-        TRY(fs_error_set(
-            err, FS_ERR_USAGE,
-            "--flash-cue depth goes by the photos that found each point, which a cloud of --points does not "
-            "tell: use --flash-cue contrast, or leave --points away"));
     if (*project->set.points)
         TRY(fs_given_points_read(project->set.points, views, points, given, err));
     else
@@ -133,6 +129,37 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
 fail:
     fs_dataset_free(&dataset);
     return rc;
+}
+
+// By one depth, which the points of the poses tell.
+static int part_by_depth(const FsProject *project, const SmallViews *views, SparsePoints *points, FsError *err)
+{
+    int rc;
+    double depth;
+    Dataset dataset = {0};
+    SparsePoints found = {0};
+    TRY(fs_dataset_read(&dataset, fs_file_at("%s/views.json", project->out).text, err));
+    TRY(read_points(project, &dataset, &found, err));
+    TRY(fs_depth_cue_find(views, &found, &depth, err));
+    int mirrored = fs_depth_cue_part(views, depth, points);
+    fs_log_info(&project->log, "initialise: parted at a depth of %.3g: %d points transmitted, %d reflected", depth,
+                points->n - mirrored, mirrored);
+fail:
+    fs_points_free(&found);
+    fs_dataset_free(&dataset);
+    return rc;
+}
+
+// given: the rest of a cloud of --points, or nothing.
+static int find_surfaces(const FsProject *project, const Start *start, const PointList *given, PointList dense[2],
+                         FsError *err)
+{
+    if (given->xyz)
+        MUST(fs_given_points_split(start->points, given, start->threads, dense, err));
+    else if (strcmp(project->set.flash_cue, "contrast") == 0)
+        MUST(fs_residual_stereo_find(start, dense, err)); // which goes by the contrast's growth
+    fs_log_info(&project->log, "initialise: %d dense points transmitted, %d reflected", dense[0].n, dense[1].n);
+    return 0;
 }
 
 int fs_initialise_run(FsProject *project, FsError *err)
@@ -175,11 +202,8 @@ int fs_initialise_run(FsProject *project, FsError *err)
         goto fail;
     }
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
-    if (given.xyz)
-        TRY(fs_given_points_split(&points, &given, threads, dense, err));
-    else
-        TRY(fs_residual_stereo_find(&start, dense, err));
-    fs_log_info(log, "initialise: %d dense points transmitted, %d reflected", dense[0].n, dense[1].n);
+    if (strcmp(project->set.flash_cue, "depth") == 0) TRY(part_by_depth(project, &views, &points, err));
+    TRY(find_surfaces(project, &start, &given, dense, err));
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
     TRY(fs_first_scene_make(&start, &project->set, &scene, err));
     TRY(write_start(project, &points, dense, &scene, err));

@@ -79,7 +79,8 @@ static const FsOption table[] = {
            "start from this dense cloud, in the frame of the poses (COLMAP's fused.ply, say), instead of stereo"),
     ENUM("flash-cue", flash_cue, INITIALISE, "contrast", "contrast|depth|none",
          "what parts the two scenes' points before training: how much the flash raises each one's contrast; or for "
-         "comparisons one depth, as the paper's program does; or nothing, both begin at all points"),
+         "comparisons one depth, up to which photos with the flash find more points, as the paper's program does; or "
+         "nothing, both begin at all points"),
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
     INT("steps", steps, TRAIN, "3400", 1, 1000000, "N", "training steps"),
@@ -250,7 +251,7 @@ static const struct {
     {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},        {"paper", "opaque", "0"},
     {"paper", "settle", "0"},        {"paper", "photo-light", "false"},  {"paper", "vignetting", "false"},
     {"paper", "response", "as-is"},  {"paper", "photographer", "false"}, {"paper", "contrast", "0"},
-    {"paper", "bars", "false"},     {"paper", "dirt", "false"},
+    {"paper", "bars", "false"},     {"paper", "dirt", "false"},          {"paper", "flash-cue", "depth"},
     {"nerf", "model", "field"},             {"nerf", "separation", "none"},       {"nerf", "long-edge", "300"},
     {"nerf", "steps", "16000"},             {"nerf", "levels", "1"},              {"nerfren", "model", "field"},
     {"nerfren", "separation", "flashless"}, {"nerfren", "long-edge", "300"},      {"nerfren", "steps", "12000"},

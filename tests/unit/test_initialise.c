@@ -142,20 +142,21 @@ static void test_depth_cue(void **state)
     scatter(xyz, SIDE, MADE_DEPTH_T, 4);
     scatter(xyz + 3 * SIDE, SIDE, MADE_DEPTH_R, 5);
     scatter(xyz + 6 * SIDE, ODD, 2.8, 6);
-    const SparsePoints all = {.n = ALL, .xyz = xyz, .sightings = sightings};
+    SparsePoints all = {.n = ALL, .xyz = xyz, .kind = kind, .sightings = sightings};
     for (int i = 0; i < ALL;
          i++) { // in front and mirrored: half of the points by either lighting; behind the pane: more
         sightings[i][0] = i % 2 ? 3 : 1;
         sightings[i][1] = i < SIDE || i % 2 == 0 ? 3 : 1;
     }
-    assert_int_equal(fs_depth_cue_part(&views, &all, kind, &depth, &err), 0);
+    assert_int_equal(fs_depth_cue_find(&views, &all, &depth, &err), 0);
     assert_true(depth > MADE_DEPTH_T && depth < MADE_DEPTH_R);
+    assert_int_equal(fs_depth_cue_part(&views, depth, &all), SIDE + (depth < 2.8 ? ODD : 0));
     for (int i = 0; i < 2 * SIDE; i++) assert_int_equal(kind[i], i < SIDE ? POINT_TRANSMITTED : POINT_REFLECTED);
     for (int i = 0; i < ALL; i++) sightings[i][0] = sightings[i][1] = 2;
-    assert_int_equal(fs_depth_cue_part(&views, &all, kind, &depth, &err), FS_ERR_INPUT);
+    assert_int_equal(fs_depth_cue_find(&views, &all, &depth, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "--flash-cue contrast"));
     for (int i = 0; i < ALL; i++) xyz[3 * i + 2] = -1;
-    assert_int_equal(fs_depth_cue_part(&views, &all, kind, &depth, &err), FS_ERR_INPUT);
+    assert_int_equal(fs_depth_cue_find(&views, &all, &depth, &err), FS_ERR_INPUT);
 }
 
 static void test_light(void **state)
