@@ -45,7 +45,8 @@ int fs_info_photo(const char *path, const Log *log, FsError *err)
     if (exif.width > 0) snprintf(pixels, sizeof pixels, "%dx%d", exif.width, exif.height);
     if (tells_nothing(&exif)) {
         Image image = {0};
-        if (fs_photo_kind_inside(path) != PHOTO_RAW) MUST(fs_photo_read_stored(path, &image, err));
+        PhotoKind kind = fs_photo_kind_inside(path);
+        if (kind != PHOTO_RAW && kind != PHOTO_NPY) MUST(fs_photo_read_stored(path, &image, err));
         if (image.px) snprintf(pixels, sizeof pixels, "%dx%d, %d channels", image.width, image.height, image.channels);
         fs_image_free(&image);
         fs_log_info(log, "%s: picture, %s, %s, no EXIF", path, pixels, size);
@@ -80,6 +81,7 @@ int fs_info_photos(const char *folder, const Log *log, FsError *err)
     for (int i = 0; i < photos.n; i++) {
         PhotoFile *photo = &photos.photo[i];
         char text[120];
+        if (fs_log_cancelled(log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "%s: stopped", folder));
         fs_exif_exposure_text(&photo->exif, text);
         if (photo->failure.code)
             fs_log_warn(log, "%s", photo->failure.message);

@@ -134,6 +134,7 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
     common_white_balance(&flash, &noflash, levels.gain, log);
     TRY(read_photo(&flash, &levels, settings->long_edge, err));
     TRY(read_photo(&noflash, &levels, settings->long_edge, err));
+    if (fs_log_cancelled(log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "%s: stopped, nothing is written", out));
     warn_flash(&flash, &noflash, log);
     if (flash.width != noflash.width || flash.height != noflash.height)
         TRY(fs_error_input(err,

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "base/file.h"
 #include "base/owned.h"
@@ -316,6 +317,14 @@ static void drop_outdated(const Run *run)
     if (n) fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n, run->dir.text);
 }
 
+// The files go where those of the stage are.
+static bool is_own_place(const Run *run)
+{
+    struct stat own, dir;
+    return stat(fs_file_at("%s/renders", run->project->out).text, &own) == 0 && stat(run->dir.text, &dir) == 0 &&
+           own.st_dev == dir.st_dev && own.st_ino == dir.st_ino;
+}
+
 int fs_render_run(FsProject *project, FsError *err)
 {
     const Settings *set = &project->set;
@@ -325,6 +334,8 @@ int fs_render_run(FsProject *project, FsError *err)
     if (usual && fs_project_done(project, FS_STAGE_RENDER)) return 0;
     TRY(open_run(&run, err));
     if (usual) TRY(fs_project_begin(project, FS_STAGE_RENDER, NULL, 0, err));
+    if (!usual && is_own_place(&run))
+        fs_project_unmark(project, FS_STAGE_RENDER); // other pictures under the same names
     if (!*set->output) TRY(fs_owned_open(project->out, "project", err));
     if (!*set->output) drop_outdated(&run);
     TRY(probe_depth(&run, err));

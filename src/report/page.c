@@ -305,8 +305,8 @@ static void option_text(const Page *page, const json_t *ran_with, const FsOption
         snprintf(buf, n, "%s", json_string_value(value));
     else if (json_is_boolean(value))
         snprintf(buf, n, "%s", json_is_true(value) ? "true" : "false");
-    else if (json_is_number(value))
-        snprintf(buf, n, "%g", json_number_value(value));
+    else if (json_is_number(value)) // as %g, but a whole number whole
+        snprintf(buf, n, json_is_integer(value) ? "%.0f" : "%g", json_number_value(value));
     else if (fs_settings_get(&page->project->set, option->name, buf, n) < 0)
         *buf = 0;
 }

@@ -147,6 +147,8 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     Show show = {.project = project, .dataset = dataset, .set = set, .exposure = 1};
     FsError why = {0};
     FilePath dir = fs_file_at("%s/report", project->out);
+    // From here on to the page's end, some seconds: the page that is there has lost its pictures.
+    if (fs_log_cancelled(&project->log)) return fs_error_set(err, FS_ERR_CANCELLED, "report: stopped");
     fs_owned_remove(dir.text);
     MUST(fs_file_mkdirs(dir.text, err));
     if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) == FS_ERR_MEMORY) MUST(fs_error_memory(err));
@@ -154,9 +156,6 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     set->exposure = show.exposure;
     find_range(&show);
     for (int i = 0; i < set->n; i++)
-        for (int p = 0; p < PREVIEWS; p++) {
-            if (fs_log_cancelled(&project->log)) MUST(fs_error_set(err, FS_ERR_CANCELLED, "report: stopped"));
-            MUST(write_picture(&show, i, (Preview)p, err));
-        }
+        for (int p = 0; p < PREVIEWS; p++) MUST(write_picture(&show, i, (Preview)p, err));
     return write_veil(&show, err);
 }

@@ -104,7 +104,6 @@ static int write_photos(const FsProject *project, const Dataset *dataset, float 
     int chosen[FS_VIEWER_PHOTOS], n = fs_preview_choose(dataset, FS_VIEWER_PHOTOS, chosen);
     for (int i = 0; i < n; i++) {
         FsError why = {0};
-        if (fs_log_cancelled(&project->log)) return fs_error_set(err, FS_ERR_CANCELLED, "report: stopped");
         int rc = write_photo(project, &dataset->view[chosen[i]], viewer->photos + 1, exposure, &why);
         if (rc == FS_ERR_MEMORY) return fs_error_memory(err);
         if (rc == FS_ERR_IO) return fs_error_set(err, rc, "%s", why.message);

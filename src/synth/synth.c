@@ -150,6 +150,7 @@ int fs_synth_run(const char *out, const FsSettings *settings, const Log *log, Fs
     s.threads = fs_threads_new(settings->threads);
     TRY(s.threads ? 0 : fs_error_memory(err));
     TRY(prepare(&s, err));
+    if (fs_log_cancelled(log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "%s: stopped before the first view", out));
     TRY(make_folders(&s, err));
     for (int i = 0; i < s.n; i++) {
         fs_log_progress(log, "synth", i, s.n, s.shot[i].name);

@@ -78,6 +78,9 @@ class Info(FolderTest):
         for name, text in (("flash.dng", "64x48"), ("linear.dng", "64x48"), ("rgb.jpg", "24x16"), ("rgb8.tif", "24x16"),
                            ("rgb8.png", "24x16"), ("rgb16.tif", "24x16, 3 channels")):
             self.assertIn(text, self.info(given / name))
+        head = "{'descr': '<u2', 'fortran_order': False, 'shape': (20, 30, 3), }".ljust(117) + "\n"
+        npy = b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode() + bytes(20 * 30 * 3 * 2)
+        self.assertIn("30x20", self.info(self.write("a.npy", npy)))
         self.assertIn("1/125 s, ISO 400, f/5.6", self.info(given / "rgb.jpg"))
         self.assertIn("flash: fired", self.info(self.write("a.tif", (given / "rgb.jpg").read_bytes())))
         for name in ("flash.dng", "ambient.dng", "rgb.jpg"):

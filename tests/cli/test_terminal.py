@@ -1,7 +1,10 @@
 """What a person sees: a bar on a terminal, plain lines elsewhere, nothing with --quiet."""
+import fcntl
 import os
 import pty
+import struct
 import subprocess
+import termios
 
 import common
 import pictures
@@ -16,9 +19,10 @@ class Terminal(FolderTest):
         self.photos = pictures.photos(self.dir / "photos", 4)
         self.words = ["ingest", self.photos, "-o", self.dir / "out", *FLASH]
 
-    def on_terminal(self, *words, **environment):
+    def on_terminal(self, *words, columns=0, **environment):
         """The exit code, standard output, and what a terminal as standard error gets."""
         ours, theirs = pty.openpty()
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
         process = subprocess.Popen([common.PROGRAM, *map(str, words)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                    stderr=theirs, env={**os.environ, "TERM": "xterm", **environment})
         os.close(theirs)
@@ -43,6 +47,12 @@ class Terminal(FolderTest):
         self.assertNotIn("\r", output)
         for line in shown.split("\r"):
             self.assertLess(len(line.replace("\x1b[K", "").strip("\n")), 200)
+
+    def test_narrow_terminal(self):
+        _, _, shown = self.on_terminal(*self.words, columns=12)
+        bars = [part.split("\x1b[K")[0] for part in shown.split("\r") if part.startswith("ingest")]
+        self.assertGreater(len(bars), 1)
+        self.assertEqual(max(map(len, bars)), 11)
 
     def test_dumb_terminal(self):
         _, _, shown = self.on_terminal(*self.words, TERM="dumb")

@@ -104,6 +104,9 @@ class Job(unittest.TestCase):
         text = run(*job(copy))
         for stage in ("ingest", "poses", "initialise", "train", "render", "export"):
             self.assertRegex(text, rf"(?m)^{stage}: .*skipped")
+        run("render", copy, "--cameras", copy / "sparse")  # other pictures in the stage's place
+        self.assertFalse((copy / "done/render.json").exists())
+        self.assertNotRegex(run(*job(copy)), r"(?m)^render: .*skipped")
         text = run("export", copy, "--force")
         self.assertNotIn("skipped", text)
         self.assertEqual(plys(copy), plys(self.out))

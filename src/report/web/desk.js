@@ -60,6 +60,7 @@ class Desk {
         all('[data-do]').forEach(button => button.onclick = () => this[button.dataset.do](button));
         this.film.buttons.forEach((button, i) => button.onclick = () => this.stand(this.scene.views[i]));
         this.stage.onframe.push(() => this.follow());
+        this.stage.flashFrom = pose => this.flashFrom(pose);
         this.stage.canvas.addEventListener('keydown', event => {
             const { clientWidth, clientHeight } = this.stage.canvas;
             if (event.key === 'Enter') this.ruler.click(clientWidth / 2, clientHeight / 2);
@@ -124,12 +125,17 @@ class Desk {
         return flash === 0 ? 'off' : flash === 1 ? 'on' : `${Math.round(100 * flash)} %`;
     }
 
+    // Where the flash is for who looks from there.
+    flashFrom(pose) {
+        const { place } = this, at = this.pinned || pose;
+        const step = scale([place.side, -place.up, place.ahead], this.scene.flash_distance);
+        return add(at.centre, applyBack(at.turn, step));
+    }
+
     // Before each frame: the flash stays at its place, the nearest photo is shown.
     follow() {
-        const { stage, place } = this, { pose, show } = stage;
-        const at = this.pinned || pose, unit = this.scene.flash_distance;
-        const step = scale([place.side, -place.up, place.ahead], unit);
-        show.flashAt = add(at.centre, applyBack(at.turn, step));
+        const { stage } = this, { pose, show } = stage;
+        show.flashAt = this.flashFrom(pose);
         if (!this.film.beside.hidden) this.film.showNearest(pose, show.flash > 0.5);
         const stands = this.scene.views.find(v => v.pose.centre === pose.centre);
         if (stands !== this.stands) this.film.mark(this.stands = stands);

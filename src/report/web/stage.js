@@ -17,6 +17,7 @@ class Stage {
         this.changed = 0;
         this.best = false;  // the picture is at its best
         this.waiting = [];
+        this.flashFrom = () => null; // where the flash is for a pose; null: at it
         this.onframe = [];  // called with the time in ms before a frame
         canvas.addEventListener('webglcontextlost', event => {
             event.preventDefault();

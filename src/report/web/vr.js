@@ -14,18 +14,27 @@ class Vr {
 
     async enter() {
         const session = this.session = await navigator.xr.requestSession('immersive-vr'), { gl } = this.stage.renderer;
-        await gl.makeXRCompatible();
-        const layer = new XRWebGLLayer(session, gl, { antialias: false, depth: false });
+        session.onend = () => {
+            this.session = null;
+            if (!this.stage.paused) return; // it never began
+            this.stage.paused = false;
+            this.stage.look(this.home);
+        };
+        try {
+            await gl.makeXRCompatible();
+            await this.begin(session, new XRWebGLLayer(session, gl, { antialias: false, depth: false }));
+        } catch (why) {
+            session.end();
+            throw why;
+        }
+    }
+
+    async begin(session, layer) {
         session.updateRenderState({ baseLayer: layer });
         const space = await session.requestReferenceSpace('local');
         this.units = this.stage.scene.metres_per_unit > 0 ? 1 / this.stage.scene.metres_per_unit : this.walk.focus / 2;
         this.home = this.stage.pose;
         this.stage.paused = true;
-        session.onend = () => {
-            this.session = null;
-            this.stage.paused = false;
-            this.stage.look(this.home);
-        };
         const frame = (time, xr) => {
             session.requestAnimationFrame(frame);
             const viewer = xr.getViewerPose(space);
@@ -49,7 +58,7 @@ class Vr {
         for (const view of viewer.views) {
             const { x, y, width, height } = layer.getViewport(view), p = view.projectionMatrix;
             const lens = [p[0] * width / 2, p[5] * height / 2, (1 - p[8]) * width / 2, (1 + p[9]) * height / 2];
-            const show = { ...stage.show, whole: false, share: Math.min(1, Math.max(stage.share, 0.5)) };
+            const show = { ...stage.show, flashAt: stage.flashFrom(head), whole: false, share: Math.min(1, Math.max(stage.share, 0.5)) };
             renderer.draw(this.poseOf(view.transform), lens, [x, y, width, height], show, layer.framebuffer);
         }
     }
