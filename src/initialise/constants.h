@@ -56,7 +56,8 @@ enum {
 #define LIT_FIELD_SPREAD 0.25f      // -          where some are
 #define CLASSIFY_OUTLIERS 0.02f     // -
 #define CLASSIFY_SIGMA_MIN 0.03f    // -
-#define DEPTH_CUE_WITHIN 0.99       // -          share of the points that the histograms' depth spans
+#define DEPTH_CUE_WITHIN 0.99       // -          share of the points, in depth
+#define DEPTH_CUE_REACH 3.0         // experiment times that depth: the program's window reaches far beyond a scene
 #define DEPTH_CUE_POWER 0.8         // program    of the difference in each bin
 #define DEPTH_CUE_SIGMA 3.0         // program    bins
 #define CLASSIFY_SURE 1.0f          // -          log of odds

@@ -21,7 +21,7 @@ static Place place_of(const SmallViews *views, const float xyz[3])
     return (Place){v3_dot(d, views->right), v3_dot(d, views->forward)};
 }
 
-// The depth that nearly all points before the cameras lie within.
+// The depth that the histograms span.
 static int depth_range(const SmallViews *views, const SparsePoints *points, double *range, FsError *err)
 {
     int n = 0;
@@ -32,7 +32,7 @@ static int depth_range(const SmallViews *views, const SparsePoints *points, doub
         if (depth > 0) z[n++] = (float)depth;
     }
     fs_order_floats(z, (size_t)n);
-    *range = n ? (double)z[(int)(DEPTH_CUE_WITHIN * (n - 1))] : 0;
+    *range = n ? DEPTH_CUE_REACH * (double)z[(int)(DEPTH_CUE_WITHIN * (n - 1))] : 0;
     free(z);
     if (*range > 0) return 0;
     return fs_error_set(err, FS_ERR_INPUT, "no point of the poses lies before the cameras; run the poses stage again");
