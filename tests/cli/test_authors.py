@@ -157,6 +157,10 @@ class Authors(FolderTest):
         process = self.good("initialise", out, "--points", text, *QUICK[:2], *QUICK[6:8])
         self.assertIn("the cloud of --points changed", process.stdout + process.stderr)
         self.assertNotEqual((out / "start/T_N.ply").read_bytes(), first)
+        # the paper's preset parts it by the depth that the points of the poses tell
+        process = self.good("initialise", out, "--points", text, "--preset", "paper", *QUICK[6:8])
+        said = re.search(r"parted at a depth of \S+: (\d+) points transmitted, (\d+) reflected", process.stdout + process.stderr)
+        self.assertGreater(min(map(int, said.groups())), 50)
         authors_folder.write_dense(text, points + 100)
         process = run("initialise", out, "--points", text, *QUICK[:2], *QUICK[6:8])
         self.assert_fails(process, 1, text, "frame of the poses")
