@@ -70,7 +70,7 @@ enum {
     FS_STAGE_BENCH = 1 << 9,
     FS_STAGE_CHECK = 1 << 10,
     FS_STAGE_VIEW = 1 << 11,
-    FS_STAGE_ALL = (1 << 7) - 1, // the stages of `run`
+    FS_STAGE_ALL = (1 << 7) - 1, // all of them; `run` leaves evaluate out
 };
 
 typedef struct FsOption {
