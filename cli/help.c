@@ -60,7 +60,11 @@ static void preset_values(const FsSettings *defaults, const char *preset, char *
         if (strcmp(options[i].name, "preset") == 0) continue;
         fs_settings_get(defaults, options[i].name, was, sizeof was);
         fs_settings_get(settings, options[i].name, is, sizeof is);
-        if (strcmp(was, is) != 0 && used < size)
+        if (strcmp(was, is) == 0 || used >= size) continue;
+        if (options[i].type == FS_OPTION_BOOL)
+            used += (size_t)snprintf(buf + used, size - used, " --%s%s", strcmp(is, "true") == 0 ? "" : "no-",
+                                     options[i].name);
+        else
             used += (size_t)snprintf(buf + used, size - used, " --%s %s", options[i].name, is);
     }
 done:

@@ -2,7 +2,7 @@
 //
 // The only public header. A project is a folder (OUT) that the stages fill one after the other;
 // every stage reads what the stages before it left there, so each can be rerun alone.
-// No call prints, exits or throws: a fallible call returns 0 or a negative FsStatus and fills FsError.
+// No call prints, exits or throws: a fallible call returns 0 (fs_check: or FS_DOUBTS) or a negative FsStatus and fills FsError.
 #ifndef FLASHSPLAT_H
 #define FLASHSPLAT_H
 
@@ -108,14 +108,14 @@ void fs_project_close(FsProject *project);
 
 // The stages. Each skips what is done already (and says so through the log) unless the setting "force" is on. What
 // writes into the folder keeps it until the project is closed; meanwhile others that would are refused.
-int fs_ingest(FsProject *project, const char *photos, FsError *err); // photos: folder of RAW/JPEG/HEIF/PNG/TIFF
+int fs_ingest(FsProject *project, const char *photos, FsError *err); // photos: folder of RAW/JPEG/HEIF/PNG/TIFF/.npy
 int fs_poses(FsProject *project, FsError *err);                      // setting "poses": known poses, else COLMAP
 int fs_initialise(FsProject *project, FsError *err);
 int fs_train(FsProject *project, FsError *err);
 int fs_render(FsProject *project, FsError *err); // settings "cameras", "output", "path"
 int fs_evaluate(FsProject *project, const char *truth, FsError *err);
 int fs_export(FsProject *project, FsError *err);
-int fs_run(FsProject *project, const char *photos, FsError *err); // all of them in order
+int fs_run(FsProject *project, const char *photos, FsError *err); // all but evaluate, in order; then the page
 
 // ---- programs beside the stages ----
 

@@ -30,7 +30,7 @@ typedef struct Step {
     ViewImages images;
     RasterPass pass, back; // what is rasterised; what gets gradients
     ViewLoss loss;
-    Planes mask, T_linear, other_linear; // both as they are behind the pane, for the linearity term
+    Planes mask, T_linear, other_linear; // both without the pane, for the linearity term
     PearsonSums pearson;
     void **scratch;    // one per thread
     StripSums *strips; // added up in their order
@@ -63,7 +63,8 @@ static void add_other(Step *s)
     s->loss.other = task;
     task->train = s->engine->volumes.field != NULL;
     if (task->train) fs_raster_pass_add(&s->back, task);
-    s->T_linear = fs_scratch_planes(&s->engine->arena, &s->pixels.camera, 3);
+    bool dimmed = s->images.plan.pane_beta; // images.T_linear is
+    s->T_linear = dimmed ? fs_scratch_planes(&s->engine->arena, &s->pixels.camera, 3) : s->images.T_linear;
     s->other_linear = fs_scratch_planes(&s->engine->arena, &s->pixels.camera, 3);
 }
 
@@ -197,7 +198,7 @@ static void forward_job(void *context, int strip, int worker)
     k->pixelwise->clipped(&s->pixels.trust, &s->pixels.photo, &s->images.P, &s->mask, y0, y1);
     if (!s->loss.other) return;
     Planes T = fs_view_images_rgb(&s->images.T->feature), other = fs_view_images_rgb(&s->loss.other->feature);
-    k->compose->decode(&T, &s->T_linear, y0, y1);
+    if (s->T_linear.px != s->images.T_linear.px) k->compose->decode(&T, &s->T_linear, y0, y1);
     k->compose->decode(&other, &s->other_linear, y0, y1);
     PearsonArgs args = {.X_linear = &s->T_linear, .Y_linear = &s->other_linear};
     s->strips[strip].pearson = k->pearson->sums(&args, y0, y1);

@@ -13,20 +13,32 @@
 #include "model/colmap_model.h"
 #include "model/photos.h"
 
-// Photos that found the point, by their lighting.
-static void count_sightings(const ColmapModel *model, const ColmapPoint *point, const Dataset *dataset,
+// Photos that found each point, by their lighting.
+static void count_sightings(const ColmapModel *model, const ColmapPoint *point, const signed char *lighting,
                             int sightings[2])
 {
     for (int k = 0; k < point->n; k++) {
         int image = fs_colmap_model_image(model, model->track[point->first + k].image_id);
-        int view = image < 0 ? -1 : fs_dataset_find(dataset, model->image[image].name);
-        if (view >= 0 && !dataset->view[view].held_out) sightings[dataset->view[view].flash]++;
+        if (image >= 0 && lighting[image] >= 0) sightings[(int)lighting[image]]++;
     }
 }
 
-static int read_points(const FsProject *project, const Dataset *dataset, SparsePoints *points, FsError *err)
+// Of the model's images: 1 with the flash, 0 without; -1: not one of those that training may see.
+static signed char *lightings(const ColmapModel *model, const Dataset *dataset)
+{
+    signed char *lighting = malloc((size_t)model->n_images + 1);
+    for (int i = 0; lighting && i < model->n_images; i++) {
+        int view = fs_dataset_find(dataset, model->image[i].name);
+        lighting[i] = view >= 0 && !dataset->view[view].held_out ? dataset->view[view].flash : -1;
+    }
+    return lighting;
+}
+
+// seen_by: their sightings are counted; NULL: nobody asks.
+static int read_points(const FsProject *project, const Dataset *seen_by, SparsePoints *points, FsError *err)
 {
     ColmapModel model = {0};
+    signed char *lighting = NULL;
     FilePath dir = fs_file_at("%s/sparse", project->out);
     char *place = fs_colmap_model_find(dir.text);
     bool there = place;
@@ -34,13 +46,14 @@ static int read_points(const FsProject *project, const Dataset *dataset, SparseP
     if (!there) return fs_project_missing(project->out, FS_STAGE_POSES, "sparse", err);
     int rc = fs_colmap_model_read(dir.text, &model, err);
     if (rc < 0) return rc;
+    if (seen_by && !(lighting = lightings(&model, seen_by))) TRY(fs_error_memory(err));
     TRY(fs_points_new(points, model.n_points, err));
     points->n = 0;
     for (int i = 0; i < model.n_points; i++) {
         const double *p = model.point[i].xyz;
         if (!(fabs(p[0]) < 1e15 && fabs(p[1]) < 1e15 && fabs(p[2]) < 1e15)) continue;
         for (int k = 0; k < 3; k++) points->xyz[3 * (size_t)points->n + (size_t)k] = (float)p[k];
-        count_sightings(&model, &model.point[i], dataset, points->sightings[points->n]);
+        if (lighting) count_sightings(&model, &model.point[i], lighting, points->sightings[points->n]);
         points->n++;
     }
     if (points->n < INPUT_FEWEST)
@@ -50,6 +63,7 @@ static int read_points(const FsProject *project, const Dataset *dataset, SparseP
                          dir.text, points->n, INPUT_FEWEST));
 fail:
     fs_colmap_model_free(&model);
+    free(lighting);
     return rc;
 }
 
@@ -125,10 +139,17 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
     if (*project->set.points)
         TRY(fs_given_points_read(project->set.points, views, points, given, err));
     else
-        TRY(read_points(project, &dataset, points, err));
+        TRY(read_points(project, NULL, points, err));
 fail:
     fs_dataset_free(&dataset);
     return rc;
+}
+
+// Without the flash's cues nothing is parted.
+static bool by_depth(const Settings *set)
+{
+    bool lit = strcmp(set->separation, "full") == 0 || strcmp(set->separation, "linear") == 0;
+    return lit && strcmp(set->flash_cue, "depth") == 0;
 }
 
 // By one depth, which the points of the poses tell.
@@ -202,7 +223,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
         goto fail;
     }
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
-    if (strcmp(project->set.flash_cue, "depth") == 0) TRY(part_by_depth(project, &views, &points, err));
+    if (by_depth(&project->set)) TRY(part_by_depth(project, &views, &points, err));
     TRY(find_surfaces(project, &start, &given, dense, err));
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
     TRY(fs_first_scene_make(&start, &project->set, &scene, err));

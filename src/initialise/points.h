@@ -32,7 +32,7 @@ typedef struct SparsePoints {
     Cue *cue;            // (n)
     unsigned char *kind; // (n) PointKind
     float *evidence;     // (n) log of the odds for "transmitted", 0 where the cue says nothing
-    int (*sightings)[2]; // (n) photos that it was found in, without the flash and with it; 0 where the cloud is given
+    int (*sightings)[2]; // (n) photos that found it, without the flash and with it; where depth_cue.h asks for them
 } SparsePoints;
 
 int fs_points_new(SparsePoints *points, int n, FsError *err);

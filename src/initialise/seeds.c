@@ -143,8 +143,13 @@ fail:
     return rc;
 }
 
-#define NOT_FINITE                                                                                                     \
-    "the start: a point of the poses is too far away to place it, or memory is out; run the poses stage again"
+static int neighbours_of(const float *xyz, int n, int k, int *index, float *dist2, Threads *threads, FsError *err)
+{
+    int rc = index && dist2 ? fs_knn(xyz, n, k, index, dist2, threads) : FS_ERR_MEMORY;
+    if (rc == FS_ERR_MEMORY) return fs_error_memory(err);
+    return rc < 0 ? fs_error_set(err, rc, "the start: a point is too far away to be placed; run the poses stage again")
+                  : 0;
+}
 
 // Copies of the points, moved by half the distance to their neighbours.
 static int add_copies(const PointList *points, int count, Rng *rng, Threads *threads, Seeds *seeds, FsError *err)
@@ -153,9 +158,7 @@ static int add_copies(const PointList *points, int count, Rng *rng, Threads *thr
     int *index = malloc(sizeof(int) * K * (size_t)points->n);
     float *dist2 = malloc(sizeof(float) * K * (size_t)points->n);
     int rc = 0;
-    if (!index || !dist2) TRY(fs_error_memory(err));
-    rc = fs_knn(points->xyz, points->n, K, index, dist2, threads);
-    if (rc < 0) TRY(fs_error_set(err, rc, NOT_FINITE));
+    TRY(neighbours_of(points->xyz, points->n, K, index, dist2, threads, err));
     while (seeds->n < count) {
         int i = fs_rng_below(rng, points->n);
         float sum = 0, step, xyz[3];
@@ -177,9 +180,7 @@ static int measure_scales(const SmallViews *views, Threads *threads, Seeds *seed
     int *index = malloc(sizeof(int) * K * (size_t)seeds->n);
     float *dist2 = malloc(sizeof(float) * K * (size_t)seeds->n);
     int rc = 0;
-    if (!index || !dist2) TRY(fs_error_memory(err));
-    rc = fs_knn(seeds->xyz, seeds->n, K, index, dist2, threads);
-    if (rc < 0) TRY(fs_error_set(err, rc, NOT_FINITE));
+    TRY(neighbours_of(seeds->xyz, seeds->n, K, index, dist2, threads, err));
     // No seed shows larger than a twentieth of a photo, or smaller than a third of a pixel.
     double side = views->n ? fmax(views->view[0].camera.width, views->view[0].camera.height) : 300;
     for (int i = 0; i < seeds->n; i++) {

@@ -6,12 +6,15 @@
 //   linear/features_masks/<view>.png.png                        by ingest, where masks were given (for COLMAP)
 //   linear/features/<view>.png                                  by ingest (8 bits, x^0.35, larger: to find features)
 //   views.json, images/<view>.tif, images/<view>_mask.png        by poses (undistorted, with cameras)
-//   sparse/{cameras,images,points3D}.txt                         by poses (COLMAP text model of the joint frame)
-//   start/<cloud>.ply, start/{transmitted,reflected}.ply         by initialise
-//   clouds/<cloud>.ply, clouds/model.json, clouds/veil.tif       by train
+//   sparse/{cameras,images,points3D}.{txt,bin}                   by poses (COLMAP model of the joint frame)
+//   start/<cloud>.ply or field.bin, start/model.json             by initialise
+//   start/{transmitted,reflected}{,_surface}.ply                 by initialise
+//   clouds/<cloud>.ply or field.bin, clouds/model.json           by train
+//   clouds/photos.json, clouds/veil.tif                          by train
 //   checkpoint/, progress/, log.jsonl                            by train
 //   renders/<layer>/<view>.png, path/, video/, sheet.png         by render
 //   export/                                                      by export
+//   evaluate.json                                                by evaluate
 //   index.html, report/                                          by report
 //   warnings/<stage>.txt                                         by each stage, as it runs
 //   done/<stage>.json                                            by each stage, last: what its results follow from

@@ -80,7 +80,7 @@ static const FsOption table[] = {
     ENUM("flash-cue", flash_cue, INITIALISE, "contrast", "contrast|depth|none",
          "what parts the two scenes' points before training: how much the flash raises each one's contrast; or for "
          "comparisons one depth, up to which photos with the flash find more points, as the paper's program does; or "
-         "nothing, both begin at all points"),
+         "nothing, they are dealt to both by turns"),
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
     INT("steps", steps, TRAIN, "3400", 1, 1000000, "N", "training steps"),
@@ -164,7 +164,7 @@ static const FsOption table[] = {
 
     STRING("cameras", cameras, RENDER, "", "MODEL",
            "views to render: COLMAP model folder, transforms.json or cameras.json"),
-    STRING("output", output, RENDER | EVALUATE, "", "DIR", "folder for the renders (default: OUT/renders)"),
+    STRING("output", output, RENDER | EVALUATE, "", "DIR", "folder for the renders (default: OUT/renders; of a camera path OUT/path)"),
     ENUM("path", path, RENDER, "none", "none|spiral", "render a camera path instead of views"),
     LIST("layers", layers, RENDER, "all", "all|T_N|T_F|R|R_scene|beta|I_N|I_F|depth_T|depth_R",
          "layers to render, comma-separated: T_N,T_F,R,R_scene,beta,I_N,I_F,depth_T,depth_R (R is beta times "
@@ -172,7 +172,8 @@ static const FsOption table[] = {
     BOOL("linear", linear, RENDER | PAIR, "write 32-bit float TIFF in linear light too"),
     FLOAT("metres-per-unit", metres_per_unit, RENDER, "0", 0, 1e9, "X",
           "metres in one unit of the poses, so that depth is written in millimetres; 0: unknown"),
-    BOOL("video", video, RENDER, "write MP4 of the camera path"),
+    BOOL("video", video, RENDER,
+         "write MP4 of the views of --cameras, or of a camera path beside the photos' renders; --path spiral always does"),
     INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
 
     LIST("formats", formats, EXPORT, "ply,spz", "ply|splat|spz|spz2|sog|compressed|glb|points|mesh",
@@ -230,7 +231,7 @@ static const struct {
 } presets[] = {
     {"preview", "a first look, a minute on two cores"},
     {"standard", "the best within about ten minutes on two cores"},
-    {"paper", "the paper's four clouds, losses, weights and schedules"},
+    {"paper", "the paper's four clouds, losses, weights and schedules, from its program's start"},
     {"nerf", "a radiance field, for comparisons; nothing is told apart"},
     {"nerfren", "NeRFReN's two radiance fields, for comparisons: without the flash's cues"},
     {"flash-nerf", "the same with T_F and T_N, and the paper's linearity term"},

@@ -178,7 +178,8 @@ static int steps(Trainer *trainer, int from, int to, FsError *err)
         StepArgs args;
         StepResult result;
         if (fs_log_cancelled(&trainer->project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again", trainer->set->steps);
+            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again",
+                                trainer->set->steps);
         fs_schedule_step(trainer->set, &trainer->scene, step, &args);
         weigh(args.weight);
         args.learn = trainer->learn;
@@ -228,8 +229,13 @@ int fs_photographer_steps(const Settings *set, int photos)
 int fs_photographer_find(Trainer *trainer, FsError *err)
 {
     const Settings *set = trainer->set;
-    if (!fs_photographer_steps(set, trainer->n_views)) return 0;
-    if (!trainer->scene.pane_beta || !trainer->scene.cloud[LAYER_R].n) return 0;
+    if (!set->photographer || !trainer->scene.pane_beta || !trainer->scene.cloud[LAYER_R].n) return 0;
+    if (!fs_photographer_steps(set, trainer->n_views)) {
+        fs_log_info(&trainer->project->log,
+                    "train: does not look for the mirror image of who takes the photos: that wants %.0f steps",
+                    ceil(PORTRAIT_VISITS * trainer->n_views / PORTRAIT_SHARE));
+        return 0;
+    }
     Portrait *p = calloc(1, sizeof *p);
     int rc = 0;
     trainer->occlusion = calloc((size_t)trainer->n_views, sizeof *trainer->occlusion);

@@ -40,6 +40,9 @@ class Help(unittest.TestCase):
 
     def test_default_is_what_the_default_preset_sets(self):
         self.assertRegex(run("train", "--help").stdout, r"--preset .*default: standard")
+        paper = next(line for line in run("train", "--help").stdout.splitlines() if line.startswith("  paper "))
+        self.assertIn(" --no-dirt", paper)  # as one would type it
+        self.assertNotIn(" false", paper)
 
     def test_run_has_every_option_of_its_stages(self):
         options = {c: set(re.findall(r"(?m)^  (--[a-z-]+)", run(c, "--help").stdout)) for c in COMMANDS}

@@ -39,10 +39,13 @@ GLASSES = """
     const projectionMatrix = [2 * camera.fx / w, 0, 0, 0, 0, 2 * camera.fy / h, 0, 0,
                               1 - 2 * camera.cx / w, 2 * camera.cy / h - 1, -1, -1, 0, 0, -0.2, 0];
     const eye = { transform: { matrix }, projectionMatrix };
-    let frames = 0, done, over = false;
+    let frames = 0, done, over = false, refusals = 1;
+    const { warn } = console;
+    console.warn = why => { window.warned = why.message; console.warn = warn; };
     window.seen = new Promise(resolve => { done = resolve; });
     const session = {
-        updateRenderState() {}, requestReferenceSpace: async () => ({}),
+        updateRenderState() {},
+        requestReferenceSpace: async () => { if (refusals-- > 0) throw new Error('not now'); return {}; },
         end() { over = true; this.onend(); },
         requestAnimationFrame(call) { requestAnimationFrame(time => {
             if (over) return;
@@ -52,7 +55,7 @@ GLASSES = """
     };
     gl.makeXRCompatible = async () => {};
     window.XRWebGLLayer = class { framebuffer = null; getViewport() { return { x: 0, y: 0, width: w, height: h }; } };
-    window.xr = { session, isSessionSupported: async () => true, requestSession: async () => session };
+    window.xr = { session, isSessionSupported: async () => true, requestSession: async () => { over = false; return session; } };
     Object.defineProperty(navigator, 'xr', { value: window.xr, configurable: true });
     stage.share = 1;
     await flashsplat.desk.offerVr();
@@ -269,6 +272,9 @@ class Viewer(unittest.TestCase):
             wanted = decode(browser.evaluate(f"{DESK}.picture({camera}, {show})"))
             browser.evaluate(f"(async () => {{ {GLASSES} }})()".replace("CAMERA", camera))
             self.assertFalse(browser.evaluate("document.querySelector('[data-do=vr]').hidden"))
+            self.click(browser, "[data-do=vr]")  # refused: the page goes on, and one may try again
+            browser.evaluate(f"{DESK}.stage.settled().then(() => 1)")
+            self.assertEqual(browser.evaluate("window.warned"), "not now")
             self.click(browser, "[data-do=vr]")
             found = decode(browser.evaluate("window.seen.then(() => window.picture)"))
             self.assertGreater(psnr(found, wanted), 30)  # half floats

@@ -199,6 +199,27 @@ static void test_every_flash_cue(void **state)
     free(points);
 }
 
+// Both rows of a sheet have one exposure: what the flash lights is brighter in the second.
+static void test_progress_sheet(void **state)
+{
+    (void)state;
+    const Pair pairs[] = {{"steps", "20"}, {"progress-every", "20"}, {NULL, NULL}};
+    FsError err;
+    Image sheet = {0};
+    double row[2] = {0, 0};
+    char *path = fs_file_path("%s/progress/00020.png", out);
+    assert_int_equal(run_stage(fs_initialise, NULL, &err), 0);
+    assert_int_equal(run_stage(fs_train, pairs, &err), 0);
+    assert_int_equal(fs_png_read(path, &sheet, &err), 0);
+    for (int y = 0; y < sheet.height; y++)
+        for (int i = 0; i < sheet.width * sheet.channels * 3 / 5; i++) // photo, composite and T
+            row[2 * y >= sheet.height] +=
+                (double)sheet.px[(size_t)y * (size_t)(sheet.width * sheet.channels) + (size_t)i];
+    assert_true(row[1] > 1.1 * row[0]);
+    fs_image_free(&sheet);
+    free(path);
+}
+
 static void test_every_instruction_set(void **state)
 {
     (void)state;
@@ -240,6 +261,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_instruction_set),
         cmocka_unit_test(test_every_flash_cue),
+        cmocka_unit_test(test_progress_sheet),
         cmocka_unit_test(test_every_combination),
     };
     return cmocka_run_group_tests(tests, make_capture, drop_capture);

@@ -115,6 +115,16 @@ class Job(unittest.TestCase):
         self.assertFalse((copy / "done/render.json").exists())
         self.assertFalse((copy / "done/export.json").exists())
 
+    def test_whole_numbers_on_the_page(self):
+        out = self.dir / "seeded"
+        run("run", Job.scene / "capture/raw", "-o", out, "--poses", Job.scene / "truth/sparse", "--steps", 3, "--init-count", 300,
+            "--long-edge", 96, "--seed", 20261125)
+        self.assertIn("20261125", (out / "index.html").read_text())
+
+    def test_says_what_it_does_not_look_for(self):
+        for what in ("the mirror image of who takes the photos", "bars before the glass"):
+            self.assertRegex(self.log, rf"does not look for {what}.*: that wants \d+ (steps|photos)")
+
     def test_run_names_the_files_to_open(self):
         opened = self.log[self.log.index("Open these:"):]
         paths = re.findall(r"(?m)^  (\S+)", opened)

@@ -154,6 +154,12 @@ static void test_exposure(void **state)
     free(f), free(n), free(out), free(tif);
 }
 
+static bool stop(void *user)
+{
+    (void)user;
+    return true;
+}
+
 static void test_errors(void **state)
 {
     char *a = in(state, "a.tif"), *b = in(state, "b.tif"), *out = in(state, "x.png"), *bad = in(state, "bad.dng");
@@ -168,6 +174,10 @@ static void test_errors(void **state)
     fs_image_free(&image);
     assert_int_equal(pair(a, b, out, false, "10", &said, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "20 x 10 pixels"));
+    FsSettings *set = fs_settings_new();
+    assert_int_equal(fs_pair_run(a, a, out, set, &(Log){.cancelled = stop}, &err), FS_ERR_CANCELLED);
+    assert_false(fs_file_exists(out));
+    fs_settings_free(set);
     assert_int_equal(pair(a, "/nonexistent.png", out, false, NULL, &said, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "/nonexistent.png"));
     assert_int_equal(pair(a, a, a, false, NULL, &said, &err), FS_ERR_USAGE);

@@ -363,7 +363,12 @@ static void test_refusals(void **state)
     Log log = {.cancelled = stop};
     char *out = in(state, "cap"), *file = in(state, "file"), *below = in(state, "file/cap"), *own = in(state, "own");
     char *capture = in(state, "own/capture"), *photo = in(state, "own/capture/photo.jpg");
+    char *taken = in(state, "cap/capture/raw/IMG_0001.DNG");
+    assert_int_equal(fs_settings_set(set, "photos", "6", NULL) | fs_settings_set(set, "held-out", "0", NULL), 0);
+    assert_int_equal(fs_synth_run(out, set, NULL, &err), 0);
     assert_int_equal(fs_synth_run(out, set, &log, &err), FS_ERR_CANCELLED);
+    assert_true(fs_file_exists(taken)); // what was there stays until there are views to take its place
+    free(taken);
     assert_int_equal(fs_file_write(file, "x", 1, NULL), 0);
     assert_int_equal(fs_synth_run(below, set, NULL, &err), FS_ERR_IO);
     assert_int_equal(fs_file_mkdirs(capture, NULL), 0);
