@@ -23,6 +23,7 @@ PAPER = ["--preset", "paper", "--init-count", "24000", "--max-splats", "60000"]
 OUR_CUE = [*PAPER, "--flash-cue", "contrast"]  # a start that works on all scenes: ablations tell what they lack
 VARIANTS = {  # name: (options of `run`, layers it has)
     "full": ([], LAYERS),
+    "preview": (["--preset", "preview"], LAYERS),  # beside full with --options ""
     "flashless": (["--separation", "flashless"], LAYERS),
     "linear": (["--separation", "linear"], LAYERS),
     "none": (["--separation", "none"], "T_N T_F I_N I_F".split()),

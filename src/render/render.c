@@ -334,8 +334,10 @@ int fs_render_run(FsProject *project, FsError *err)
     if (usual && fs_project_done(project, FS_STAGE_RENDER)) return 0;
     TRY(open_run(&run, err));
     if (usual) TRY(fs_project_begin(project, FS_STAGE_RENDER, NULL, 0, err));
-    if (!usual && is_own_place(&run))
+    if (!usual && is_own_place(&run)) {
+        TRY(fs_project_lock(project, err));
         fs_project_unmark(project, FS_STAGE_RENDER); // other pictures under the same names
+    }
     if (!*set->output) TRY(fs_owned_open(project->out, "project", err));
     if (!*set->output) drop_outdated(&run);
     TRY(probe_depth(&run, err));

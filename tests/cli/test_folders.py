@@ -344,6 +344,21 @@ class Layouts(FolderTest):
         (self.out / ".flashsplat/lock").unlink()
         self.works(self.job())
 
+    def test_render_beside_another(self):
+        """Views may be had while another program trains, but not into what is the project's own."""
+        self.copy()
+        views = ["--cameras", self.scene / "truth/cameras.json", "--layers", "R"]
+        with subprocess.Popen([str(w) for w in (common.PROGRAM, "train", self.out, *TRAIN, "--steps", 10**6)],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as first:
+            try:
+                while not (self.out / "checkpoint").exists() and first.poll() is None:
+                    time.sleep(0.1)
+                self.assert_fails(run("render", self.out, "-o", self.out / "renders", *views), 1, "another flashsplat")
+                self.assertEqual(run("render", self.out, "-o", self.dir / "views", *views).returncode, 0)
+                self.assertIsNone(first.poll())
+            finally:
+                first.kill()
+
     # ---- results are what their settings say ----
 
     def test_changed_settings(self):
