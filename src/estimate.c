@@ -115,7 +115,7 @@ int fs_estimate_run(FsProject *project, const char *photos, double begin, FsErro
     int rc = fs_ingest_estimate(project, photos, &e.size, &e.ingest, &why);
     if (rc == FS_ERR_INPUT) return 0; // ingest will say it
     if (rc < 0) {
-        *err = why;
+        if (err) *err = why;
         return rc;
     }
     MUST(find_export(project, photos, &e, err));
@@ -151,7 +151,7 @@ int fs_estimate_steps(FsProject *project, double begin, FsError *late, FsError *
     if (!alone) MUST(fs_train_reference(project, &step, err));
     int rc = find_steps(project, &e, step, fs_clock_seconds() - begin, late);
     if (rc < 0 && (rc != FS_ERR_INPUT || alone || !e.steps)) {
-        *err = *late;
+        if (err) *err = *late;
         return rc;
     }
     project->set.steps = e.steps;

@@ -122,7 +122,7 @@ static int refresh_report(FsProject *project, FsError *err)
 int fs_render(FsProject *project, FsError *err)
 {
     if (!*project->set.output) MUST(fs_project_lock(project, err));
-    int rc = stage(project, "render", fs_render_run, err);
+    int rc = stage(project, *project->set.output ? NULL : "render", fs_render_run, err);
     return rc < 0 || *project->set.output ? rc : refresh_report(project, err); // elsewhere: nothing to bring up to date
 }
 

@@ -109,10 +109,14 @@ static int write_json(const char *path, const Photos *photos, const Findings *fi
         json_object_set_new(photo, "stranger", json_boolean(photos->photo[i].stranger));
         json_array_append_new(list, photo);
     }
-    for (int i = 0; i < findings->n; i++)
-        json_array_append_new(found,
-                              json_pack("{s:s, s:s, s:s}", "kind", findings->finding[i].kind, "weight",
-                                        weights[findings->finding[i].weight], "text", findings->finding[i].text));
+    for (int i = 0; i < findings->n; i++) {
+        const Finding *finding = &findings->finding[i];
+        char *text = fs_photos_utf8(finding->text); // with names of files
+        json_t *one = json_pack("{s:s, s:s, s:s}", "kind", finding->kind, "weight", weights[finding->weight], "text",
+                                text ? text : "");
+        json_array_append_new(found, one);
+        free(text);
+    }
     json_t *adds = isfinite(findings->flash_adds) ? json_real(findings->flash_adds) : json_null();
     return fs_json_file_write(path,
                               json_pack("{s:s, s:o, s:o, s:o}", "verdict", verdicts[fs_findings_worst(findings)],

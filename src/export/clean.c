@@ -65,8 +65,10 @@ static int check_content(const Clean *c, Work *w, FsError *err)
         TRY(fs_error_input(err, "%s/linear/%s.tif: not what the stage ingest writes; rerun it with --force", out,
                            w->view->name));
     TRY(fs_image_new(&w->masked, was.width, was.height, 1, err));
-    for (size_t i = 0; i < fs_image_pixels(&mask); i++)
-        w->masked.px[i] = mask.px[i] < 0.5f && !(w->small_clipped.px[i] > 0);
+    for (size_t i = 0; i < fs_image_pixels(&mask); i++) {
+        bool black = was.px[3 * i] == 0 && was.px[3 * i + 1] == 0 && was.px[3 * i + 2] == 0;
+        w->masked.px[i] = mask.px[i] < 0.5f && (black || !(w->small_clipped.px[i] > 0));
+    }
     for (size_t i = 0; i < fs_image_values(&was); i++) {
         if (w->masked.px[i / 3] > 0) continue; // black in what was ingested
         sum += fabs((double)was.px[i]);

@@ -9,6 +9,13 @@
 #define NEAREST 0.01  // share of a cloud's opacity that may lie before the pane: what floats there
 #define STEEPEST 0.15 // cosine with the normal: rays that graze the pane say nothing of its size
 
+// Bars stand before the pane.
+static double behind(const Cloud *cloud, int i)
+{
+    double opacity = 1 / (1 + exp(-(double)cloud->field[CLOUD_OPACITIES][i]));
+    return cloud->width[CLOUD_COVERS] ? opacity * (1 - (double)cloud->field[CLOUD_COVERS][i]) : opacity;
+}
+
 // Where a cloud begins along the normal.
 static int nearest_of(const Cloud *cloud, const double normal[3], double *nearest, FsError *err)
 {
@@ -19,12 +26,12 @@ static int nearest_of(const Cloud *cloud, const double normal[3], double *neares
     for (int i = 0; i < cloud->n; i++) {
         const float *mean = cloud->field[CLOUD_MEANS] + 3 * (size_t)i;
         double at = normal[0] * (double)mean[0] + normal[1] * (double)mean[1] + normal[2] * (double)mean[2];
-        double opacity = 1 / (1 + exp(-(double)cloud->field[CLOUD_OPACITIES][i]));
+        double opacity = behind(cloud, i);
         if (isfinite(at) && isfinite(opacity)) rank[n++] = (Ranked){at, i}, total += opacity;
     }
     fs_order_ranked(rank, (size_t)n);
     for (int k = 0; k < n && sum <= NEAREST * total; k++) {
-        sum += 1 / (1 + exp(-(double)cloud->field[CLOUD_OPACITIES][rank[k].index]));
+        sum += behind(cloud, rank[k].index);
         if (sum > NEAREST * total && rank[k].by < *nearest) *nearest = rank[k].by;
     }
     free(rank);

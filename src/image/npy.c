@@ -44,7 +44,7 @@ static int parse_type(const char *path, const char *header, NpyArray *a, FsError
     if (!p || (*p != '\'' && *p != '"') || strlen(p) < 5) return bad(path, "its type is none of numbers", err);
     char order = p[1], quote = *p;
     a->kind = p[2];
-    a->size = isdigit((unsigned char)p[2] ? p[3] : 0) ? p[3] - '0' : 0;
+    a->size = isdigit(p[2] ? (unsigned char)p[3] : 0) ? p[3] - '0' : 0;
     bool known = strchr("<>|=", order) && order && p[2] && p[3] && p[4] == quote;
     bool integer = (a->kind == 'i' || a->kind == 'u') && (a->size == 1 || a->size == 2 || a->size == 4);
     bool real = a->kind == 'f' && (a->size == 2 || a->size == 4 || a->size == 8);

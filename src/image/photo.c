@@ -61,6 +61,17 @@ static int check_empty(const char *path, FsError *err)
     return fs_error_input(err, "%s: is empty (0 bytes), expected a photo: copy it again", path);
 }
 
+// A header that was damaged would have all photos wait for memory that none needs.
+static int check_size(const char *path, const ExifInfo *exif, FsError *err)
+{
+    if (exif->width <= FS_IMAGE_MAX_SIDE && exif->height <= FS_IMAGE_MAX_SIDE &&
+        (double)exif->width * exif->height <= FS_IMAGE_MAX_PIXELS)
+        return 0;
+    return fs_error_input(err,
+                          "%s: its header says %d x %d pixels, expected at most %d a side and %d in all: copy it again",
+                          path, exif->width, exif->height, FS_IMAGE_MAX_SIDE, FS_IMAGE_MAX_PIXELS);
+}
+
 int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3], double *memory, FsError *err)
 {
     RawInfo raw;
@@ -72,7 +83,7 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
     double stored = (double)exif->width * exif->height;
     double bytes = FLOATS_BYTES + (fs_photo_kind_inside(path) == PHOTO_HEIF ? HEIF_BYTES : 0);
     if (memory) *memory = bytes * (stored > 0 ? stored : UNKNOWN_PIXELS);
-    if (fs_photo_kind_inside(path) != PHOTO_RAW) return 0;
+    if (fs_photo_kind_inside(path) != PHOTO_RAW) return check_size(path, exif, err);
     MUST(fs_raw_read_info(path, &raw, err));
     bool known = raw.white_balance[0] > 0;
     for (int c = 0; c < 3; c++) white_balance[c] = known ? raw.white_balance[c] : raw.daylight[c];

@@ -158,7 +158,7 @@ int fs_tiff_read_tag(const char *path, LightTag *tag, FsError *err)
     TRY(read_layout(&t, &l, err));
     tag->deep = l.bits > 8;
     tag->linear = l.format == SAMPLEFORMAT_IEEEFP;
-    if (!tag->linear && TIFFGetField(t.tiff, TIFFTAG_ICCPROFILE, &size, &profile)) {
+    if (TIFFGetField(t.tiff, TIFFTAG_ICCPROFILE, &size, &profile)) {
         tag->icc = malloc(size ? size : 1);
         if (!tag->icc) TRY(fs_error_memory(err));
         memcpy(tag->icc, profile, size);

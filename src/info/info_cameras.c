@@ -49,8 +49,8 @@ int fs_info_cameras(const char *path, const Log *log, FsError *err)
 {
     CamerasFile file = {0};
     MUST(fs_cameras_file_read(path, &file, err));
-    fs_log_info(log, "%s: %s", path, file.image ? "COLMAP model" : "cameras");
-    if (file.image)
+    fs_log_info(log, "%s: %s", path, file.model.n_images > 0 ? "COLMAP model" : "cameras");
+    if (file.model.n_images > 0)
         describe_model(&file.model, log);
     else if (file.views.n > 0 && file.lens)
         describe_lens(&file.lens[0], log);

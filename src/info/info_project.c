@@ -2,6 +2,7 @@
 // person would open first.
 #include "info/info.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -76,16 +77,18 @@ int fs_info_project(const char *out, const Log *log, FsError *err)
     return rc;
 }
 
-// The last (by name) file of a folder with an extension; false when there is none.
+// The last file of a folder with an extension, by the number that its name begins with, then by name; false when there
+// is none.
 static bool last_file(const char *dir, const char *ext, FilePath *path)
 {
     FileList list;
     if (fs_file_list(dir, &list, NULL) < 0) return false;
-    int i = list.n - 1;
-    while (i >= 0 && !fs_file_has_ext(list.name[i], ext)) i--;
-    if (i >= 0) *path = fs_file_at("%s/%s", dir, list.name[i]);
+    const char *last = NULL;
+    for (int i = 0; i < list.n; i++)
+        if (fs_file_has_ext(list.name[i], ext) && (!last || atoi(list.name[i]) >= atoi(last))) last = list.name[i];
+    if (last) *path = fs_file_at("%s/%s", dir, last);
     fs_file_list_free(&list);
-    return i >= 0;
+    return last;
 }
 
 void fs_info_results(const char *out, const Log *log)

@@ -5,9 +5,12 @@
 #include "ingest/develop.h"
 #include "ingest/photo_mask.h"
 
-#define FINE 2         // finer than the working image is the one that a lens is undone on
-#define FINE_EDGE 2000 // at most: 16 MB a photo
-#define FINE_LEAST 1.2 // finer: less is not worth a file
+#define FINE 2            // finer than the working image is the one that a lens is undone on
+#define FINE_EDGE 2000    // at most: 16 MB a photo
+#define FINE_LEAST 1.2    // finer: less is not worth a file
+#define BYTES_RESULT 24.0 // measured  a pixel of the pictures made of a photo
+#define UNKNOWN_WIDTH 6000
+#define UNKNOWN_HEIGHT 4000
 
 // 1 where nothing of a pixel is clipped, 0 elsewhere.
 static void trust(Image *clipped)
@@ -61,6 +64,25 @@ static int fine_edge(int long_edge)
     return FINE * long_edge < FINE_EDGE ? FINE * long_edge : FINE_EDGE;
 }
 
+// None that would hardly be finer.
+static bool has_fine(int long_edge)
+{
+    return fine_edge(long_edge) > FINE_LEAST * long_edge;
+}
+
+double fs_develop_bytes(const PhotoFile *photo, int long_edge)
+{
+    const int edges[] = {long_edge, FS_DEVELOP_FEATURES_EDGE, fine_edge(long_edge)};
+    double bytes = 0;
+    for (int i = 0; i < (has_fine(long_edge) ? 3 : 2); i++) {
+        bool known = photo->exif.width > 0 && photo->exif.height > 0;
+        int width = known ? photo->exif.width : UNKNOWN_WIDTH, height = known ? photo->exif.height : UNKNOWN_HEIGHT;
+        fs_image_limit(edges[i], &width, &height);
+        bytes += BYTES_RESULT * width * height;
+    }
+    return bytes;
+}
+
 static int write_fine(const PhotoFile *photo, PhotoSize *fine, const char *mask, const char *dir, FsError *err)
 {
     if (fine->rgb.width + fine->rgb.height < FINE_LEAST * (photo->width + photo->height)) return 0;
@@ -76,7 +98,7 @@ static int write_fine(const PhotoFile *photo, PhotoSize *fine, const char *mask,
 void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, int long_edge)
 {
     FsError *err = &photo->failure;
-    PhotoSizes sizes = {.n = 3};
+    PhotoSizes sizes = {.n = has_fine(long_edge) ? 3 : 2};
     sizes.size[0].long_edge = long_edge;
     sizes.size[1].long_edge = FS_DEVELOP_FEATURES_EDGE;
     sizes.size[2].long_edge = fine_edge(long_edge);
@@ -96,7 +118,7 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     photo->look_gain = photo->gain;
     if (masked) TRY(fs_photo_mask_apply(mask_path.text, working, mask, NULL, err));
     TRY(write_features(photo, features, masked ? mask_path.text : NULL, dir, err));
-    TRY(write_fine(photo, &sizes.size[2], masked ? mask_path.text : NULL, dir, err));
+    if (sizes.n == 3) TRY(write_fine(photo, &sizes.size[2], masked ? mask_path.text : NULL, dir, err));
     TRY(fs_tiff_write_float(fs_file_at("%s/%s.tif", dir, photo->name).text, working, err));
     TRY(fs_png_write(fs_file_at("%s/%s_mask.png", dir, photo->name).text, mask, 8, err));
 fail:

@@ -9,6 +9,8 @@
 // than its working image, <dir>/fine/<name>.tif and <name>_mask.png, for a lens to be undone on. Fills the photo's
 // sizes and figures, or its failure.
 void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, int long_edge);
+// Bytes of the pictures that are made of it, at once.
+double fs_develop_bytes(const PhotoFile *photo, int long_edge);
 
 // One white balance and one exposure for the whole capture, by medians; warns where the photos differ.
 int fs_level_photos(Photos *photos, const Log *log, FsError *err);

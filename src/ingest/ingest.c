@@ -38,11 +38,14 @@ static void develop_one(void *context, int i, int worker)
 }
 
 // Photos at once: no more than fit in some memory.
-static int at_once(const Photos *photos, int threads, double *largest)
+static int at_once(const Photos *photos, int long_edge, int threads, double *largest)
 {
-    const double budget = 2e9, results = 125e6;
+    const double budget = 2e9;
     *largest = 0;
-    for (int i = 0; i < photos->n; i++) *largest = fmax(*largest, photos->photo[i].memory + results);
+    for (int i = 0; i < photos->n; i++) {
+        const PhotoFile *photo = &photos->photo[i];
+        *largest = fmax(*largest, photo->memory + fs_develop_bytes(photo, long_edge));
+    }
     return (int)fmax(1, fmin(threads, budget / *largest));
 }
 
@@ -50,7 +53,7 @@ static int develop_all(const FsProject *project, Photos *photos, const char *dir
 {
     Work work = {.project = project, .photos = photos, .dir = dir};
     double largest;
-    Threads *threads = fs_threads_new(at_once(photos, fs_threads_count(all), &largest));
+    Threads *threads = fs_threads_new(at_once(photos, project->set.long_edge, fs_threads_count(all), &largest));
     if (!threads) return fs_error_memory(err);
     fs_threads_for(threads, photos->n, develop_one, &work);
     fs_threads_free(threads);
@@ -211,7 +214,7 @@ static int remember_again(const FsProject *project, const char *folder, FsError 
         fs_log_warn(&project->log, "%s; `export --clean` needs --originals DIR", why.message);
         return 0;
     }
-    if (rc < 0) *err = why;
+    if (rc < 0 && err) *err = why;
     return rc;
 }
 
@@ -248,6 +251,23 @@ fail:
     return rc;
 }
 
+// The middle photo that can be read, and how long it takes.
+static int develop_some(Photos *photos, const char *dir, int long_edge, const PhotoFile **some, double *seconds,
+                        FsError *err)
+{
+    for (int k = 0; k < photos->n; k++) {
+        PhotoFile *photo = &photos->photo[(photos->n / 2 + k) % photos->n];
+        if (photo->failure.code) continue;
+        double begin = fs_clock_seconds();
+        fs_develop_photo(photos, photo, dir, long_edge);
+        *seconds = fs_clock_seconds() - begin;
+        *some = photo;
+        if (photo->failure.code != FS_ERR_INPUT)
+            return photo->failure.code ? fs_error_set(err, photo->failure.code, "%s", photo->failure.message) : 0;
+    }
+    return fs_error_input(err, "%s: no photo in it can be read", photos->folder);
+}
+
 int fs_ingest_estimate(const FsProject *project, const char *folder, RunSize *size, RunCost *cost, FsError *err)
 {
     int rc;
@@ -258,17 +278,15 @@ int fs_ingest_estimate(const FsProject *project, const char *folder, RunSize *si
     TRY(fs_photos_scan(&photos, folder, &(Log){0}, err));
     TRY(fs_photos_levels(&photos.npy, &project->set, err));
     fs_photos_read_headers(&photos, threads);
-    PhotoFile *photo = &photos.photo[photos.n / 2];
-    if (photo->failure.code) TRY(fs_error_set(err, FS_ERR_INPUT, "%s", photo->failure.message));
+    const PhotoFile *photo = NULL;
+    double seconds = 0, largest;
     TRY(make_folders(dir.text, err));
-    double begin = fs_clock_seconds(), largest;
-    fs_develop_photo(&photos, photo, dir.text, project->set.long_edge);
-    int n = at_once(&photos, fs_threads_count(threads), &largest);
+    TRY(develop_some(&photos, dir.text, project->set.long_edge, &photo, &seconds, err));
+    int n = at_once(&photos, project->set.long_edge, fs_threads_count(threads), &largest);
     int width = photo->orig_width, height = photo->orig_height;
     fs_image_limit(FS_DEVELOP_FEATURES_EDGE, &width, &height);
     *size = (RunSize){photos.n, photo->width, photo->height, (double)width * height};
-    *cost = (RunCost){(fs_clock_seconds() - begin) * ceil((double)photos.n / n), 30e6 + n * largest};
-    if (photo->failure.code) TRY(fs_error_set(err, FS_ERR_INPUT, "%s", photo->failure.message));
+    *cost = (RunCost){seconds * ceil((double)photos.n / n), 30e6 + n * largest};
 fail:
     fs_owned_remove(dir.text);
     fs_photos_free(&photos);

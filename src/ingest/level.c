@@ -5,6 +5,8 @@
 #include "base/order.h"
 #include "ingest/develop.h"
 
+#define MOST_GAIN 1000 // between photos: more is an error of the file
+
 // Of the n values that are above 0; the lower one of two in the middle, so that it is some photo's own. 0: none.
 static double median(const double *value, int n)
 {
@@ -53,9 +55,27 @@ static void level_white_balance(Photos *photos, double *value, const Log *log)
         fs_log_info(log, "white balance %.3f %.4g %.3f", wb[0], wb[1], wb[2]);
 }
 
+// What a photo does not tell is taken to be as with the others. 0: its shutter time is not known.
+static void find_exposures(const Photos *photos, double *value)
+{
+    for (int i = 0; i < photos->n; i++) value[i] = photos->photo[i].exif.iso;
+    double iso = median(value, photos->n);
+    for (int i = 0; i < photos->n; i++) value[i] = photos->photo[i].exif.f_number;
+    double f_number = median(value, photos->n);
+    for (int i = 0; i < photos->n; i++) {
+        ExifInfo exif = photos->photo[i].exif;
+        if (!(exif.iso > 0)) exif.iso = iso;
+        if (!(exif.f_number > 0)) exif.f_number = f_number;
+        value[i] = fs_exif_exposure(&exif);
+    }
+    double m = median(value, photos->n);
+    for (int i = 0; i < photos->n; i++)
+        if (!(value[i] < MOST_GAIN * m && MOST_GAIN * value[i] > m)) value[i] = 0;
+}
+
 static void level_exposure(Photos *photos, double *value, const Log *log)
 {
-    for (int i = 0; i < photos->n; i++) value[i] = fs_exif_exposure(&photos->photo[i].exif);
+    find_exposures(photos, value);
     double m = median(value, photos->n);
     int unknown = 0, differ = 0;
     const PhotoFile *odd = NULL;
@@ -80,18 +100,15 @@ static void level_exposure(Photos *photos, double *value, const Log *log)
         fs_log_warn(log, "%d of %d photos do not tell their exposure: taken to be the median", unknown, photos->n);
 }
 
-// The shutter scales the room's light and not the flash's: of two photos of one exposure, the one of half the shutter
-// time has twice the flash.
+// value: as level_exposure left them. The shutter scales the room's light and not the flash's: of two photos of one
+// exposure, the one of half the shutter time has twice the flash.
 static void level_flash(Photos *photos, double *value, const Log *log)
 {
     int differ = 0, flash = 0;
     const PhotoFile *odd = NULL;
     for (int i = 0; i < photos->n; i++) {
         const PhotoFile *photo = &photos->photo[i];
-        ExifInfo without_shutter = photo->exif;
-        without_shutter.exposure_s = 1;
-        value[i] =
-            photo->flash == 1 && photo->exif.exposure_s > 0 ? photo->gain * fs_exif_exposure(&without_shutter) : 0;
+        value[i] = photo->flash == 1 && value[i] > 0 ? photo->gain * value[i] / photo->exif.exposure_s : 0;
         flash += photo->flash == 1;
     }
     double m = median(value, photos->n);

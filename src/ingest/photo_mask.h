@@ -1,5 +1,5 @@
-// Masks that the user gives (fs_photos_mask): upright, of any size in the photo's shape that is not smaller than the
-// working image; black where the photo is not to be used.
+// Masks that the user gives (fs_photos_mask): upright, of the photo's shape and size, or at least of the largest
+// picture that ingest makes of it (2000 pixels, or the working image); black where the photo is not to be used.
 #pragma once
 
 #include "model/photos.h"

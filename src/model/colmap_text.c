@@ -156,17 +156,14 @@ static int read_points(Lines *l, ColmapModel *model, FsError *err)
     return 0;
 }
 
-// COLMAP writes how many records follow: "# Number of points: 192, mean track length: 8.6". Fewer: the file is cut
-// short.
-static int check_count(const char *path, const char *text, int found, FsError *err)
+// COLMAP writes how many records follow: "# Number of points: 192, mean track length: 8.6". 0: nothing is said.
+static long long declared_count(const char *text)
 {
     static const char words[] = "# Number of ";
     const char *header = strstr(text, words);
     if (!header) return 0;
     const char *colon = header + sizeof words - 1 + strcspn(header + sizeof words - 1, ":\n");
-    long long declared = *colon == ':' ? strtoll(colon + 1, NULL, 10) : 0;
-    if (found >= declared) return 0;
-    return fs_error_input(err, "%s: cut short: its header says %lld records, found %d", path, declared, found);
+    return *colon == ':' ? strtoll(colon + 1, NULL, 10) : 0;
 }
 
 static int read(const char *path, char *data, size_t size, ColmapPart part, ColmapModel *model, FsError *err)
@@ -176,8 +173,10 @@ static int read(const char *path, char *data, size_t size, ColmapPart part, Colm
     const int *const count[COLMAP_PARTS] = {&model->n_cameras, &model->n_images, &model->n_points};
     if (memchr(data, 0, size)) return fs_error_input(err, "%s: not a text file", path);
     Lines l = {.path = path, .p = data, .end = data + size};
+    long long declared = declared_count(data); // before it is cut into lines
     MUST(readers[part](&l, model, err));
-    return check_count(path, data, *count[part], err);
+    if (*count[part] >= declared) return 0;
+    return fs_error_input(err, "%s: cut short: its header says %lld records, found %d", path, declared, *count[part]);
 }
 
 static void write_cameras(FILE *f, const ColmapModel *model)

@@ -83,7 +83,9 @@ static int mark_by_list(Photos *photos, const char *path, FsError *err)
         TRY(fs_error_input(err, "%s: not a text of one photo's name per line; save it as UTF-8", path));
     from = strncmp(text, "\xef\xbb\xbf", 3) == 0 ? text + 3 : text; // byte-order mark
     for (char *line = strtok_r(from, "\r\n", &rest); line; line = strtok_r(NULL, "\r\n", &rest)) {
-        line[strcspn(line, "#")] = 0;
+        char *comment = line; // IMG#12.jpg is a name
+        while (*comment && !(*comment == '#' && (comment == line || strchr(" \t", comment[-1])))) comment++;
+        *comment = 0;
         line += strspn(line, " \t\"");
         for (size_t n = strlen(line); n > 0 && strchr(" \t\"", line[n - 1]); n--) line[n - 1] = 0;
         if (!*line) continue;

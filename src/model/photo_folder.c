@@ -39,8 +39,7 @@ static size_t utf8_length(const unsigned char *p)
     return overlong || surrogate || beyond ? 0 : n;
 }
 
-// What is not UTF-8 is taken for Latin-1, as old cards and archives have it.
-static char *as_utf8(const char *text)
+char *fs_photos_utf8(const char *text)
 {
     char *out = malloc(2 * strlen(text) + 1), *to = out;
     const unsigned char *p = (const unsigned char *)text;
@@ -59,7 +58,7 @@ static char *as_utf8(const char *text)
 
 char *fs_photos_view_name(const char *path)
 {
-    char *name = as_utf8(path);
+    char *name = fs_photos_utf8(path);
     if (!name) return NULL;
     for (unsigned char *p = (unsigned char *)name; *p; p++) {
         bool control = *p < ' ' || *p == 127, high_control = *p == 0xc2 && p[1] < 0xa0;
@@ -80,10 +79,10 @@ char *fs_photos_view_name(const char *path)
 // Of letters only, in lower case: 1, 0; -1: neither.
 static int what_letters_say(const char *letters)
 {
-    static const char *const words[2][4] = {{"noflash", "withoutflash", "flashoff", "ambient"},
-                                            {"flash", "withflash", "flashon", "flashphotos"}};
+    static const char *const words[2][5] = {{"noflash", "withoutflash", "flashoff", "ambient", "nonflash"},
+                                            {"flash", "withflash", "flashon", "flashphotos", "flashed"}};
     for (int flash = 0; flash < 2; flash++)
-        for (int i = 0; i < 4; i++)
+        for (int i = 0; i < 5; i++)
             if (strcmp(letters, words[flash][i]) == 0) return flash;
     return -1;
 }
@@ -129,8 +128,8 @@ static int add_photo(Photos *photos, const char *path, int kind, int says, FsErr
     MUST(fs_memory_grow(&photos->photo, photos->n, sizeof *photos->photo, err));
     PhotoFile *photo = &photos->photo[photos->n++];
     char *stem = fs_file_stem(path);
-    *photo =
-        (PhotoFile){.path = strdup(path), .file = as_utf8(path), .kind = (PhotoKind)kind, .gain = 1, .flash_gain = 1};
+    *photo = (PhotoFile){
+        .path = strdup(path), .file = fs_photos_utf8(path), .kind = (PhotoKind)kind, .gain = 1, .flash_gain = 1};
     photo->folder_says = says;
     photo->name_says = stem ? what_name_says(stem) : -1;
     photo->name = stem ? fs_photos_view_name(stem) : NULL;

@@ -174,7 +174,7 @@ static const FsOption table[] = {
           "metres in one unit of the poses, so that depth is written in millimetres; 0: unknown"),
     BOOL("video", video, RENDER,
          "write MP4 of the views of --cameras, or of a camera path beside the photos' renders; --path spiral always does"),
-    INT("path-views", path_views, RENDER, "120", 2, 10000, "N", "frames of the camera path"),
+    INT("path-views", path_views, RENDER, "120", 2, 9999, "N", "frames of the camera path"),
 
     LIST("formats", formats, EXPORT, "ply,spz", "ply|splat|spz|spz2|sog|compressed|glb|points|mesh",
          "files of each cloud, comma-separated: ply, splat, spz, spz2 (version 2), sog, compressed (PLY), glb, "

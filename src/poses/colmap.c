@@ -77,6 +77,13 @@ static bool same_camera(const Photo *p, const Photo *q)
            (!known || fabs(p->focal_px / q->focal_px - 1) < SAME_FOCAL);
 }
 
+static bool one_camera(const Capture *cap)
+{
+    for (int i = 1; i < cap->n; i++)
+        if (!same_camera(&cap->photo[0], &cap->photo[i])) return false;
+    return true;
+}
+
 // One camera for all photos of one size and focal length.
 static int enter_photos(Colmap *colmap, FsError *err)
 {
@@ -192,7 +199,7 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
         {"--SiftExtraction.max_num_features", "10000"},
         {colmap->renamed_size ? "--FeatureExtraction.max_image_size" : "--SiftExtraction.max_image_size", edge},
         {frames ? "--ImageReader.camera_model" : NULL, "SIMPLE_RADIAL"}, // COLMAP enters the photos itself
-        {"--ImageReader.single_camera", "1"},
+        {one_camera(cap) ? "--ImageReader.single_camera" : NULL, "1"},   // else each photo has its own
         {"--ImageReader.camera_params", params},
         {NULL, NULL}};
     MUST(run(colmap, "feature_extractor", masked ? options : options + 1, "looking for features", err));

@@ -313,13 +313,16 @@ static int open_run(Run *run, FsError *err)
 // Renders that an earlier training left in the project's own folder would be taken for this one's.
 static void drop_outdated(const Run *run)
 {
-    int n = fs_save_drop_older(run->dir.text, fs_file_at("%s/clouds/model.json", run->project->out).text);
-    if (n) fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n, run->dir.text);
+    const char *out = run->project->out;
+    int n = fs_save_drop_older(run->dir.text, run->film_dir.text, fs_file_at("%s/clouds/model.json", out).text);
+    if (n) fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n, out);
 }
 
-// The files go where those of the stage are.
+// The files, or the films, go where those of the stage are.
 static bool is_own_place(const Run *run)
 {
+    const Settings *set = &run->project->set;
+    if (!*set->output && (set->video || strcmp(set->path, "spiral") == 0)) return true;
     struct stat own, dir;
     return stat(fs_file_at("%s/renders", run->project->out).text, &own) == 0 && stat(run->dir.text, &dir) == 0 &&
            own.st_dev == dir.st_dev && own.st_ino == dir.st_ino;

@@ -20,7 +20,7 @@ static int drop_older(const char *folder, const char *than)
     if (fs_file_list(folder, &list, NULL) < 0) return 0;
     for (int i = 0; i < list.n; i++) {
         FilePath path = fs_file_at("%s/%s", folder, list.name[i]);
-        bool ours = fs_file_has_ext(path.text, "png tif");
+        bool ours = fs_file_has_ext(path.text, "png tif mp4");
         if (ours && fs_file_is_older(path.text, than)) {
             fs_owned_remove(path.text);
             dropped += !fs_file_exists(path.text);
@@ -30,9 +30,9 @@ static int drop_older(const char *folder, const char *than)
     return dropped;
 }
 
-int fs_save_drop_older(const char *dir, const char *than)
+int fs_save_drop_older(const char *dir, const char *films, const char *than)
 {
-    int dropped = drop_older(fs_file_at("%s/unseen", dir).text, than);
+    int dropped = drop_older(fs_file_at("%s/unseen", dir).text, than) + drop_older(films, than);
     for (int l = 0; l < RENDER_LAYERS; l++)
         dropped += drop_older(fs_file_at("%s/%s", dir, fs_render_layers[l].name).text, than);
     return dropped;

@@ -17,6 +17,6 @@ int fs_save_unseen(const char *dir, const char *view, const Image *mask, FsError
 FilePath fs_save_unseen_path(const char *dir, const char *view);
 // Removes the renders of all layers in dir that are older than the file `than`: they show another scene. Returns how
 // many.
-int fs_save_drop_older(const char *dir, const char *than);
+int fs_save_drop_older(const char *dir, const char *films, const char *than);
 // The folder of a layer, made when missing.
 int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err);

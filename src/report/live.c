@@ -76,7 +76,8 @@ static void write_picture(FILE *f, const char *out)
     if (fs_file_list(fs_file_at("%s/progress", out).text, &list, NULL) < 0) return;
     const char *newest = NULL;
     for (int i = 0; i < list.n; i++)
-        if (fs_file_has_ext(list.name[i], "png")) newest = list.name[i]; // by step: the last one
+        if (fs_file_has_ext(list.name[i], "png") && (!newest || atoi(list.name[i]) >= atoi(newest)))
+            newest = list.name[i]; // by step
     if (newest) {
         fputs("<h2>So far</h2>\n<figure><img src=\"progress/", f);
         fs_html_url(f, newest);

@@ -107,10 +107,10 @@ static void write_view_buttons(FILE *f, const Page *page)
     for (int i = 0; i < page->previews.n; i++) {
         const View *view = &page->dataset->view[page->previews.view[i]];
         if (!page->previews.has[i][PREVIEW_PHOTO]) continue;
-        fprintf(f,
-                "<button class=\"view\" data-flash=\"%d\" data-base=\"report/%d_\"><img src=\"report/%d_photo.jpg\" "
-                "alt=\"\"><span>",
-                view->flash, i + 1, i + 1);
+        fprintf(f, "<button class=\"view\" data-flash=\"%d\" data-base=\"report/%d_\" data-has=\"", view->flash, i + 1);
+        for (int p = 0; p < PREVIEWS; p++)
+            if (page->previews.has[i][p]) fprintf(f, "%s ", fs_previews[p].key);
+        fprintf(f, "\"><img src=\"report/%d_photo.jpg\" alt=\"\"><span>", i + 1);
         fs_html_put(f, view->flash ? "@ &#9889;</span></button>" : "@</span></button>", view->name);
     }
     fputs("</div>\n", f);
@@ -166,7 +166,7 @@ static void write_films(FILE *f, const Page *page)
 {
     static const struct {
         const char *file, *title;
-    } films[] = {{"video/side_by_side.mp4", "Photo, transmitted, mirrored"},
+    } films[] = {{"video/side_by_side.mp4", "As photographed, transmitted, mirrored"},
                  {"video/composite.mp4", "As photographed, without flash"},
                  {"video/T.mp4", "Behind the glass"},
                  {"video/R.mp4", "Mirrored in the glass"}};
@@ -218,8 +218,11 @@ static void write_figure_cells(FILE *f, const json_t *layer)
 // OUT/evaluate.json where a truth was measured against.
 static void write_figures(FILE *f, const Page *page)
 {
-    json_t *root;
-    fs_json_file_read(fs_file_at("%s/evaluate.json", page->project->out).text, MAX_FIGURES, &root, NULL);
+    json_t *root = NULL;
+    const char *out = page->project->out;
+    FilePath figures = fs_file_at("%s/evaluate.json", out);
+    if (!fs_file_is_older(figures.text, fs_file_at("%s/clouds/model.json", out).text)) // of an earlier training
+        fs_json_file_read(figures.text, MAX_FIGURES, &root, NULL);
     json_t *methods = json_object_get(root, "methods"), *method, *layer;
     const char *name, *key;
     if (json_object_size(methods)) {

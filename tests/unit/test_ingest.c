@@ -146,7 +146,7 @@ static void test_flash_state(void **state)
     snprintf(setting, sizeof setting, "flash-list=%s", list);
     static const struct {
         const char *text, *error; // NULL: on_1 and on_2
-    } lists[] = {{"# with flash\r\n on_1 \r\non_2.png# and so on\n\n", NULL},
+    } lists[] = {{"# with flash\r\n on_1 \r\non_2.png # and so on\n\n", NULL},
                  {"\xef\xbb\xbfon_1.tif\non_2.png\n", NULL}, // byte-order mark
                  {"ON_1.TIF\nOn_2", NULL},
                  {"C:\\Users\\me\\on_1.tif\r\n\"/home/me/photos/on_2.png\"\r\n", NULL},

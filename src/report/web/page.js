@@ -3,7 +3,8 @@ if(box){
  const under=box.querySelector('.under'),over=box.querySelector('.over'),right=box.querySelector('.r');
  const views=[...document.querySelectorAll('button.view')],layers=[...document.querySelectorAll('button.layer')];
  let view=views[0],layer='T';
- const key=()=>layer=='T'?(view.dataset.flash=='1'?'T_F':'T_N'):layer;
+ const wanted=()=>layer!='T'?[layer,'photo']:view.dataset.flash=='1'?['T_F','T_N','photo']:['T_N','T_F','photo'];
+ const key=()=>{const has=view.dataset.has.split(' ');return wanted().find(k=>has.includes(k))};
  const show=()=>{
   over.src=view.dataset.base+'photo.jpg';under.src=view.dataset.base+key()+'.jpg';
   right.textContent=(layers.find(b=>b.dataset.layer==layer)||{}).textContent||'';

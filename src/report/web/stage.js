@@ -81,6 +81,7 @@ class Stage {
             this.draw(true);
             this.best = true;
             this.most = 1;
+            this.before = 0; // a rest is no late frame
             this.waiting.splice(0).forEach(done => done());
         } else if (!resting) {
             this.measure(time);
