@@ -57,17 +57,16 @@ static void gather(const SmallViews *views, const float xyz[3], const float *wei
     }
     patches->n = patches->n_flash = 0;
     if (!(z > 0)) return;
-    // Of large captures every so many photos; starting anywhere is as good, so start at the first.
-    int n_group[2] = {views->n - views->n_flash, views->n_flash}, seen[2] = {0}, used[2] = {0};
+    // Of large captures some photos, evenly.
+    int n_group[2] = {views->n - views->n_flash, views->n_flash}, seen[2] = {0};
     for (int i = 0; i < views->n; i++) {
         const SmallView *view = &views->view[i];
         int g = view->flash, at = seen[g]++;
-        int stride = (n_group[g] + CUE_GROUP_MAX - 1) / CUE_GROUP_MAX;
-        if (at % stride || used[g] == CUE_GROUP_MAX) continue;
+        int most = n_group[g] < CUE_GROUP_MAX ? n_group[g] : CUE_GROUP_MAX;
+        if (at && at * most / n_group[g] == (at - 1) * most / n_group[g]) continue;
         if (!sample_patch(view, origin, right, down, weight, patches->value[patches->n])) continue;
         patches->flash[patches->n++] = view->flash;
         patches->n_flash += view->flash;
-        used[g]++;
     }
 }
 

@@ -46,6 +46,8 @@ int fs_light_fit(const SmallViews *views, const SparsePoints *points, FlashLight
     *light = (FlashLight){{1, 1, 1}, 1, 0};
     for (int i = 0; i < n; i++)
         if (kind[i] == POINT_TRANSMITTED) value[m++] = mean_over_flash(views, xyz + 3 * (size_t)i, NULL);
+    for (int i = 0; i < n && !m; i++) value[i] = mean_over_flash(views, xyz + 3 * (size_t)i, NULL);
+    if (!m) m = n; // nothing is surely transmitted: as far as what there is
     if (m) light->distance = fmax(fs_order_median(value, (size_t)m), 1e-9);
     m = 0;
     for (int i = 0; i < n; i++)
