@@ -98,7 +98,7 @@ int fs_as_shot_apply(const AsShot *a, const View *view, Image *composite, FsErro
     PhotoState state = {{0}};
     ViewPlan plan = {0};
     find_light(a, view->name, &state);
-    fs_view_plan_photo(&plan, a->scene, &view->camera, &state, (const float[2]){1, 1}, 0);
+    fs_view_plan_photo(&plan, a->scene, &view->camera, &state, view->exposure_gain, (const float[2]){1, 1}, 0);
     MUST(add_veil(a->scene, &state, view, &view->camera, composite, err));
     return plan.calibrated ? calibrate(&plan.calibration, composite, err) : 0;
 }
@@ -128,7 +128,7 @@ int fs_as_shot_layers_of(const Scene *scene, const PhotoState *state, const View
                          const Renders *renders, Image layers[2], FsError *err)
 {
     ViewPlan plan = {0};
-    fs_view_plan_photo(&plan, scene, camera, state, (const float[2]){1, 1}, 0);
+    fs_view_plan_photo(&plan, scene, camera, state, view->exposure_gain, (const float[2]){1, 1}, 0);
     const Camera *frame = &view->camera; // whose corners the vignetting is told by
     plan.calibration.per_px[0] = plan.calibration.per_px[1] =
         fs_view_plan_per_px(frame) * (float)(frame->fx / camera->fx);

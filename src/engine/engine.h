@@ -83,8 +83,9 @@ typedef struct EngineView {
     const Camera *camera;
     bool flash;
     const Image *photo, *mask;
-    PhotoState state; // to go on from; {0}: nothing is known
-    float flash_gain; // known beforehand, beside PHOTO_FLASH; 0: 1
+    PhotoState state;    // to go on from; {0}: nothing is known
+    float flash_gain;    // known beforehand, beside PHOTO_FLASH; 0: 1
+    float exposure_gain; // what the photo's values were multiplied with after they were linearised; 0: 1
 } EngineView;
 int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err);
 int fs_engine_photos_down(Engine *engine, PhotoState *states, FsError *err); // of all photos

@@ -233,6 +233,7 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
                     .flash = view->flash,
                     .state = view->state,
                     .flash_gain = view->flash_gain > 0 ? view->flash_gain : 1,
+                    .exposure_gain = view->exposure_gain,
                     .memory = aligned_alloc(64, bytes)};
     if (!v->memory) return fs_error_memory(err);
     memset(v->memory, 0, bytes);

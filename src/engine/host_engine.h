@@ -15,7 +15,7 @@ typedef struct HostView {
     Planes photo; // (3, h, w) tone-mapped
     Planes mask;  // (1, h, w)
     PhotoState state;
-    float flash_gain;
+    float flash_gain, exposure_gain;
     float *memory;             // of all the planes
     OcclusionState *occlusion; // NULL: nobody
 } HostView;

@@ -144,7 +144,7 @@ static int set_up(Step *s, FsError *err)
     s->back = s->pass;
     *plan = fs_view_plan(&e->scene, camera, s->view->flash);
     const float flash[2] = {fs_host_engine_flash(s->view, PHOTO_T), fs_host_engine_flash(s->view, PHOTO_R)};
-    fs_view_plan_photo(plan, &e->scene, camera, &s->view->state, flash, s->args->learn);
+    fs_view_plan_photo(plan, &e->scene, camera, &s->view->state, s->view->exposure_gain, flash, s->args->learn);
     const float per_px = fs_view_plan_per_px(&s->view->camera);
     for (int k = 0; k < 2; k++) plan->calibration.per_px[k] = per_px * (float)s->pixels.stride[k];
     if (!plan->T.there)

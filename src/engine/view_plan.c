@@ -120,9 +120,11 @@ float fs_view_plan_per_px(const Camera *camera)
     return (float)(2 / hypot(camera->width, camera->height));
 }
 
-static CalibrationView calibration_of(const Scene *scene, const Camera *camera, const PhotoState *photo)
+static CalibrationView calibration_of(const Scene *scene, const Camera *camera, const PhotoState *photo,
+                                      double exposure)
 {
     CalibrationView v = {.cx = (float)camera->cx, .cy = (float)camera->cy};
+    v.exposure = (float)pow(exposure > 0 ? exposure : 1, FS_OPTICS_GAMMA);
     v.per_px[0] = v.per_px[1] = fs_view_plan_per_px(camera);
     for (int k = 0; k < 3; k++) v.white[k] = photo->x[PHOTO_WHITE + k];
     for (int k = 0; k < FS_OPTICS_VIGNETTING; k++) v.vignetting[k] = (float)scene->vignetting[k];
@@ -138,7 +140,7 @@ static bool any(const float *x, int n)
 }
 
 void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,
-                        const float flash[2], unsigned learn)
+                        double exposure, const float flash[2], unsigned learn)
 {
     plan->pane.T = expf(photo->x[PHOTO_T]);
     plan->pane.R = expf(photo->x[PHOTO_R]);
@@ -147,7 +149,7 @@ void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera
         plan->R.light.tint[k] *= flash[1];
     }
     CalibrationView *v = &plan->calibration;
-    *v = calibration_of(scene, camera, photo);
+    *v = calibration_of(scene, camera, photo, exposure);
     v->curved = learn & LEARN_RESPONSE || any(v->response, FS_OPTICS_KNOTS);
     plan->calibrated = learn & (LEARN_WHITE | LEARN_VIGNETTING) || v->curved || any(v->white, 3) ||
                        any(v->vignetting, FS_OPTICS_VIGNETTING);

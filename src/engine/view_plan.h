@@ -36,9 +36,9 @@ typedef struct ViewPlan {
 
 ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash);
 // Of a photo: with its light, and what the camera made of it. learn: LEARN_*
-// flash: factors on the flash's light on T and R.
+// exposure: what its values were multiplied with; 0: 1. flash: factors on the flash's light on T and R.
 void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,
-                        const float flash[2], unsigned learn);
+                        double exposure, const float flash[2], unsigned learn);
 float fs_view_plan_per_px(const Camera *camera); // CalibrationView.per_px where all pixels are looked at
 PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera);
 // flash: the flash's light, 0 of photos without. Of a camera on the pane or beyond it nothing is seen.

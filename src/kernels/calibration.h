@@ -7,6 +7,9 @@
 // the response that is left once the photo was linearised: the identity plus a straight line between knots,
 //
 //   h(q) = q + sum_k response_k max(0, 1 - |k - min(q / SPACING, KNOTS - 1)|).
+//
+// A photo that was brought to the others' exposure after it was linearised, its values times `exposure` (tone-mapped),
+// met the response before: P = exposure h(q / exposure).
 #ifndef FS_KERNELS_CALIBRATION_H
 #define FS_KERNELS_CALIBRATION_H
 
@@ -15,6 +18,7 @@
 
 typedef struct CalibrationView {
     float white[3]; // logarithms of factors in linear light
+    float exposure; // tone-mapped; 0: 1
     float vignetting[FS_OPTICS_VIGNETTING];
     float cx, cy, per_px[2];         // the centre, pixels; u = 1 at a distance of 1 / per_px columns or rows
     float response[FS_OPTICS_KNOTS]; // tone-mapped; used where `curved`

@@ -13,6 +13,11 @@ FN real vignetting(const CalibrationView *v, int x, int y, real *u)
     return r_max(r_set(1) + sum, r_set(FS_CALIBRATION_LEAST));
 }
 
+FN float exposure_of(const CalibrationView *v)
+{
+    return v->exposure > 0 ? v->exposure : 1;
+}
+
 // A knot's weight at q, which is in units of the spacing and not beyond the last knot.
 FN real hat(real at, int knot)
 {
@@ -21,13 +26,15 @@ FN real hat(real at, int knot)
 
 static void forward(const CalibrationView *v, const Planes *I, const Planes *P, int y0, int y1)
 {
+    const real per_tone = r_set(PER_TONE / exposure_of(v)), exposure = r_set(exposure_of(v));
     for (int c = 0; c < 3; c++) {
         const real white = r_set(expf(FS_OPTICS_GAMMA * v->white[c]));
         for (int y = y0; y < y1; y++)
             for (int x = 0; x < I->stride; x += LANES) {
                 real u, q = white * vignetting(v, x, y, &u) * r_load(fs_planes_row(I, c, y) + x), h = q;
-                real at = r_min(q * r_set(PER_TONE), r_set(FS_OPTICS_KNOTS - 1));
-                for (int k = 0; k < FS_OPTICS_KNOTS && v->curved; k++) h = h + r_set(v->response[k]) * hat(at, k);
+                real at = r_min(q * per_tone, r_set(FS_OPTICS_KNOTS - 1));
+                for (int k = 0; k < FS_OPTICS_KNOTS && v->curved; k++)
+                    h = h + exposure * r_set(v->response[k]) * hat(at, k);
                 r_store(fs_planes_row(P, c, y) + x, h);
             }
     }
@@ -40,12 +47,13 @@ typedef struct Parts {
 // Back through the response: dL/dq.
 FN real curve_backward(const CalibrationView *v, real q, real d_h, Parts *parts)
 {
-    const real one = r_set(1), end = r_set(FS_OPTICS_KNOTS - 1), scaled = q * r_set(PER_TONE), at = r_min(scaled, end);
+    const real one = r_set(1), end = r_set(FS_OPTICS_KNOTS - 1), d_knots = r_set(exposure_of(v)) * d_h;
+    const real scaled = q * r_set(PER_TONE / exposure_of(v)), at = r_min(scaled, end);
     real slope = r_set(0);
     for (int k = 0; k < FS_OPTICS_KNOTS; k++) {
         real d = at - r_set((float)k), rise = r_set(v->response[k] * PER_TONE);
         slope = slope + r_below(r_abs(d), one, r_below(d, r_set(0), rise + rise) - rise);
-        parts->response[k] = parts->response[k] + d_h * hat(at, k);
+        parts->response[k] = parts->response[k] + d_knots * hat(at, k);
     }
     return d_h * (one + r_below(scaled, end, slope));
 }

@@ -87,10 +87,11 @@ static json_t *view_to_json(const View *view)
         json_array_append_new(
             rows, json_pack("[ffff]", c->w2c[4 * i], c->w2c[4 * i + 1], c->w2c[4 * i + 2], c->w2c[4 * i + 3]));
     json_array_append_new(rows, json_pack("[ffff]", 0.0, 0.0, 0.0, 1.0));
-    return json_pack("{s:s, s:b, s:b, s:b, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o, s:o*}", "name", view->name, "flash",
-                     view->flash, "held_out", view->held_out, "encoded", view->encoded, "flash_gain", view->flash_gain,
-                     "width", c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx, "cy", c->cy, "w2c",
-                     rows, "lens", view->distorted ? lens_to_json(&view->lens) : NULL);
+    return json_pack("{s:s, s:b, s:b, s:b, s:f, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o, s:o*}", "name", view->name,
+                     "flash", view->flash, "held_out", view->held_out, "encoded", view->encoded, "flash_gain",
+                     view->flash_gain, "exposure_gain", view->exposure_gain, "width", c->width, "height", c->height,
+                     "fx", c->fx, "fy", c->fy, "cx", c->cx, "cy", c->cy, "w2c", rows, "lens",
+                     view->distorted ? lens_to_json(&view->lens) : NULL);
 }
 
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err)
@@ -155,6 +156,9 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
     view.held_out = json_is_true(json_object_get(object, "held_out"));
     if (!get_number(object, "flash_gain", &view.flash_gain) || !(view.flash_gain > 1e-3 && view.flash_gain < 1e3))
         view.flash_gain = 0;
+    if (!get_number(object, "exposure_gain", &view.exposure_gain) ||
+        !(view.exposure_gain > 1e-3 && view.exposure_gain < 1e3))
+        view.exposure_gain = 0;
     view.encoded = json_is_true(json_object_get(object, "encoded"));
     const char *wanted = camera_from_json(object, &view.camera);
     const json_t *lens = json_object_get(object, "lens");

@@ -5,14 +5,15 @@
 #include "model/lens.h"
 
 typedef struct View {
-    char *name;        // without folder and extension
-    bool flash;        // taken with the flash
-    bool held_out;     // never trained on
-    bool encoded;      // came as display values (JPEG), linearised by a guess: its camera's response is not known
-    double flash_gain; // of the flash's light in it, by its exposure; 0: not told, as in the others
-    Camera camera;     // of the working image
-    bool distorted;    // the photo is not as the pinhole camera would have taken it, but
-    Lens lens;         // this lens, at the size of the working image
+    char *name;           // without folder and extension
+    bool flash;           // taken with the flash
+    bool held_out;        // never trained on
+    bool encoded;         // came as display values (JPEG), linearised by a guess: its camera's response is not known
+    double flash_gain;    // of the flash's light in it, by its exposure; 0: not told, as in the others
+    double exposure_gain; // what its values were multiplied with, to the others' exposure; 0: not told, 1
+    Camera camera;        // of the working image
+    bool distorted;       // the photo is not as the pinhole camera would have taken it, but
+    Lens lens;            // this lens, at the size of the working image
 } View;
 
 typedef struct Dataset {
@@ -24,7 +25,7 @@ void fs_dataset_free(Dataset *dataset);
 int fs_dataset_append(Dataset *dataset, const View *view, FsError *err); // copies name
 int fs_dataset_find(const Dataset *dataset, const char *name);           // by stem; -1 when missing
 double fs_dataset_extent(const Dataset *dataset, double centre[3]); // of the cameras: their mean, most distance from it
-// JSON: {"views": [{"name","flash","held_out","encoded","flash_gain" (the last two may be
+// JSON: {"views": [{"name","flash","held_out","encoded","flash_gain","exposure_gain" (the last three may be
 // missing),"width","height","fx","fy","cx","cy","w2c": 4x4, and of distorted photos "lens":
 // {"model","width","height","params"}}]}
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err);

@@ -31,6 +31,12 @@ int fs_capture_find(const Capture *capture, const char *name)
     return -1;
 }
 
+static double gain_of(const json_t *object, const char *key)
+{
+    const double factor = json_number_value(json_object_get(object, key));
+    return factor > 1e-3 && factor < 1e3 ? factor : 1;
+}
+
 static int read_photo(const json_t *object, Photo *photo, const char *path, FsError *err)
 {
     const char *name = json_string_value(json_object_get(object, "name"));
@@ -41,8 +47,8 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
                               path);
     double focal = json_number_value(json_object_get(object, "focal_px"));
     const char *quality = json_string_value(json_object_get(object, "quality"));
-    const double factor = json_number_value(json_object_get(object, "flash_gain"));
-    *photo = (Photo){.flash_gain = factor > 1e-3 && factor < 1e3 ? factor : 1,
+    *photo = (Photo){.flash_gain = gain_of(object, "flash_gain"),
+                     .exposure_gain = gain_of(object, "exposure_gain"),
                      .flash = json_is_true(json_object_get(object, "flash")),
                      .encoded = quality && strcmp(quality, "reduced") == 0,
                      .width = (int)w,

@@ -6,11 +6,12 @@
 typedef struct Photo {
     char *name; // without folder and extension; first, see order.h
     bool flash;
-    double flash_gain; // of the flash's light, by the photo's exposure; 1: as in the others
-    bool encoded;      // came as display values, linearised by a guess
-    int width, height; // working image
-    double focal_px;   // of the working image; 0 when not known
-    char *picture;     // file name of the picture for feature detection, in Capture.pictures
+    double flash_gain;    // of the flash's light, by the photo's exposure; 1: as in the others
+    double exposure_gain; // what its values were multiplied with
+    bool encoded;         // came as display values, linearised by a guess
+    int width, height;    // working image
+    double focal_px;      // of the working image; 0 when not known
+    char *picture;        // file name of the picture for feature detection, in Capture.pictures
     int picture_width, picture_height;
 } Photo;
 

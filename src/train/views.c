@@ -46,9 +46,10 @@ static int load_view(const Trainer *trainer, int number, int halvings, FsError *
     Camera camera;
     int rc;
     TRY(fs_views_photo(trainer, number, halvings, &camera, &photo, &mask, err));
-    TRY(fs_engine_load_view(
-        trainer->engine,
-        &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number], (float)view->flash_gain}, err));
+    TRY(fs_engine_load_view(trainer->engine,
+                            &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number],
+                                          (float)view->flash_gain, (float)view->exposure_gain},
+                            err));
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);

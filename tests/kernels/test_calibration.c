@@ -32,6 +32,7 @@ static void make(Case *c, int curved)
                                 .cx = 35.2f,
                                 .cy = 13.1f,
                                 .per_px = {1 / 40.0f, 1 / 44.0f},
+                                .exposure = curved ? 0.8f : 0,
                                 .curved = curved};
     for (int k = 1; k < FS_OPTICS_KNOTS; k++) c->view.response[k] = 0.05f * (fs_rng_uniform(&rng) - 0.5f);
     c->I = random_planes(W, H, 3, 0, 1.6f, &rng); // some beyond the last knot
@@ -70,7 +71,7 @@ static double gradient(const CalibrationGradient *g, int i)
 
 static void check_parameters(Case *c)
 {
-    const float h = 2e-3f;
+    const float h = 1e-3f;
     run_backward(c);
     for (int i = 0; i < PARAMETERS; i++) {
         if (!c->view.curved && i >= 3 + FS_OPTICS_VIGNETTING) continue;
@@ -110,6 +111,24 @@ static void check_pixels(Case *c)
     CHECK(looked_at > W * H / 4, "%d", looked_at);
 }
 
+// A photo of another exposure, brought to that of the others, shows what it would show without, times the factor.
+static void check_exposure(void)
+{
+    Case c[2];
+    const float exposure = 1.3f;
+    for (int i = 0; i < 2; i++) {
+        make(&c[i], 1);
+        c[i].k = &fs_calibration_scalar;
+        c[i].view.exposure = i ? exposure : 0;
+        for (int k = 0; k < H * c[i].I.stride * 3 && i == 0; k++) c[i].I.px[k] /= exposure;
+        run_forward(&c[i]);
+    }
+    for (int k = 0; k < H * c[0].P.stride * 3; k++) c[0].P.px[k] *= exposure;
+    double difference = planes_difference(&c[0].P, &c[1].P);
+    CHECK(difference < 1e-5, "%g", difference);
+    for (int i = 0; i < 2; i++) drop(&c[i]);
+}
+
 // Nothing learned is nothing done.
 static void check_identity(void)
 {
@@ -145,6 +164,7 @@ static void check_twin(Case *ref, int level, int curved)
 int main(int argc, char **argv)
 {
     check_begin(argc, argv);
+    check_exposure();
     check_identity();
     for (int curved = 0; curved < 2; curved++) {
         Case ref;
