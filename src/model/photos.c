@@ -311,6 +311,7 @@ static void read_header(void *context, int i, int worker)
     PhotoFile *photo = &photos->photo[i];
     fs_photo_read_info(fs_photos_path(photos, photo).text, &photo->exif, photo->white_balance, &photo->memory,
                        &photo->failure);
+    if (photo->failure.code) photo->memory = 0; // nobody will read it
     if (photo->kind == PHOTO_NPY) memcpy(photo->white_balance, photos->npy.gain, sizeof photo->white_balance);
 }
 

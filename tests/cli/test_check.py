@@ -201,6 +201,11 @@ class Check(FolderTest):
         self.assertRegex(found["unreadable"], f"left out: {path.name} .*cannot read")
         self.assertEqual(self.result["verdict"], "doubts")
         self.assertEqual(len(self.result["photos"]), 19)
+        path.rename(self.photos / os.fsdecode(b"caf\xe9.DNG"))  # Latin-1, as old cards have it
+        latin = self.dir / "latin.json"
+        self.assertEqual(run("check", self.photos, "--json", latin, errors="replace").returncode, 3)
+        found = {f["kind"]: f["text"] for f in json.loads(latin.read_text())["findings"]}
+        self.assertIn("left out: caf\xe9.DNG ", found["unreadable"])
 
     def hint(self, kind):
         """The one finding of a kind, which is no reason to doubt."""

@@ -35,6 +35,11 @@ class Fields(FolderTest):
         moments.write_bytes(moments.read_bytes()[:-4])
         self.assert_fails(run(*train, 1, "--resume"), 1, moments)
         self.assertEqual((out / "clouds/field.bin").read_bytes(), field)
+        moments.unlink()
+        for words in ([*train, 2, "--steps", 120], ["export", out, "--formats", "mesh"]):  # after 40 all is thin
+            process = run(*words)
+            self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertEqual({p.name for p in (out / "export").iterdir()}, {"T_N.mesh.ply", "T_F.mesh.ply"})
 
 
 common.main()

@@ -6,9 +6,11 @@ import re
 import resource
 import shutil
 import signal
+import struct
 import subprocess
 import tempfile
 import unittest
+import zlib
 
 import common
 import pictures
@@ -85,6 +87,20 @@ class Captures(FolderTest):
             wrong.write_bytes(b"II*\0\x08\0\0\0\xff\xff" + bytes(range(256)) * 4)
             self.leaves_out(name)
             wrong.unlink()
+
+    def test_damaged_photos_and_the_estimate(self):
+        """A header that says more pixels than there can be asks for no memory, and one photo that cannot be read, the
+        middle one, does not end the trial."""
+        lying = pictures.photos(self.photos, 6) / "F_01.png"
+        data = lying.read_bytes()
+        header = data[12:16] + b"\x7f\xff\xff\xff" * 2 + data[24:29]
+        lying.write_bytes(data[:12] + header + struct.pack(">I", zlib.crc32(header)) + data[33:])
+        (self.photos / "N_00.png").write_bytes(data[:60])
+        process = run("run", self.photos, "-o", self.out, *FLASH, "--steps", 300, "--colmap", "nosuch")
+        self.assert_fails(process, 1, "nosuch: program not found")
+        self.assertIn("estimate: 12 photos as 48 x 32 pixels", process.stdout)
+        self.assertRegex(process.stderr, "(?m)^warning: .*F_01.png: its header says 2147483647 x 2147483647 pixels")
+        self.assertRegex(process.stderr, "(?m)^warning: .*N_00.png: ")
 
     def test_empty_files(self):
         pictures.photos(self.photos, 3)

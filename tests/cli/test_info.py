@@ -1,4 +1,5 @@
 """`flashsplat info`: what it says about files that are right, and about files that are not."""
+import json
 import pathlib
 import struct
 
@@ -51,6 +52,7 @@ class Info(FolderTest):
         self.write("model/cameras.txt", CAMERAS)
         self.write("model/images.txt", IMAGES)
         text = self.info(self.dir / "model")
+        self.assertIn("model: COLMAP model\n", text)
         self.assertIn("600x400 PINHOLE 500 510 300 200", text)
         self.assertIn("2 views", text)
         self.assertEqual(self.info(self.dir / "model/images.txt"), text)
@@ -62,6 +64,14 @@ class Info(FolderTest):
         self.write("binary/cameras.bin", struct.pack("<Q", 10**15))
         self.write("binary/images.bin", struct.pack("<Q", 10**15))
         self.refuses(self.dir / "binary")
+
+    def test_transforms(self):
+        eye = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+        text = self.info(self.write("transforms.json", json.dumps({
+            "w": 60, "h": 40, "fl_x": 55, "frames": [{"file_path": "a.png", "transform_matrix": eye}]})))
+        self.assertIn("transforms.json: cameras\n", text)
+        self.assertIn("camera 60x40 OPENCV 55 55 30 20", text)
+        self.assertIn("1 views", text)
 
     def test_json_wrong(self):
         for text in ("", "{", "[]", "{}", '{"frames": 3}', '{"views": [3]}', "\x00", '{"views": [{"name": "a"}]}'):

@@ -222,20 +222,27 @@ static void renders_of_an_earlier_training_go(void **state)
     assert_int_equal(render(capture, NULL), 0);
     char *old = fs_file_path("%s/renders/R/GONE.png", capture->out), *dir = fs_file_path("%s/renders/R", capture->out);
     char *notes = fs_file_path("%s/renders/R/notes.txt", capture->out);
+    char *film = fs_file_path("%s/video/T.mp4", capture->out), *films = fs_file_path("%s/video", capture->out);
     assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
+    assert_int_equal(fs_file_mkdirs(films, NULL), 0);
     assert_int_equal(fs_file_write(old, "x", 1, NULL), 0);
+    assert_int_equal(fs_file_write(film, "x", 1, NULL), 0);
     assert_int_equal(fs_file_write(notes, "x", 1, NULL), 0);
     set(capture, "force", "true");
     assert_int_equal(render(capture, NULL), 0);
     assert_int_equal(count(capture, "renders/R"), 2); // the same clouds: a render of other views may stay
+    assert_true(fs_file_exists(film));
     assert_int_equal(utimensat(AT_FDCWD, old, (struct timespec[2]){{1000000, 0}, {1000000, 0}}, 0), 0);
+    assert_int_equal(utimensat(AT_FDCWD, film, (struct timespec[2]){{1000000, 0}, {1000000, 0}}, 0), 0);
     assert_int_equal(render(capture, NULL), 0);
-    assert_false(fs_file_exists(old));
+    assert_false(fs_file_exists(old) || fs_file_exists(film));
     assert_true(fs_file_exists(notes));
     assert_int_equal(count(capture, "renders/T_N"), VIEWS);
     free(old);
     free(dir);
     free(notes);
+    free(film);
+    free(films);
 }
 
 static void write_model(const char *path, int width, double k1)
@@ -274,6 +281,7 @@ static void any_camera_model_is_rendered_at_the_working_size(void **state)
     assert_non_null(strstr(capture->log, "2 of 2 cameras have lens distortion"));
     assert_float_equal(middle(capture, "views/I_N/TEST_01.png", 24, 16), encoded(0.2), 0.01);
     assert_int_equal(count(capture, "renders"), -1); // nowhere else
+    assert_int_equal(count(capture, "warnings"), -1);
     set(capture, "cameras", "");
     set(capture, "output", "");
     set(capture, "long-edge", "48");
@@ -297,6 +305,22 @@ static void a_spiral_makes_frames_and_films(void **state)
     assert_int_equal(count(capture, "path/R"), 7);
     assert_int_equal(count(capture, "video"), 4);
     assert_float_equal(middle(capture, "path/T_N/path_0004.png", WIDTH, HEIGHT), encoded(0.1), 0.01);
+}
+
+static void films_of_a_spiral_are_made_again_by_the_stage(void **state)
+{
+    Capture *capture = *state;
+    set(capture, "path-views", "2");
+    set(capture, "layers", "T_N");
+    set(capture, "video", "true");
+    assert_int_equal(render(capture, NULL), 0);
+    assert_int_equal(render(capture, NULL), 0);
+    assert_non_null(strstr(capture->log, "skipped"));
+    set(capture, "path", "spiral");
+    assert_int_equal(render(capture, NULL), 0);
+    set(capture, "path", "none");
+    assert_int_equal(render(capture, NULL), 0);
+    assert_null(strstr(capture->log, "skipped"));
 }
 
 static void wrong_requests_are_named(void **state)
@@ -346,6 +370,7 @@ int main(void)
         TEST(renders_of_an_earlier_training_go),
         TEST(any_camera_model_is_rendered_at_the_working_size),
         TEST(a_spiral_makes_frames_and_films),
+        TEST(films_of_a_spiral_are_made_again_by_the_stage),
         TEST(wrong_requests_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -3,11 +3,16 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
+#include <fcntl.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "../unit/temp_dir.h"
+#include "base/owned.h"
 #include "image/image.h"
+#include "info/info.h"
 #include "model/dataset.h"
+#include "model/scene.h"
 #include "report/report.h"
 
 #define WIDTH 30
@@ -180,10 +185,70 @@ static void it_makes_do_with_little(void **state)
     free(text);
 }
 
+static void figures_of_an_earlier_training_are_left_out(void **state)
+{
+    const char *out = *state;
+    FilePath figures = fs_file_at("%s/evaluate.json", out), clouds = fs_file_at("%s/clouds", out);
+    Scene scene = {.extent = 1};
+    assert_int_equal(fs_owned_open(out, "project", NULL), 0);
+    put_views(out);
+    for (int l = 0; l < LAYERS; l++)
+        assert_int_equal(fs_cloud_new(&scene.cloud[l], 1, l == LAYER_BETA ? 1 : 3, 0, NULL), 0);
+    assert_int_equal(fs_file_mkdirs(clouds.text, NULL), 0);
+    assert_int_equal(fs_scene_write(&scene, clouds.text, NULL), 0);
+    put_text(out, "evaluate.json", "{\"methods\": {\"flashsplat\": {\"layers\": {\"T_N\": {\"psnr_gain\": 31.25}}}}}");
+    for (int old = 0; old < 2; old++) {
+        const struct timespec early[2] = {{1000000, 0}, {1000000, 0}};
+        if (old) assert_int_equal(utimensat(AT_FDCWD, figures.text, early, 0), 0);
+        assert_int_equal(report(out, NULL), 0);
+        char *text = page(out);
+        assert_int_equal(strstr(text, "Against the truth") != NULL, !old);
+        assert_int_equal(strstr(text, "31.25") != NULL, !old);
+        free(text);
+    }
+    fs_scene_free(&scene);
+}
+
+static char said[4000];
+
+static void on_log(void *user, FsLogLevel level, const char *message)
+{
+    (void)user, (void)level;
+    size_t n = strlen(said);
+    snprintf(said + n, sizeof said - n, "%s\n", message);
+}
+
+// By its step: names of more than five digits come before others.
+static void the_newest_progress_picture_is_shown(void **state)
+{
+    const char *out = *state;
+    FsSettings *settings = fs_settings_new();
+    FsProject *project;
+    ReportLive *live;
+    put_image(out, "progress", "100000", ".png", 3, 0.5f);
+    put_image(out, "progress", "99500", ".png", 3, 0.5f);
+    const FsCallbacks callbacks = {.log = on_log};
+    fs_info_results(out, &callbacks);
+    assert_non_null(strstr(said, "progress/100000.png"));
+    assert_int_equal(fs_project_open(&project, out, settings, NULL, NULL), 0);
+    assert_int_equal(fs_owned_open(out, "project", NULL), 0);
+    project->planned = FS_STAGE_TRAIN;
+    assert_int_equal(fs_report_live_begin(&live, project, NULL), 0);
+    fs_log_progress(&project->log, "train", 1, 2, "");
+    fs_report_live_end(live, NULL);
+    char *text = page(out);
+    assert_non_null(strstr(text, "src=\"progress/100000.png\""));
+    free(text);
+    fs_project_close(project);
+    fs_settings_free(settings);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(the_page_shows_what_is_there, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(figures_of_an_earlier_training_are_left_out, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(the_newest_progress_picture_is_shown, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(it_makes_do_with_little, temp_dir_make, temp_dir_remove),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -197,6 +197,11 @@ static void test_wrong_text(void **state)
         {camera, "1 1 0 0 0 0 0 0 1 a.jpg\n\n2 1 0 0 0 0 0 0 1 b/a.png\n\n", "'a'"},
         {camera, "-1 1 0 0 0 0 0 0 1 a.jpg\n\n", "number"},
         {camera, "", "0 images"},
+        {camera,
+         "# Image list with two lines of data per image:\n#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
+         "#   POINTS2D[] as (X, Y, POINT3D_ID)\n# Number of images: 30, mean observations per image: 0\n"
+         "1 1 0 0 0 0 0 0 1 a.jpg\n\n",
+         "cut short: its header says 30 records, found 1"},
     };
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         put_text(dir, "cameras.txt", wrong[i][0]);

@@ -10,6 +10,7 @@
 #include <libexif/exif-data.h>
 
 #include "base/rng.h"
+#include "export/clean.h"
 #include "export/clean_photo.h"
 #include "image/exif.h"
 #include "image/photo.h"
@@ -133,6 +134,39 @@ static void test_clipped(void **state)
     clean(&c);
     assert_true(difference(&c, 52, 62) < 0.01);
     free_case(&c);
+}
+
+// What a mask covers is black in the working image, even where the photo is clipped: it is the same photo.
+static void test_masked_and_clipped(void **state)
+{
+    char *out = *state;
+    Image photo = image(8, 8, 3), mask = image(8, 8, 1);
+    FilePath path = fs_file_at("%s/a.png", out);
+    PhotoFile file = {.path = "a.png", .gain = 1};
+    View view = {.name = "a", .camera = {.width = 8, .height = 8}, .distorted = true};
+    struct FsProject project = {.out = out};
+    const Originals originals = {.photos = {.folder = out, .photo = &file, .n = 1}, .of_view = (int[]){0}};
+    const CleanArgs args = {.project = &project, .views = &(Dataset){&view, 1}, .originals = &originals};
+    const SensorLevels levels = {.gain = {1, 1, 1}};
+    PhotoSizes sizes = {.n = 1};
+    PhotoLight light;
+    for (int i = 0; i < 192; i++) photo.px[i] = i < 96 ? 1 : 0.5f; // the upper half is clipped
+    for (int i = 32; i < 64; i++) mask.px[i] = 1;
+    assert_int_equal(fs_png_write(path.text, &photo, 8, NULL), 0);
+    assert_int_equal(fs_photo_read(path.text, &levels, &sizes, &light, NULL), 0);
+    memset(sizes.size[0].rgb.px, 0, 48 * sizeof(float)); // half of which is masked
+    assert_int_equal(fs_file_mkdirs(fs_file_at("%s/linear", out).text, NULL), 0);
+    assert_int_equal(fs_tiff_write_float(fs_file_at("%s/linear/a.tif", out).text, &sizes.size[0].rgb, NULL), 0);
+    assert_int_equal(fs_png_write(fs_file_at("%s/linear/a_mask.png", out).text, &mask, 8, NULL), 0);
+    FsError err = {0};
+    if (fs_clean_check(&args, &err) != 0) fail_msg("%s", err.message);
+    for (int i = 96; i < 192; i++) photo.px[i] = 0.6f; // what is not masked counts
+    file.path = "b.png";
+    assert_int_equal(fs_png_write(fs_file_at("%s/b.png", out).text, &photo, 8, NULL), 0);
+    assert_int_equal(fs_clean_check(&args, NULL), FS_ERR_INPUT);
+    fs_sizes_free(&sizes);
+    fs_image_free(&photo);
+    fs_image_free(&mask);
 }
 
 // ---- tags and files ----
@@ -302,6 +336,7 @@ int main(void)
         cmocka_unit_test(test_without_room),
         cmocka_unit_test(test_detail_goes_where_it_belongs),
         cmocka_unit_test(test_clipped),
+        cmocka_unit_test_setup_teardown(test_masked_and_clipped, temp_dir_make, temp_dir_remove),
         cmocka_unit_test(test_tags),
         cmocka_unit_test_setup_teardown(test_long_tags, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_tiff, temp_dir_make, temp_dir_remove),

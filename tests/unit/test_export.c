@@ -16,6 +16,7 @@
 #include "export/codebook.h"
 #include "export/formats.h"
 #include "export/mesh.h"
+#include "export/pane_place.h"
 #include "image/tone.h"
 #include "temp_dir.h"
 
@@ -283,6 +284,28 @@ static void test_mesh(void **state)
     (void)state;
 }
 
+// The pane is as far as the nearest of what is seen; bars are before it.
+static void test_pane_behind_bars(void **state)
+{
+    (void)state;
+    Scene scene = {.shared_geometry = true, .pane_beta = true, .pane = {.normal = {0, 0, 1}}};
+    Cloud *cloud = &scene.cloud[LAYER_T_N];
+    const Dataset none = {0};
+    PanePlace place;
+    fill(cloud, 20, 3, 1, 5);
+    assert_int_equal(fs_cloud_covers(cloud, true, NULL), 0);
+    for (int i = 0; i < 20; i++) {
+        cloud->field[CLOUD_MEANS][3 * i + 2] = i < 5 ? 1 : 3;
+        cloud->field[CLOUD_OPACITIES][i] = 2;
+    }
+    assert_int_equal(fs_pane_place_find(&scene, &none, 0, &place, NULL), 0);
+    assert_true(place.distance == 1);
+    for (int i = 0; i < 5; i++) cloud->field[CLOUD_COVERS][i] = 0.999f;
+    assert_int_equal(fs_pane_place_find(&scene, &none, 0, &place, NULL), 0);
+    assert_true(place.distance == 3);
+    fs_scene_free(&scene);
+}
+
 static float exposure_said;
 
 static void on_log(void *user, FsLogLevel level, const char *message)
@@ -457,6 +480,7 @@ int main(void)
         cmocka_unit_test(test_run_errors),
         cmocka_unit_test(test_codebook),
         cmocka_unit_test(test_mesh),
+        cmocka_unit_test(test_pane_behind_bars),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }

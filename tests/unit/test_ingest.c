@@ -167,6 +167,9 @@ static void test_flash_state(void **state)
     }
     unlink(list);
     expect_error("photos", SET(setting), "list.txt");
+    FILL({"rgb16.tif", "IMG#12.tif"}, {"rgb16.tif", "IMG_3.tif"});
+    assert_int_equal(fs_file_write(list, "IMG#12.jpg\t# not IMG_3\n", 23, NULL), 0);
+    expect_good("photos", SET(setting), "1 with flash, 1 without (--flash-list)");
     free(list);
     // EXIF beside photos without: those are left out
     FILL(FOUR, {"grey.jpg", "B.jpg"});
@@ -272,6 +275,35 @@ static void test_exposure(void **state)
     fs_image_free(&b);
 }
 
+// A given RAW photo without a tag of its EXIF, told by its number and type.
+static void write_lacking(const char *from, const char *to, const char tag[4])
+{
+    char *data;
+    size_t size;
+    assert_int_equal(fs_file_read(given(from), 1 << 20, &data, &size, NULL), 0);
+    char *at = memmem(data, size, tag, 4);
+    assert_non_null(at);
+    at[1] = (char)0xff; // a number that means nothing
+    assert_int_equal(fs_file_write(temp(to), data, size, NULL), 0);
+    free(data);
+}
+
+// An aperture or ISO that a photo does not tell is as with the others.
+static void test_exposure_half_told(void **state)
+{
+    (void)state;
+    FILL(FOUR, {"flash.dng", "A_5.DNG"}, {"ambient.dng", "A_6.DNG"});
+    write_lacking("flash.dng", "photos/A_5.DNG", "\x9d\x82\5");
+    write_lacking("ambient.dng", "photos/A_6.DNG", "\x27\x88\3");
+    expect_good("photos", NULL, "3 with flash, 3 without");
+    assert_null(strstr(said, "another shutter time"));
+    json_t *root = json_load_file(temp("out/ingest.json"), 0, NULL);
+    json_t *a = photo_entry(root, "A_5"), *b = photo_entry(root, "A_6");
+    assert_true(figure(a, "f_number") == 0 && figure(b, "iso") == 0);
+    assert_true(figure(a, "exposure_gain") == 1 && figure(b, "exposure_gain") == 1 && figure(a, "flash_gain") == 1);
+    json_decref(root);
+}
+
 // 1/2 s at ISO 100 among 1/4 s at ISO 200: the same light of the room, half the flash.
 static void test_shutter_and_flash(void **state)
 {
@@ -337,13 +369,21 @@ static void test_large(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_good),       cmocka_unit_test(test_again),
-        cmocka_unit_test(test_threads),    cmocka_unit_test(test_missing),
-        cmocka_unit_test(test_fewest),     cmocka_unit_test(test_flash_state),
-        cmocka_unit_test(test_unreadable), cmocka_unit_test(test_raw_before_jpeg),
-        cmocka_unit_test(test_jpeg),       cmocka_unit_test(test_orientation),
-        cmocka_unit_test(test_exposure),   cmocka_unit_test(test_shutter_and_flash),
-        cmocka_unit_test(test_cancel),     cmocka_unit_test(test_large),
+        cmocka_unit_test(test_good),
+        cmocka_unit_test(test_again),
+        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_missing),
+        cmocka_unit_test(test_fewest),
+        cmocka_unit_test(test_flash_state),
+        cmocka_unit_test(test_unreadable),
+        cmocka_unit_test(test_raw_before_jpeg),
+        cmocka_unit_test(test_jpeg),
+        cmocka_unit_test(test_orientation),
+        cmocka_unit_test(test_exposure),
+        cmocka_unit_test(test_exposure_half_told),
+        cmocka_unit_test(test_shutter_and_flash),
+        cmocka_unit_test(test_cancel),
+        cmocka_unit_test(test_large),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }

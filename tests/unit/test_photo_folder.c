@@ -110,11 +110,12 @@ static void test_names_that_say_flash(void **state)
 {
     (void)state;
     FILL({"rgb16.tif", "IMG_1_flash.tif"}, {"rgb16.tif", "IMG_2_noflash.tif"}, {"rgb16.tif", "3 No Flash.tif"},
-         {"rgb16.tif", "Flash-4.tif"}, {"rgb16.tif", "reflashed.tif"});
-    expect_good("photos", NULL, "4 photos: 2 with flash, 2 without (their names)");
+         {"rgb16.tif", "Flash-4.tif"}, {"rgb16.tif", "IMG_5_non_flash.tif"}, {"rgb16.tif", "reflashed.tif"});
+    expect_good("photos", NULL, "5 photos: 2 with flash, 3 without (their names)");
     assert_non_null(strstr(said, "W left out: "));
     expect_view("3 No Flash", "3 No Flash.tif", false);
     expect_view("Flash-4", "Flash-4.tif", true);
+    expect_view("IMG_5_non_flash", "IMG_5_non_flash.tif", false);
     FILL({"flash.dng", "A_noflash.DNG"}, {"ambient.dng", "B_flash.DNG"}); // EXIF knows better
     expect_good("photos", NULL, "1 with flash, 1 without (EXIF)");
     expect_view("A_noflash", "A_noflash.DNG", true);

@@ -106,16 +106,20 @@ static void write_jpeg(const char *path, const void *icc, unsigned size)
     fclose(f);
 }
 
-static void write_tiff(const char *path, const void *icc, unsigned size)
+// bits: 16, or 32 of floats.
+static void write_tiff(const char *path, int bits, const void *icc, unsigned size)
 {
     uint16_t px[24];
+    float real[24];
     for (int i = 0; i < 24; i++) px[i] = i % 3 == 0 ? 52428 : i % 3 == 1 ? 26214 : 13107;
+    for (int i = 0; i < 24; i++) real[i] = px[i] / 65535.0f;
     TIFF *tiff = TIFFOpen(path, "w");
     TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 8), TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, 1);
-    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 3), TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 16);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 3), TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, bits);
+    if (bits == 32) TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
     TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
     if (icc) TIFFSetField(tiff, TIFFTAG_ICCPROFILE, size, icc);
-    TIFFWriteScanline(tiff, px, 0, 0);
+    TIFFWriteScanline(tiff, bits == 32 ? (void *)real : px, 0, 0);
     TIFFClose(tiff);
 }
 
@@ -161,21 +165,25 @@ static void test_files(void **state)
     const double r = 1.2249 * 0.6038 - 0.2247 * 0.1329, g = -0.0420 * 0.6038 + 1.0419 * 0.1329;
     const double b = -0.0197 * 0.6038 - 0.0786 * 0.1329 + 1.0979 * 0.0331;
     write_jpeg(temp("p3.jpg"), p3, size);
-    write_tiff(temp("p3.tif"), p3, size);
+    write_tiff(temp("p3.tif"), 16, p3, size);
+    write_tiff(temp("p3_float.tif"), 32, p3, size);
     write_png(temp("p3.png"), p3, size, 0);
     expect_photo("p3.jpg", PHOTO_ENCODED, r, g, b);
     expect_photo("p3.tif", PHOTO_ENCODED, r, g, b);
+    expect_photo("p3_float.tif", PHOTO_ENCODED, r, g, b);
     expect_photo("p3.png", PHOTO_ENCODED, r, g, b);
     memset((char *)p3 + 128, 0xff, 12); // no profile any more: as if there were none
     write_jpeg(temp("p3.jpg"), p3, size);
     expect_photo("p3.jpg", PHOTO_ENCODED, 0.6038, 0.1329, 0.0331);
     free(p3);
     void *linear = make_profile(LINEAR, &size);
-    write_tiff(temp("linear.tif"), linear, size);
-    expect_photo("linear.tif", PHOTO_LIGHT, 0.8, 0.4, 0.2);
+    for (int bits = 16; bits <= 32; bits += 16) {
+        write_tiff(temp("linear.tif"), bits, linear, size);
+        expect_photo("linear.tif", PHOTO_LIGHT, 0.8, 0.4, 0.2);
+        write_tiff(temp("none.tif"), bits, NULL, 0);
+        expect_photo("none.tif", bits == 32 ? PHOTO_LIGHT : PHOTO_UNTOLD, 0.8, 0.4, 0.2);
+    }
     free(linear);
-    write_tiff(temp("none.tif"), NULL, 0);
-    expect_photo("none.tif", PHOTO_UNTOLD, 0.8, 0.4, 0.2);
     write_png(temp("gamma.png"), NULL, 0, 1 / 1.8);
     expect_photo("gamma.png", PHOTO_ENCODED, pow(0.8, 1.8), pow(0.4, 1.8), pow(0.2, 1.8));
     write_png(temp("gamma.png"), NULL, 0, 1);

@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <cmocka.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "render/video.h"
 #include "temp_dir.h"
@@ -118,6 +119,19 @@ static void a_video_plays(void **state)
     free(again);
 }
 
+// A name that looks like a protocol's to FFmpeg.
+static void a_path_may_have_a_colon(void **state)
+{
+    FsError err = {0};
+    assert_int_equal(chdir(*state), 0);
+    assert_int_equal(fs_file_mkdirs("10:30", NULL), 0);
+    if (make_video("10:30/v.mp4", 3, &err) != 0) fail_msg("%s", err.message);
+    char *path = fs_file_path("%s/10:30/v.mp4", (const char *)*state);
+    assert_int_equal(watch(path).frames, 3);
+    assert_int_equal(chdir("/"), 0);
+    free(path);
+}
+
 static void failures_leave_no_file(void **state)
 {
     FsError err = {0};
@@ -147,6 +161,7 @@ int main(void)
     av_log_set_level(AV_LOG_QUIET);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_video_plays, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(a_path_may_have_a_colon, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(failures_leave_no_file, temp_dir_make, temp_dir_remove),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
