@@ -213,6 +213,9 @@ class Learned(FolderTest):
             self.assertAlmostEqual(p["exposure_flash"] / p["exposure_ambient"], views[p["name"]]["flash_gain"]
                                    * flash[0]["exposure_flash"] / flash[0]["exposure_ambient"] / views[flash[0]["name"]]["flash_gain"],
                                    delta=0.05)
+        lit = [p["exposure_ambient"] * views[p["name"]]["exposure_gain"] for p in truth["photos"] if p["name"] in views]
+        self.assertGreater(len({views[p["name"]]["exposure_gain"] for p in truth["photos"] if p["name"] in views}), 1)
+        self.assertLess(max(lit) / min(lit), 1.05)
         self.assertIn("flash photos have another shutter time", process.stderr)
 
 
