@@ -124,6 +124,15 @@ static void draw(Portrait *p, const Trainer *trainer)
     fs_region_spread(&p->near, 1, PORTRAIT_NEAR);
 }
 
+// Whoever takes photos stands on the floor, and legs are dark before what is dark anyway: where an upper body alone was
+// found there is more of it below.
+static void complete(Portrait *p)
+{
+    fs_region_complete(&p->figure, PORTRAIT_UPPER, PORTRAIT_HEIGHT);
+    p->near = p->figure;
+    fs_region_spread(&p->near, 1, PORTRAIT_NEAR);
+}
+
 // ---- back to the photos ----
 
 // The cell of the portrait that a photo's cell shows; -1: it looks past it.
@@ -212,6 +221,7 @@ static int search(Trainer *trainer, Portrait *p, FsError *err)
         MUST(fs_photographer_up(trainer, err));
         MUST(steps(trainer, r * round, (r + 1) * round, err));
         found = look(trainer, p, err);
+        if (found > 0 && r + 1 == PORTRAIT_ROUNDS) complete(p);
         if (found > 0 && (share = fill_all(trainer, p)) > PORTRAIT_MOST) found = 0;
     }
     if (found > 0)

@@ -83,3 +83,23 @@ void fs_region_find(Region *r, const float *cells, const RegionRule *rule)
         }
     for (int i = 0; i < n; i++) r->in[i] = r->in[i] == KEPT;
 }
+
+void fs_region_complete(Region *region, double upper, double height)
+{
+    int top = region->height, end = 0, left = region->width, right = -1, low[REGION_SIDE];
+    for (int x = 0; x < region->width; x++) {
+        low[x] = region->height;
+        for (int y = 0; y < region->height; y++) {
+            if (!region->in[y * region->width + x]) continue;
+            low[x] = y;
+            if (y < top) top = y;
+            if (y >= end) end = y + 1;
+            if (x < left) left = x;
+            right = x;
+        }
+    }
+    double width = right - left + 1, bottom = top + height * width;
+    if (end - top > upper * width) return;
+    for (int x = left; x <= right; x++)
+        for (int y = low[x]; y < region->height && y < bottom; y++) region->in[y * region->width + x] = 1;
+}

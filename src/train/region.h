@@ -18,6 +18,8 @@ typedef struct RegionRule {
     int gap, least;
 } RegionRule;
 void fs_region_find(Region *region, const float *cells, const RegionRule *rule);
+// Where all that is in it is no higher than `upper` of its widths, every column goes on down to `height` widths.
+void fs_region_complete(Region *region, double upper, double height);
 void fs_region_spread(Region *region, unsigned char value, int radius); // to cells that have one of it that near
 
 #endif

@@ -75,6 +75,8 @@ enum {
 #define PORTRAIT_MOST 0.35     // -           of the photos' area; more is what the scenes do not explain
 #define PORTRAIT_EDGE 0.6f     // experiment  of the mean within, once it is filled
 #define PORTRAIT_REACH 1.1     // -           tangent of how far aside of the mirror image it goes
+#define PORTRAIT_HEIGHT 3.0    // experiment  of the figure, in its widths,
+#define PORTRAIT_UPPER 1.5     // experiment  and of its upper body at most
 #define PORTRAIT_SHARE 0.25    // -           of the steps, at most, in the first round
 enum {
     PORTRAIT_SIDE = 100,  // -           pixels of the longer side, at most

@@ -72,9 +72,32 @@ static void test_hole_at_the_edge_stays(void **state)
     assert_false(region.in[(H - 1) * W + 20]);
 }
 
+// A figure of shoulders and a head; 3 heights of 6 columns are 18 rows.
+static void test_upper_body_is_completed(void **state)
+{
+    (void)state;
+    for (int whole = 0; whole < 2; whole++) {
+        region.width = W, region.height = H;
+        memset(region.in, 0, sizeof region.in);
+        for (int y = 4; y < (whole ? 14 : 10); y++)
+            for (int x = 10; x < 16; x++) region.in[y * W + x] = y >= 6 || (x >= 12 && x < 14);
+        fs_region_complete(&region, 1.5, 3);
+        for (int y = 0; y < H; y++) {
+            int end = whole ? 14 : 22;
+            assert_int_equal(region.in[y * W + 10], y >= 6 && y < end);
+            assert_int_equal(region.in[y * W + 12], y >= 4 && y < end);
+            assert_int_equal(region.in[y * W + 9] + region.in[y * W + 16], 0);
+        }
+    }
+    memset(region.in, 0, sizeof region.in);
+    fs_region_complete(&region, 1.5, 3);
+    assert_null(memchr(region.in, 1, sizeof region.in));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_ring_is_filled), cmocka_unit_test(test_what_is_left_out),
-                                       cmocka_unit_test(test_hole_at_the_edge_stays)};
+                                       cmocka_unit_test(test_hole_at_the_edge_stays),
+                                       cmocka_unit_test(test_upper_body_is_completed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
