@@ -111,6 +111,7 @@ static void draw(Portrait *p, const Trainer *trainer)
     float noise = drawn(p) ? 0 : usual(p->q); // of what is not filled as yet
     if (noise > PORTRAIT_NOISE) return;       // the scenes explain too little
     rule.threshold = fmaxf(rule.threshold, PORTRAIT_ABOVE * noise);
+    if (noise > 0) rule.sure = fminf(rule.sure, fmaxf(PORTRAIT_CLEAR * noise, PORTRAIT_SURE_LEAST));
     fs_region_find(&p->figure, p->q, &rule);
     double sum = 0, n = 0;
     for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
