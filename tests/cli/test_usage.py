@@ -100,7 +100,7 @@ class Usage(FolderTest):
         self.assert_fails(run("poses", self.dir, "--test-every", 1), 2, "--test-every", "every photo", "2 to 1000")
         self.assert_fails(run("synth", "-o", "x", "--alpha", "x"), 2, "--alpha", "number")
         self.assert_fails(run("synth", "-o", self.dir / "x", "--field", "shake=x"), 2, "--field", "shake", "'x'")
-        self.assert_fails(run("train", self.dir, "--preset", "best"), 2, "--preset", "preview|standard|paper")
+        self.assert_fails(run("train", self.dir, "--preset", "finest"), 2, "--preset", "preview|standard|best|paper")
         for option, value in (("--layers", "T_N,foo"), ("--formats", "ply,exe"), ("--clean", "gif"), ("--clean", "jpeg,,dng")):
             self.assert_fails(run("run", self.dir, "-o", self.dir / "out", option, value), 2, option, "is not one of")
         for option in ("--layers", "--formats"):

@@ -118,6 +118,16 @@ static void test_what_the_user_sets_wins_over_presets(void **state)
     assert_int_not_equal(standard, 123);
 }
 
+static void test_best_is_standard_with_more_steps(void **state)
+{
+    Settings *s = *state;
+    int steps = s->steps, long_edge = s->long_edge, init_count = s->init_count;
+    set(s, "preset", "best");
+    assert_int_equal(s->steps, 3 * steps);
+    assert_int_equal(s->long_edge, long_edge);
+    assert_int_equal(s->init_count, init_count);
+}
+
 static void test_presets_exist(void **state)
 {
     (void)state;
@@ -129,7 +139,7 @@ static void test_presets_exist(void **state)
         assert_true(*help);
         fs_settings_free(s);
     }
-    assert_int_equal(n, 6);
+    assert_int_equal(n, 7);
 }
 
 static void test_copies_are_deep(void **state)
@@ -164,6 +174,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_minutes_or_steps, setup, teardown),
         cmocka_unit_test_setup_teardown(test_lists_and_ways, setup, teardown),
         cmocka_unit_test_setup_teardown(test_what_the_user_sets_wins_over_presets, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_best_is_standard_with_more_steps, setup, teardown),
         cmocka_unit_test(test_presets_exist),
         cmocka_unit_test_setup_teardown(test_copies_are_deep, setup, teardown),
         cmocka_unit_test_setup_teardown(test_json_has_the_stages_options, setup, teardown),
