@@ -79,10 +79,10 @@ char *fs_photos_view_name(const char *path)
 // Of letters only, in lower case: 1, 0; -1: neither.
 static int what_letters_say(const char *letters)
 {
-    static const char *const words[2][5] = {{"noflash", "withoutflash", "flashoff", "ambient", "nonflash"},
-                                            {"flash", "withflash", "flashon", "flashphotos", "flashed"}};
+    static const char *const words[2][6] = {{"noflash", "nonflash", "withoutflash", "flashoff", "ambient"},
+                                            {"flash", "withflash", "flashon", "flashphotos"}};
     for (int flash = 0; flash < 2; flash++)
-        for (int i = 0; i < 5; i++)
+        for (int i = 0; words[flash][i]; i++)
             if (strcmp(letters, words[flash][i]) == 0) return flash;
     return -1;
 }

@@ -120,8 +120,8 @@ static int open_encoder(Video *video, int fps)
 
 static int open_file(Video *video, int fps)
 {
-    const char *url = fs_file_at("file:%s", video->file.temp).text; // a name may look like a protocol's: 10:30/film.mp4
-    int rc = avformat_alloc_output_context2(&video->format, NULL, "mp4", url);
+    FilePath url = fs_file_at("file:%s", video->file.temp); // a name may look like a protocol's: 10:30/film.mp4
+    int rc = avformat_alloc_output_context2(&video->format, NULL, "mp4", url.text);
     if (rc < 0) return rc;
     video->format->flags |= AVFMT_FLAG_BITEXACT;
     if ((rc = open_encoder(video, fps)) < 0) return rc;

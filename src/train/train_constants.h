@@ -58,7 +58,7 @@ enum {
 #define BARS_SURE 0.8f   // experiment  and of what does
 #define BARS_LEAST 0.012 // experiment  share of the Gaussians that are as sure
 enum {
-    BARS_EVENED = 3, // experiment  times
+    BARS_EVENED = 3,  // experiment  times
 };
 
 // Dirt on the pane.
