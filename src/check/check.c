@@ -112,9 +112,9 @@ static int write_json(const char *path, const Photos *photos, const Findings *fi
     for (int i = 0; i < findings->n; i++) {
         const Finding *finding = &findings->finding[i];
         char *text = fs_photos_utf8(finding->text); // with names of files
-        json_t *one = json_pack("{s:s, s:s, s:s}", "kind", finding->kind, "weight", weights[finding->weight], "text",
-                                text ? text : "");
-        json_array_append_new(found, one);
+        if (!text) fs_error_memory(NULL);
+        json_array_append_new(found, json_pack("{s:s, s:s, s:s}", "kind", finding->kind, "weight",
+                                               weights[finding->weight], "text", text ? text : ""));
         free(text);
     }
     json_t *adds = isfinite(findings->flash_adds) ? json_real(findings->flash_adds) : json_null();
