@@ -21,8 +21,10 @@ enum {
     DEPTH_ODDS_STEPS = 64,        // -          of the table of depths
     LIGHT_NEIGHBOURS = 12,        // -          that a place's gain is carried over from
     LIGHT_ENOUGH = 10,            // -          clear points that the flash's colour is fitted to at least
-    SWEEP_GROUP_MAX = 16,         // -          photos of one lighting looked at, the nearest
-    SWEEP_SLOW_SIGMA = 3,         // -          pixels; slower parts of the photos are left out
+    SWEEP_GROUP_T = 8,            // experiment photos of one lighting looked at, the nearest
+    SWEEP_GROUP_R = 16,           // experiment
+    SWEEP_SLOW_SIGMA_T = 2,       // experiment pixels; slower parts of the photos are left out
+    SWEEP_SLOW_SIGMA_R = 3,       // experiment
     SWEEP_BLUR_RADIUS = 3,        // -          grid pixels
     SWEEP_DIVIDE = 2,             // -          grid pixels per photo pixel, a side
     STEREO_VIEWS = 8,             // -          swept at most
@@ -65,6 +67,7 @@ enum {
 #define LIGHT_ALPHA_MIN 0.05        // -
 #define LIGHT_GAIN_MAX 1.5f         // -          the logarithm of the gain stays within this
 #define SWEEP_WINDOW_SIGMA 1.1f     // -          grid pixels
+#define SWEEP_EVEN_FLOOR 1e-6f      // -          of a pixel's contrast, squared, linear light
 #define SWEEP_AXIS_MIN 0.5          // -          cosine between the optical axes of photos looked at together
 #define SWEEP_SIGMA_SURE 0.15f      // -          uncertainty of the contrast's growth where the photos agree
 #define SWEEP_SIGMA_UNSURE 0.45f    // -

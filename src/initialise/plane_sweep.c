@@ -58,6 +58,7 @@ static void blur(float *px, float *temp, int width, int height, float sigma, int
 typedef struct Prepare {
     const SmallViews *views;
     Image *fine;
+    int slow_sigma;
     bool failed; // out of memory
 } Prepare;
 
@@ -67,9 +68,9 @@ static void prepare_job(void *context, int job, int worker)
     Prepare *w = context;
     const Image *photo = &w->views->view[job].photo;
     Image *fine = &w->fine[job];
-    int width = photo->width, height = photo->height;
+    int width = photo->width, height = photo->height, sigma = w->slow_sigma;
     size_t n = (size_t)width * (size_t)height;
-    float *slow = malloc(sizeof(float) * (2 * n + (size_t)width + 6 * SWEEP_SLOW_SIGMA)),
+    float *slow = malloc(sizeof(float) * (2 * n + (size_t)width + 6 * (size_t)sigma)),
           *trusted = malloc(sizeof(float) * n);
     if (!slow || !trusted || fs_image_new(fine, width, height, 4, NULL) < 0) {
         __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
@@ -82,7 +83,7 @@ static void prepare_job(void *context, int job, int worker)
         }
         for (int c = 3; c >= 0; c--) { // the trust first: the colours are divided by it
             for (size_t i = 0; i < n; i++) slow[i] = fine->px[4 * i + (size_t)c];
-            blur(slow, slow + n, width, height, SWEEP_SLOW_SIGMA, 3 * SWEEP_SLOW_SIGMA);
+            blur(slow, slow + n, width, height, (float)sigma, 3 * sigma);
             for (size_t i = 0; i < n && c == 3; i++) trusted[i] = slow[i];
             for (size_t i = 0; i < n && c < 3; i++)
                 if (fine->px[4 * i + 3] > 0) fine->px[4 * i + (size_t)c] -= slow[i] / trusted[i];
@@ -92,10 +93,10 @@ static void prepare_job(void *context, int job, int worker)
     free(trusted);
 }
 
-int fs_plane_sweep_prepare(const SmallViews *views, SweepPhotos *photos, Threads *threads, FsError *err)
+int fs_plane_sweep_prepare(const SmallViews *views, bool reflected, SweepPhotos *photos, Threads *threads, FsError *err)
 {
-    *photos = (SweepPhotos){views, calloc((size_t)views->n + 1, sizeof(Image))};
-    Prepare work = {views, photos->fine, false};
+    *photos = (SweepPhotos){views, reflected, calloc((size_t)views->n + 1, sizeof(Image))};
+    Prepare work = {views, photos->fine, reflected ? SWEEP_SLOW_SIGMA_R : SWEEP_SLOW_SIGMA_T, false};
     if (photos->fine) fs_threads_for(threads, views->n, prepare_job, &work);
     if (photos->fine && !work.failed) return 0;
     fs_plane_sweep_photos_free(photos);
@@ -121,7 +122,7 @@ typedef struct Work {
     const SweepPhotos *photos;
     const DepthOdds *odds;
     PlaneSweep *sweep;
-    Warp warp[2 * SWEEP_GROUP_MAX];
+    Warp warp[2 * SWEEP_GROUP_R];
     int n_warps, at_once;         // steps of depth in a job
     double middle_m[3], middle_t; // depth in the middle view times q: m . (x, y, 1) + q t
     Sums *sums;                   // per worker (at_once, height, width)
@@ -153,11 +154,12 @@ static void choose_photos(Work *w, int view)
 {
     const SmallViews *views = w->photos->views;
     const SmallView *from = &views->view[view];
+    int most = w->photos->reflected ? SWEEP_GROUP_R : SWEEP_GROUP_T;
     w->n_warps = 0;
     for (int g = 0; g < 2; g++) {
         double after = -1; // squared distance and number of the one chosen last
         int after_i = -1;
-        for (int k = 0; k < SWEEP_GROUP_MAX; k++) {
+        for (int k = 0; k < most; k++) {
             double best = INFINITY;
             int best_i = -1;
             for (int i = 0; i < views->n; i++) {
@@ -233,7 +235,8 @@ static void add_photo(const Warp *warp, const Image *fine, double q, int y, int 
 }
 
 // Sums -> the ten planes: products of different photos' values, their numbers, own products, their numbers.
-static void spread(const Sums *sums, size_t n, float *planes)
+// evenly: the products in shares of the photos' own, mean, product.
+static void spread(const Sums *sums, size_t n, bool evenly, float *planes)
 {
     for (size_t i = 0; i < n; i++) {
         Four N = sums[i].sum[0], F = sums[i].sum[1], NN = N * N - sums[i].own[0], NF = N * F,
@@ -249,7 +252,9 @@ static void spread(const Sums *sums, size_t n, float *planes)
                                own_F[0] + own_F[1] + own_F[2],
                                N[3],
                                F[3]};
-        for (int k = 0; k < PLANES; k++) planes[(size_t)k * n + i] = value[k];
+        static const bool product[PLANES] = {true, true, true, false, false, false, true, true, false, false};
+        float own = (value[6] + value[7]) / fmaxf(value[8] + value[9], 1), share = 1 / (own + SWEEP_EVEN_FLOOR);
+        for (int k = 0; k < PLANES; k++) planes[(size_t)k * n + i] = evenly && product[k] ? value[k] * share : value[k];
     }
 }
 
@@ -282,7 +287,7 @@ static void score_step(const Work *w, int step, double q, const Sums *sums, floa
     int width = sweep->camera.width, height = sweep->camera.height;
     size_t n = (size_t)width * (size_t)height;
     float *temp = planes + n * PLANES;
-    spread(sums, n, planes);
+    spread(sums, n, !w->photos->reflected, planes);
     for (int k = 0; k < PLANES; k++)
         blur(planes + n * (size_t)k, temp, width, height, SWEEP_WINDOW_SIGMA, SWEEP_BLUR_RADIUS);
     for (size_t i = 0; i < n; i++) {

@@ -1,5 +1,8 @@
 // Plane sweep: how well each depth along each ray of a view explains the photos, apart for the scene behind the pane
-// and the mirrored one. The measure is that of cue.h, dense.
+// and the mirrored one. The measure is that of cue.h, dense. The mirrored scene is one room seen whole, and the more
+// places it is seen from, the more the other scene averages out. What is behind the pane hides itself: from elsewhere
+// a bright edge covers what lies in the shade behind it, and the window around it takes its depth. So there fewer
+// photos count, the nearest, and every pixel of the window as much, however strong its contrast is.
 #ifndef FS_INITIALISE_PLANE_SWEEP_H
 #define FS_INITIALISE_PLANE_SWEEP_H
 
@@ -10,10 +13,12 @@
 // The photos without their slow parts: (height, width, 4), r g b and 1 where trusted.
 typedef struct SweepPhotos {
     const SmallViews *views; // borrowed
+    bool reflected;          // the scene to be looked for
     Image *fine;             // (views->n)
 } SweepPhotos;
 
-int fs_plane_sweep_prepare(const SmallViews *views, SweepPhotos *photos, Threads *threads, FsError *err);
+int fs_plane_sweep_prepare(const SmallViews *views, bool reflected, SweepPhotos *photos, Threads *threads,
+                           FsError *err);
 void fs_plane_sweep_photos_free(SweepPhotos *photos);
 
 typedef struct DepthRange {
@@ -25,7 +30,7 @@ typedef struct PlaneSweep {
     Camera camera; // of the grid
     int steps;
     float inverse_min, inverse_step; // inverse depth of step 0, and between two
-    float *score[2];                 // transmitted, reflected: (height, width, steps), 0..1
+    float *score[2];                 // (height, width, steps), 0..1, of what is found: transmitted, reflected
 } PlaneSweep;
 
 // view: the number of the one whose rays are swept.

@@ -8,9 +8,10 @@
 #include "initialise/outliers.h"
 #include "initialise/stereo.h"
 
-// Gives both scenes as found so far colours, subtracts the transmitted one from the photos and looks for the mirrored
-// one in what is left: the points with so many votes.
-static int look_again(const Start *start, float lit_odds, int votes, DepthMaps *maps, PointList *found, FsError *err)
+// Gives both scenes as found so far colours, subtracts the other one from the photos and looks for this one in what is
+// left: the points with so many votes.
+static int look_again(const Start *start, bool reflected, float lit_odds, int votes, DepthMaps *maps, PointList *found,
+                      FsError *err)
 {
     int rc = 0;
     ColoredSeeds seeds = {0};
@@ -18,10 +19,12 @@ static int look_again(const Start *start, float lit_odds, int votes, DepthMaps *
     const Camera *camera = &start->views->view[0].camera;
     int count = (int)(RESIDUAL_SEEDS_PER_PIXEL * (float)camera->width * (float)camera->height);
     TRY(fs_colored_seeds_make(start, count, &seeds, err));
-    TRY(fs_first_colors_subtract(start->views, &seeds.T, seeds.T_N, seeds.T_F, &residual, start->threads, err));
-    TRY(fs_stereo_renew(start, &residual, lit_odds, maps, err));
+    const Seeds *other = reflected ? &seeds.T : &seeds.R;
+    const float *without = reflected ? seeds.T_N : seeds.R_color, *with = reflected ? seeds.T_F : seeds.R_color;
+    TRY(fs_first_colors_subtract(start->views, other, without, with, &residual, start->threads, err));
+    TRY(fs_stereo_renew(start, &residual, reflected, lit_odds, maps, err));
     fs_points_list_free(found);
-    TRY(fs_stereo_fuse(maps, true, votes, found, err));
+    TRY(fs_stereo_fuse(maps, reflected, votes, found, err));
 fail:
     fs_small_views_free(&residual);
     fs_colored_seeds_free(&seeds);
@@ -69,7 +72,7 @@ static int find_near(const Start *start, DepthMaps *maps, PointList dense[2], Fs
     without_dull.points = &points;
     without_dull.dense[0] = &lit;
     int votes = (int)fmaxf(ceilf(NEAR_AGREE * 2 * (float)(maps->n - 1)), STEREO_VOTES);
-    TRY(look_again(&without_dull, NEAR_LIT_ODDS, votes, maps, &found, err));
+    TRY(look_again(&without_dull, true, NEAR_LIT_ODDS, votes, maps, &found, err));
     for (int i = 0; i < found.n; i++) {
         const float *xyz = found.xyz + 3 * (size_t)i;
         if (depth_odds(start, xyz) <= NEAR_DEPTH) continue;
@@ -97,8 +100,10 @@ int fs_residual_stereo_find(const Start *start, PointList dense[2], FsError *err
         TRY(fs_stereo_fuse(&maps, k, STEREO_VOTES, &dense[k], err));
         TRY(fs_outliers_drop(start->points, k, start->threads, &dense[k], err));
     }
-    TRY(look_again(&with_dense, 1, STEREO_VOTES, &maps, &dense[1], err));
-    TRY(fs_outliers_drop(start->points, true, start->threads, &dense[1], err));
+    for (int k = 0; k < 2; k++) {
+        TRY(look_again(&with_dense, k, 1, STEREO_VOTES, &maps, &dense[k], err));
+        TRY(fs_outliers_drop(start->points, k, start->threads, &dense[k], err));
+    }
     TRY(find_near(&with_dense, &maps, dense, err));
 fail:
     fs_stereo_free(&maps);

@@ -20,8 +20,8 @@ typedef struct Start {
     const Log *log;
 } Start;
 
-// Dense points of both scenes: stereo on the photos tells both scenes' surfaces roughly; with colours, the transmitted
-// one is subtracted from the photos, and the mirrored one is looked for again in what is left.
+// Dense points of both scenes: stereo on the photos tells both scenes' surfaces roughly; with colours, each is
+// subtracted from the photos, and the other one is looked for again in what is left.
 // start->dense is not read. dense[2]: transmitted, reflected; they may come out empty.
 int fs_residual_stereo_find(const Start *start, PointList dense[2], FsError *err);
 // Both scenes as seeds with colours: from the points of each kind, by the flash's light on them.

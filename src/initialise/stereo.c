@@ -53,8 +53,8 @@ static int find_range(const Start *start, int view, DepthRange *range, FsError *
 typedef struct Match { // the maps of swept views, a job each
     PlaneSweep *sweep;
     DepthMap *map;
-    bool renew[2]; // transmitted, reflected
-    bool failed;   // out of memory
+    bool reflected;
+    bool failed; // out of memory
 } Match;
 
 static int nearest_step(const PlaneSweep *sweep, float step)
@@ -118,9 +118,7 @@ static void match_job(void *context, int job, int worker)
     if (!map->guess) map->guess = malloc(sizeof(float) * n);
     if (!map->dull) map->dull = malloc(sizeof(bool) * n);
     bool done = map->layer[0] && map->layer[1] && map->guess && map->dull;
-    for (int k = 0; k < 2 && done; k++)
-        if (w->renew[k]) done = match_layer(s, k, map);
-    if (!done) __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
+    if (!done || !match_layer(s, w->reflected, map)) __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
 }
 
 // Inverse depth of a point in another view, and what that view's map says there (0: unsure; NAN: out of view).
@@ -177,20 +175,20 @@ fail:
     return rc;
 }
 
-// Sweeps the views and matches the scenes wanted, in the photos of `views`, with these odds of depths.
-static int sweep_all(const Start *start, const SmallViews *views, const DepthOdds *odds, const bool renew[2],
+// Sweeps the views and matches one scene, in the photos of `views`, with these odds of depths.
+static int sweep_all(const Start *start, const SmallViews *views, const DepthOdds *odds, bool reflected,
                      DepthMaps *maps, FsError *err)
 {
     int rc = 0;
     PlaneSweep sweep[STEREO_VIEWS] = {0};
     SweepPhotos photos = {0};
-    TRY(fs_plane_sweep_prepare(views, &photos, start->threads, err));
+    TRY(fs_plane_sweep_prepare(views, reflected, &photos, start->threads, err));
     for (int k = 0; k < maps->n; k++) {
         if (fs_log_cancelled(start->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "initialise: stopped"));
         if (maps->range[k].steps > 0)
             TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], odds, start->threads, &sweep[k], err));
     }
-    Match match = {sweep, maps->map, {renew[0], renew[1]}, false};
+    Match match = {sweep, maps->map, reflected, false};
     fs_threads_for(start->threads, maps->n, match_job, &match);
     if (match.failed) rc = fs_error_memory(err);
 fail:
@@ -201,7 +199,6 @@ fail:
 
 int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
 {
-    static const bool both[2] = {true, true};
     const SmallViews *views = start->views;
     int rc = 0, *order = malloc(sizeof(int) * ((size_t)views->n + 1));
     if (!order) return fs_error_memory(err);
@@ -211,20 +208,20 @@ int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
         maps->view[k] = order[k];
         TRY(find_range(start, order[k], &maps->range[k], err));
     }
-    TRY(sweep_all(start, views, start->odds, both, maps, err));
+    for (int k = 0; k < 2; k++) TRY(sweep_all(start, views, start->odds, k, maps, err)); // R where T was not found
 fail:
     free(order);
     if (rc < 0) fs_stereo_free(maps);
     return rc;
 }
 
-int fs_stereo_renew(const Start *start, const SmallViews *residual, float lit_odds, DepthMaps *maps, FsError *err)
+int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, float lit_odds, DepthMaps *maps,
+                    FsError *err)
 {
-    static const bool mirrored[2] = {false, true};
     DepthOdds odds = *start->odds;
     for (int i = 0; i < DEPTH_ODDS_STEPS; i++)
         if (odds.odds[i] > 0) odds.odds[i] *= lit_odds;
-    return sweep_all(start, residual, &odds, mirrored, maps, err);
+    return sweep_all(start, residual, &odds, reflected, maps, err);
 }
 
 void fs_stereo_forget_dull(DepthMaps *maps)

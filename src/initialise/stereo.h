@@ -24,9 +24,10 @@ typedef struct DepthMaps {
 void fs_stereo_free(DepthMaps *maps);
 // From the classified points and what their depths tell. May come out empty.
 int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err);
-// Finds the mirrored surfaces once more, in photos that the transmitted scene was subtracted from. lit_odds: the share
-// that counts of what depths tell for "transmitted".
-int fs_stereo_renew(const Start *start, const SmallViews *residual, float lit_odds, DepthMaps *maps, FsError *err);
+// Finds one scene's surfaces once more, in photos that the other one was subtracted from. lit_odds: the share that
+// counts of what depths tell for "transmitted".
+int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, float lit_odds, DepthMaps *maps,
+                    FsError *err);
 // Takes dull surfaces out of the transmitted ones.
 void fs_stereo_forget_dull(DepthMaps *maps);
 // Depth fusion: the points on which views agree, with at least so many votes: two of each other view that agrees.

@@ -1,5 +1,5 @@
 // A made-up capture for tests: two parallel textured planes, one behind the pane that the flash brightens, one mirrored
-// in it, seen by a hand's worth of cameras of either lighting.
+// in it, seen by a hand's worth of cameras of either lighting. Where wanted, a bright board stands before the former.
 #ifndef MADE_CAPTURE_H
 #define MADE_CAPTURE_H
 
@@ -12,9 +12,12 @@
 enum { MADE_PHOTOS = 20, MADE_WIDTH = 120, MADE_HEIGHT = 80, MADE_WAVES = 24 };
 #define MADE_DEPTH_T 2.0
 #define MADE_DEPTH_R 4.0
+#define MADE_DEPTH_BOARD 1.8
+#define MADE_BOARD 0.12 // half its width
 #define MADE_ALPHA 1.2f
 
 typedef struct MadeTexture {
+    bool board;                          // of the plane behind the pane: a board before it
     float level, wave[3][MADE_WAVES][4]; // per channel: x, y frequency, phase, amplitude
 } MadeTexture;
 
@@ -50,14 +53,14 @@ static inline float made_photo_at(const Camera *camera, const MadeTexture *T, co
     double X = -camera->w2c[3], Y = -camera->w2c[7];
     float t = made_texture_at(T, c, X + u * MADE_DEPTH_T, Y + v * MADE_DEPTH_T);
     float r = made_texture_at(R, c, X + u * MADE_DEPTH_R, Y + v * MADE_DEPTH_R);
+    if (T->board && fabs(X + u * MADE_DEPTH_BOARD) < MADE_BOARD)
+        t = 4 * made_texture_at(T, c, X + u * MADE_DEPTH_BOARD, Y + v * MADE_DEPTH_BOARD);
     return t * (flash ? 1 + MADE_ALPHA : 1) + r;
 }
 
 // Cameras on a 5 x 4 grid, 0.12 apart, flash and no flash in turns, all looking along z.
-static inline int made_capture(SmallViews *views, MadeTexture *T, MadeTexture *R, FsError *err)
+static inline int made_photos(SmallViews *views, const MadeTexture *T, const MadeTexture *R, FsError *err)
 {
-    *T = made_texture(11, MADE_DEPTH_T);
-    *R = made_texture(12, MADE_DEPTH_R);
     *views = (SmallViews){.n = MADE_PHOTOS, .view = calloc(MADE_PHOTOS, sizeof(SmallView))};
     if (!views->view) return fs_error_memory(err);
     Rng rng = fs_rng_new(3);
@@ -80,6 +83,13 @@ static inline int made_capture(SmallViews *views, MadeTexture *T, MadeTexture *R
     }
     fs_small_views_finish(views);
     return 0;
+}
+
+static inline int made_capture(SmallViews *views, MadeTexture *T, MadeTexture *R, FsError *err)
+{
+    *T = made_texture(11, MADE_DEPTH_T);
+    *R = made_texture(12, MADE_DEPTH_R);
+    return made_photos(views, T, R, err);
 }
 
 #endif

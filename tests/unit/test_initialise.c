@@ -14,6 +14,7 @@
 #include "initialise/light.h"
 #include "initialise/first_colors.h"
 #include "initialise/seeds.h"
+#include "initialise/start.h"
 #include "initialise/outliers.h"
 #include "made_capture.h"
 
@@ -262,6 +263,62 @@ static void test_near_mirrored(void **state)
     fs_threads_free(threads);
 }
 
+// A plane of little contrast behind a strongly textured mirrored one: hardly seen in the photos, but once the mirrored
+// scene is subtracted from them.
+static void test_dim_transmitted(void **state)
+{
+    (void)state;
+    static const Log quiet;
+    FlashLight light;
+    SmallViews dim;
+    MadeTexture T = texture_T;
+    PointList at_once, dense[2];
+    SparsePoints all = sparse(kinds);
+    DepthMaps maps;
+    for (int k = 0; k < 3 * MADE_WAVES; k++) T.wave[k / MADE_WAVES][k % MADE_WAVES][3] *= 0.2f;
+    assert_int_equal(made_photos(&dim, &T, &texture_R, NULL), 0);
+    Start start = {.views = &dim, .points = &all, .odds = &odds, .light = &light, .log = &quiet};
+    assert_int_equal(fs_light_fit(&views, &all, &light, NULL), 0);
+    assert_int_equal(fs_stereo_find(&start, &maps, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&maps, false, STEREO_VOTES, &at_once, NULL), 0);
+    assert_int_equal(fs_residual_stereo_find(&start, dense, NULL), 0);
+    assert_true(share_at(&at_once, MADE_DEPTH_T, 0.04) < 0.9);
+    assert_true(share_at(&dense[0], MADE_DEPTH_T, 0.04) > 0.95);
+    assert_true(dense[0].n > 1.5 * at_once.n);
+    fs_stereo_free(&maps);
+    fs_points_list_free(&at_once);
+    for (int k = 0; k < 2; k++) fs_points_list_free(&dense[k]);
+    fs_small_views_free(&dim);
+}
+
+// A bright board before the transmitted plane: what is seen beside its edges is the plane.
+static void test_beside_edge(void **state)
+{
+    (void)state;
+    static const Log quiet;
+    SmallViews with_board;
+    MadeTexture behind = texture_T;
+    PointList T;
+    SparsePoints all = sparse(kinds);
+    DepthMaps maps;
+    behind.board = true;
+    assert_int_equal(made_photos(&with_board, &behind, &texture_R, NULL), 0);
+    const Start start = {.views = &with_board, .points = &all, .odds = &odds, .log = &quiet};
+    assert_int_equal(fs_stereo_find(&start, &maps, NULL), 0);
+    assert_int_equal(fs_stereo_fuse(&maps, false, STEREO_VOTES, &T, NULL), 0);
+    int board = 0, beside = 0;
+    for (int i = 0; i < T.n; i++) {
+        const float *p = T.xyz + 3 * (size_t)i;
+        if (fabs((double)p[2] / MADE_DEPTH_BOARD - 1) > 0.04) continue;
+        *(fabs((double)p[0]) < MADE_BOARD + 0.01 ? &board : &beside) += 1;
+    }
+    assert_true(board > 2500);
+    assert_true(beside < 0.45 * board); // 0.6 where bright pixels of the window count for more
+    fs_stereo_free(&maps);
+    fs_points_list_free(&T);
+    fs_small_views_free(&with_board);
+}
+
 // Transmitted sparse points on the plane z = 1, mirrored ones on z = 2: dense points of either scene, and one thing
 // that only the mirrored scene's dense points know, near the first plane but not on it.
 static void test_outliers(void **state)
@@ -394,6 +451,8 @@ int main(void)
         cmocka_unit_test(test_stereo),
         cmocka_unit_test(test_stereo_without_points),
         cmocka_unit_test(test_near_mirrored),
+        cmocka_unit_test(test_dim_transmitted),
+        cmocka_unit_test(test_beside_edge),
         cmocka_unit_test(test_outliers),
         cmocka_unit_test(test_fill),
         cmocka_unit_test(test_seeds),
