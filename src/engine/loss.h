@@ -7,7 +7,7 @@
 #include "model/settings.h"
 
 typedef enum LossTerm {
-    LOSS_L1,    // of the photo against the composite, tone-mapped (Flash-Splat, section 4)
+    LOSS_L1, // of the photo against the composite, tone-mapped (Flash-Splat, section 4)
     LOSS_DSSIM,
     LOSS_CONTRAST, // these three are found in one pass over the image (kernels/photometric.h)
     LOSS_LINEARITY,

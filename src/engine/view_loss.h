@@ -10,13 +10,13 @@ typedef struct ViewLoss {
     const Kernels *kernels;
     const double *weight; // (LOSS_TERMS)
     const ViewImages *images;
-    RasterTask *task[LAYERS];       // by the layer whose cloud it renders; NULL: not in this view
-    const Planes *photo, *mu, *var; // of the photo, tone-mapped, and its windows (kernels/photometric.h)
-    const Planes *mask;             // weight of each pixel in this step
-    const RasterTask *other;        // the T of the other lighting, which is only looked at; NULL: none
+    RasterTask *task[LAYERS];              // by the layer whose cloud it renders; NULL: not in this view
+    const Planes *photo, *mu, *var;        // of the photo, tone-mapped, and its windows (kernels/photometric.h)
+    const Planes *mask;                    // weight of each pixel in this step
+    const RasterTask *other;               // the T of the other lighting, which is only looked at; NULL: none
     const Planes *T_linear, *other_linear; // both decoded, where there is the other
-    const PearsonSums *pearson; // of the whole image
-    void *scratch;              // of this thread, for kernels->photometric
+    const PearsonSums *pearson;            // of the whole image
+    void *scratch;                         // of this thread, for kernels->photometric
 } ViewLoss;
 
 // A range of a cloud's Gaussians, for terms on parameters.

@@ -242,19 +242,19 @@ static void spread(const Sums *sums, size_t n, bool evenly, float *planes)
         Four N = sums[i].sum[0], F = sums[i].sum[1], NN = N * N - sums[i].own[0], NF = N * F,
              FF = F * F - sums[i].own[1];
         Four own_N = sums[i].own[0], own_F = sums[i].own[1];
-        float value[PLANES] = {NN[0] + NN[1] + NN[2],
-                               NF[0] + NF[1] + NF[2],
-                               FF[0] + FF[1] + FF[2],
+        float own[2] = {own_N[0] + own_N[1] + own_N[2], own_F[0] + own_F[1] + own_F[2]}, share = 1;
+        if (evenly) share = 1 / ((own[0] + own[1]) / fmaxf(N[3] + F[3], 1) + SWEEP_EVEN_FLOOR);
+        float value[PLANES] = {share * (NN[0] + NN[1] + NN[2]),
+                               share * (NF[0] + NF[1] + NF[2]),
+                               share * (FF[0] + FF[1] + FF[2]),
                                NN[3],
                                NF[3],
                                FF[3],
-                               own_N[0] + own_N[1] + own_N[2],
-                               own_F[0] + own_F[1] + own_F[2],
+                               share * own[0],
+                               share * own[1],
                                N[3],
                                F[3]};
-        static const bool product[PLANES] = {true, true, true, false, false, false, true, true, false, false};
-        float own = (value[6] + value[7]) / fmaxf(value[8] + value[9], 1), share = 1 / (own + SWEEP_EVEN_FLOOR);
-        for (int k = 0; k < PLANES; k++) planes[(size_t)k * n + i] = evenly && product[k] ? value[k] * share : value[k];
+        for (int k = 0; k < PLANES; k++) planes[(size_t)k * n + i] = value[k];
     }
 }
 
