@@ -20,28 +20,34 @@
 
 // Chosen by:
 #define AGREES 0.025    // experiment  agreement about where the pane is,
-#define FOUND 0.04      // experiment  and once its place is found, by two searches at least
+#define FOUND 0.035     // experiment  and once its place is found, by so many searches
 #define SAME 0.25       // -           which differ by so much, of the plane's normal over its distance, at most
 #define OVERLAP 0.5     // -           share of a plane that so many photos see
-#define OTHERS_COUNT 10 // experiment  times what the others agree about, of their light squared, is taken off
+#define OTHERS_COUNT 15 // experiment  times what the others agree about, of their light squared, is taken off
 #define NEAREST 0.2     // -           distance of the first plane, of the middle depth,
 #define FURTHEST 0.8    // -           and of the last one
 #define FURTHER 1.12    // experiment  each of the one before
+#define TILT 0.22       // experiment  between directions to search in
 #define TURN 0.25       // experiment  first turns and shifts of a plane
+#define ROUGHLY 0.07    // experiment  no smaller ones in each search,
+#define FINELY 0.01     // experiment  and from the best one on
 #define OUTLIER 3.0f    // -           residuals, in standard deviations, that count half
 #define DARK 0.1f       // -           of the photo's mean, beside what noise is told by
 #define FINE 1.0f       // -           sigma of what tells that, pixels
 #define BROAD 5.0f      // experiment  and of what is too broad to tell a plane by
 #define WIDE 3          // -           distances of the pane, that a veil reaches to the sides
+#define EDGES 2.0f      // experiment  pixels that scenes are off
 #define AMBIENT 0.1     // -           of a veil at first
 #define START 1.5       // experiment  light of one, in its units
 #define DEVIATION 1.48f // standard deviation of a normal distribution, by its middle deviation
 enum {
     FEWEST = 3,  // -           photos that must see a place
     SIDE = 256,  // -           cells a side of the planes, of two pixels
-    HALVED = 5,  // experiment  times that turns and shifts are
     CELLS = 512, // -           of a veil's longer side, at most, and a border
     GRID = SIDE * SIDE,
+    ACROSS = 4, // -           of the directions: along the way that the pane is turned, of three to its sides
+    SEARCHES = 3 * ACROSS,
+    AGAIN = 4, // experiment
     MOVES = 6,
     MOST = 32,
 };
@@ -105,6 +111,26 @@ static void weigh(float *residual, float *weight, const Image *bright, const Ima
     }
 }
 
+// At edges of what is rendered a scene that is a little off leaves most. Room for three pictures.
+static void weigh_edges(const float *residual, float *weight, const Image *whole, float *room)
+{
+    const int w = whole->width, h = whole->height;
+    const size_t n = fs_image_pixels(whole), line = (size_t)w;
+    float *bright = room, *steep = room + n;
+    for (size_t i = 0; i < n; i++) bright[i] = fabsf(residual[i]) * sqrtf(weight[i]);
+    fs_order_floats(bright, n);
+    const float usual = DEVIATION * bright[n / 2] + 1e-12f;
+    for (size_t i = 0; i < n; i++) bright[i] = (whole->px[3 * i] + whole->px[3 * i + 1] + whole->px[3 * i + 2]) / 3;
+    for (size_t i = 0; i < n; i++) {
+        int x = (int)(i % line), y = (int)(i / line);
+        float across = bright[i + (x + 1 < w)] - bright[i - (x > 0)];
+        float down = bright[i + (y + 1 < h ? line : 0)] - bright[i - (y > 0 ? line : 0)];
+        steep[i] = (across * across + down * down) / 4;
+    }
+    fs_blur_image(&(Image){w, h, 1, steep}, room + 2 * n, bright, FINE);
+    for (size_t i = 0; i < n; i++) weight[i] /= 1 + EDGES * EDGES * bright[i] * weight[i] / (usual * usual);
+}
+
 static int fill_sheet(Sheet *sheet, const Image *photo, const Image *mask, const Image *whole, FsError *err)
 {
     const int w = photo->width, h = photo->height;
@@ -124,6 +150,7 @@ static int fill_sheet(Sheet *sheet, const Image *photo, const Image *mask, const
         }
     }
     weigh(residual, weight, &bright, mask, room + 2 * n, room + 3 * n);
+    weigh_edges(residual, weight, whole, room + 2 * n);
     for (int y = 0; y < h; y++)
         for (int x = 0; x < w; x++) {
             size_t i = (size_t)y * (size_t)w + (size_t)x;
@@ -256,18 +283,26 @@ typedef struct Found {
 } Found;
 
 // How much flash photos agree on planes, less what the others do too: those agree about little but where the scenes
-// are.
-static void agree_beyond(Search *s, const double plane[][3], int n, Found *found)
+// are. 0: not more than `least`.
+static void agree_beyond(Search *s, const double plane[][3], int n, double least, Found *found)
 {
     Agreement with[MOST], without[MOST];
+    double asked[MOST][3];
+    int of[MOST], m = 0;
     agree(s, plane, n, true, with);
-    agree(s, plane, n, false, without);
     for (int i = 0; i < n; i++) {
-        Found *f = &found[i];
-        memcpy(f->plane, plane[i], sizeof f->plane);
-        double others = with[i].light2 > 0 ? fmax(without[i].light2, 0) / with[i].light2 : 1;
-        f->agreement = with[i].share * fmax(1 - OTHERS_COUNT * others, 0);
-        f->light = sqrt(fmax(with[i].light2, 0));
+        memcpy(found[i].plane, plane[i], sizeof found[i].plane);
+        found[i].agreement = 0;
+        found[i].light = sqrt(fmax(with[i].light2, 0));
+        if (!(with[i].share > least && with[i].light2 > 0)) continue;
+        memcpy(asked[m], plane[i], sizeof asked[m]);
+        of[m++] = i;
+    }
+    agree(s, (const double(*)[3])asked, m, false, without);
+    for (int i = 0; i < m; i++) {
+        double others = fmax(without[i].light2, 0) / with[of[i]].light2;
+        double agreement = with[of[i]].share * (1 - OTHERS_COUNT * others);
+        if (agreement > least) found[of[i]].agreement = agreement;
     }
 }
 
@@ -279,16 +314,16 @@ static Found sweep(Search *s, const double ahead[3])
     int n = 0;
     for (double d = NEAREST; d <= FURTHEST && n < MOST; d *= FURTHER, n++)
         for (int k = 0; k < 3; k++) plane[n][k] = ahead[k] / (d * s->depth);
-    agree_beyond(s, (const double(*)[3])plane, n, found);
+    agree_beyond(s, (const double(*)[3])plane, n, AGREES, found);
     for (int i = 0; i < n; i++)
-        if (found[i].agreement > fmax(best.agreement, AGREES)) best = found[i];
+        if (found[i].agreement > best.agreement) best = found[i];
     return best;
 }
 
 // Turned and shifted, by less and less.
-static void refine(Search *s, Found *found)
+static void refine(Search *s, Found *found, double move, double least)
 {
-    double across[3][3], move = TURN;
+    double across[3][3];
     memcpy(across[2], found->plane, sizeof across[2]);
     double size = sqrt(v3_dot(across[2], across[2]));
     v3_cross(found->plane, fabs(found->plane[2]) < 0.5 * size ? (double[]){0, 0, 1} : (double[]){1, 0, 0}, across[0]);
@@ -297,43 +332,56 @@ static void refine(Search *s, Found *found)
     v3_normalise(across[1]);
     for (int a = 0; a < 2; a++)
         for (int k = 0; k < 3; k++) across[a][k] *= size;
-    for (int halved = 0; halved < HALVED;) {
+    while (move > least) {
         double plane[MOVES][3];
         Found moved[MOVES], *best = moved;
         for (int i = 0; i < MOVES; i++)
             for (int k = 0; k < 3; k++) plane[i][k] = found->plane[k] + (i & 1 ? -1 : 1) * move * across[i / 2][k];
-        agree_beyond(s, (const double(*)[3])plane, MOVES, moved);
+        agree_beyond(s, (const double(*)[3])plane, MOVES, found->agreement, moved);
         for (int i = 1; i < MOVES; i++)
             if (moved[i].agreement > best->agreement) best = &moved[i];
         if (best->agreement > found->agreement) {
             *found = *best;
         } else {
             move /= 2;
-            halved++;
         }
     }
 }
 
-// From where the pane is thought to be, from across where photos look, and from between.
+// Directions between where photos look and where the pane is thought to be, beyond that (training finds the way to turn
+// it before it finds how far), and beside them.
+static void starts(const Search *s, const double normal[3], double ahead[SEARCHES][3])
+{
+    double across[3], over[3], along = v3_dot(normal, s->ahead), sign = along < 0 ? -1 : 1;
+    double squared = v3_dot(normal, normal);
+    for (int k = 0; k < 3; k++) across[k] = sign * (normal[k] - along * s->ahead[k]);
+    if (!(v3_dot(across, across) > 1e-12 * squared)) v3_cross(s->ahead, s->sheet[0].camera.w2c, across);
+    v3_normalise(across);
+    v3_cross(s->ahead, across, over);
+    for (int i = 0; i < SEARCHES; i++) {
+        double far = TILT * (i % ACROSS), wide = TILT * (i / ACROSS - 1);
+        for (int k = 0; k < 3; k++) ahead[i][k] = s->ahead[k] + far * across[k] + wide * over[k];
+        v3_normalise(ahead[i]);
+    }
+}
+
 static Found search(Search *s, const double normal[3])
 {
-    Found found[3], best = {{0}, 0};
-    double n[3] = {normal[0], normal[1], normal[2]};
+    Found found[SEARCHES], best = {{0}, 0};
+    double ahead[SEARCHES][3];
     int same = 0;
-    v3_normalise(n);
-    for (int k = 0; k < 3 && v3_dot(normal, s->ahead) < 0; k++) n[k] = -n[k];
-    for (int i = 0; i < 3; i++) {
-        double ahead[3];
-        for (int k = 0; k < 3; k++) ahead[k] = (2 - i) * n[k] + i * s->ahead[k];
-        v3_normalise(ahead);
-        found[i] = sweep(s, ahead);
-        if (found[i].agreement > 0) refine(s, &found[i]);
+    starts(s, normal, ahead);
+    for (int i = 0; i < SEARCHES; i++) {
+        found[i] = sweep(s, ahead[i]);
+        if (found[i].agreement > 0) refine(s, &found[i], TURN, ROUGHLY);
         if (found[i].agreement > best.agreement) best = found[i];
     }
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < SEARCHES; i++)
         same += found[i].agreement > 0 &&
                 v3_distance2(found[i].plane, best.plane) < SAME * SAME * v3_dot(best.plane, best.plane);
-    if (best.agreement < FOUND || same < 2) best.agreement = 0;
+    if (same < AGAIN) best.agreement = 0;
+    if (best.agreement > 0) refine(s, &best, ROUGHLY, FINELY);
+    if (best.agreement < FOUND) best.agreement = 0;
     return best;
 }
 

@@ -102,16 +102,14 @@ static bool drawn(const Portrait *p)
 
 static void draw(Portrait *p, const Trainer *trainer)
 {
-    RegionRule rule = {PORTRAIT_OUTLINE, PORTRAIT_SURE, PORTRAIT_GAP, PORTRAIT_LEAST};
+    RegionRule rule = {PORTRAIT_OUTLINE, PORTRAIT_STANDS_OUT, PORTRAIT_GAP, PORTRAIT_LEAST};
     for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++) {
         double u = (i % REGION_SIDE + 0.5) / REGION_SIDE * 2 - 1, w = 1 - (i / REGION_SIDE + 0.5) / REGION_SIDE * 2;
         p->q[i] = mean(p, trainer, u * PORTRAIT_REACH, w * PORTRAIT_REACH);
     }
     p->figure.width = p->figure.height = REGION_SIDE;
     float noise = drawn(p) ? 0 : usual(p->q); // of what is not filled as yet
-    if (noise > PORTRAIT_NOISE) return;       // the scenes explain too little
     rule.threshold = fmaxf(rule.threshold, PORTRAIT_ABOVE * noise);
-    if (noise > 0) rule.sure = fminf(rule.sure, fmaxf(PORTRAIT_CLEAR * noise, PORTRAIT_SURE_LEAST));
     fs_region_find(&p->figure, p->q, &rule);
     double sum = 0, n = 0;
     for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
@@ -125,11 +123,11 @@ static void draw(Portrait *p, const Trainer *trainer)
     fs_region_spread(&p->near, 1, PORTRAIT_NEAR);
 }
 
-// Whoever takes photos stands on the floor, and legs are dark before what is dark anyway: where an upper body alone was
-// found there is more of it below.
+// Whoever takes photos stands on the floor, and legs are dark before what is dark anyway: below what was found there is
+// more.
 static void complete(Portrait *p)
 {
-    fs_region_complete(&p->figure, PORTRAIT_UPPER, PORTRAIT_HEIGHT);
+    fs_region_complete(&p->figure, PORTRAIT_HEIGHT);
     p->near = p->figure;
     fs_region_spread(&p->near, 1, PORTRAIT_NEAR);
 }

@@ -1,5 +1,6 @@
 #include "train/region.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 static int held(int i, int n) // beyond the edge: the cell there
@@ -30,24 +31,20 @@ void fs_region_spread(Region *r, unsigned char value, int radius)
                         r->in[y * r->width + x] = value;
 }
 
-// The cells that hang together with the first, of its value, get the value `to`; their number. edge: one is at the
-// edge.
-static int flood(Region *r, int first, unsigned char to, bool *edge)
+// The cells that hang together with the first, of its value, get the value `to`; their number.
+static int flood(Region *r, int first, unsigned char to)
 {
     int stack[REGION_SIDE * REGION_SIDE], n = 1, count = 0;
     unsigned char from = r->in[first];
     stack[0] = first;
     r->in[first] = to;
-    *edge = false;
     while (n) {
         int at = stack[--n], x = at % r->width, y = at / r->width;
         const int next[4][2] = {{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}};
         count++;
         for (int k = 0; k < 4; k++) {
             int nx = next[k][0], ny = next[k][1], i = ny * r->width + nx;
-            bool out = nx < 0 || ny < 0 || nx >= r->width || ny >= r->height;
-            *edge |= out;
-            if (out || r->in[i] != from) continue;
+            if (nx < 0 || ny < 0 || nx >= r->width || ny >= r->height || r->in[i] != from) continue;
             r->in[i] = to;
             stack[n++] = i;
         }
@@ -55,51 +52,76 @@ static int flood(Region *r, int first, unsigned char to, bool *edge)
     return count;
 }
 
-enum { OUT, IN, OUTSIDE, LOOKED_AT, KEPT, LEFT_OUT };
+enum { OUT, IN, LOOKED_AT, KEPT, LEFT_OUT };
+enum { BESIDE = 1, AROUND = 4 }; // cells from a region to what is around it
 
-static bool any_above(const Region *r, const float *cells, unsigned char value, float least)
+// The mean of a region's cells less the mean around it.
+static float contrast(const Region *r, const float *cells, unsigned char value)
 {
-    for (int i = 0; i < r->width * r->height; i++)
-        if (r->in[i] == value && mean(r, cells, i % r->width, i / r->width) > least) return true;
-    return false;
+    Region beside = *r, around = *r;
+    double in = 0, out = 0, n_in = 0, n_out = 0;
+    fs_region_spread(&beside, value, BESIDE);
+    fs_region_spread(&around, value, AROUND);
+    for (int i = 0; i < r->width * r->height; i++) {
+        if (r->in[i] == value) in += (double)cells[i], n_in++;
+        if (around.in[i] == value && beside.in[i] != value && cells[i] > 0) out += (double)cells[i], n_out++;
+    }
+    return (float)(in / fmax(n_in, 1) - out / fmax(n_out, 1));
+}
+
+// All n cells of a line from the first of the value to the last get it. True: there were others between.
+static bool fill_line(unsigned char *line, int n, int stride, unsigned char value)
+{
+    int first = 0, last = n - 1;
+    bool any = false;
+    while (first < n && line[first * stride] != value) first++;
+    while (last > first && line[last * stride] != value) last--;
+    for (int i = first; i < last; i++) {
+        any |= line[i * stride] != value;
+        line[i * stride] = value;
+    }
+    return any;
+}
+
+static void fill(Region *r, unsigned char value)
+{
+    for (bool any = true; any;) {
+        any = false;
+        for (int y = 0; y < r->height; y++) any |= fill_line(r->in + y * r->width, r->width, 1, value);
+        for (int x = 0; x < r->width; x++) any |= fill_line(r->in + x, r->height, r->width, value);
+    }
 }
 
 void fs_region_find(Region *r, const float *cells, const RegionRule *rule)
 {
     const int n = r->width * r->height;
-    bool edge;
     for (int i = 0; i < n; i++) r->in[i] = mean(r, cells, i % r->width, i / r->width) > rule->threshold ? IN : OUT;
     fs_region_spread(r, IN, rule->gap);
     fs_region_spread(r, OUT, rule->gap);
     for (int i = 0; i < n; i++) {
-        if (r->in[i] != OUT) continue;
-        flood(r, i, OUTSIDE, &edge);
-        if (!edge) flood(r, i, IN, &edge);
+        if (r->in[i] != IN) continue;
+        bool keep = flood(r, i, LOOKED_AT) >= rule->least && contrast(r, cells, LOOKED_AT) >= rule->stands_out;
+        if (keep) fill(r, LOOKED_AT);
+        for (int k = 0; k < n; k++)
+            if (r->in[k] == LOOKED_AT) r->in[k] = keep ? KEPT : LEFT_OUT;
     }
-    for (int i = 0; i < n; i++)
-        if (r->in[i] == IN) {
-            bool large = flood(r, i, LOOKED_AT, &edge) >= rule->least;
-            flood(r, i, large && any_above(r, cells, LOOKED_AT, rule->sure) ? KEPT : LEFT_OUT, &edge);
-        }
     for (int i = 0; i < n; i++) r->in[i] = r->in[i] == KEPT;
 }
 
-void fs_region_complete(Region *region, double upper, double height)
+void fs_region_complete(Region *region, double height)
 {
-    int top = region->height, end = 0, left = region->width, right = -1, low[REGION_SIDE];
+    int top = region->height, left = region->width, right = -1, low[REGION_SIDE];
     for (int x = 0; x < region->width; x++) {
         low[x] = region->height;
         for (int y = 0; y < region->height; y++) {
             if (!region->in[y * region->width + x]) continue;
             low[x] = y;
             if (y < top) top = y;
-            if (y >= end) end = y + 1;
             if (x < left) left = x;
             right = x;
         }
     }
     double width = right - left + 1, bottom = top + height * width;
-    if (end - top > upper * width) return;
     for (int x = left; x <= right; x++)
         for (int y = low[x]; y < region->height && y < bottom; y++) region->in[y * region->width + x] = 1;
 }

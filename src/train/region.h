@@ -11,15 +11,16 @@ typedef struct Region {
     unsigned char in[REGION_SIDE * REGION_SIDE];
 } Region;
 
-// Of the cells (height, width) above the threshold, after a mean over 3 x 3: gaps of up to twice `gap` cells and holes
-// are filled, then those that hang together in fewer than `least` cells, or have none above `sure`, are left out.
+// Of the cells (height, width) above the threshold, after a mean over 3 x 3: gaps of up to twice `gap` cells are
+// closed, then those that hang together in fewer than `least` cells are left out, and those whose mean is not
+// `stands_out` above that of what is around them (of cells above 0). Of the others what lies between two of their cells
+// in a row or in a column is filled.
 typedef struct RegionRule {
-    float threshold, sure;
+    float threshold, stands_out;
     int gap, least;
 } RegionRule;
 void fs_region_find(Region *region, const float *cells, const RegionRule *rule);
-// Where all that is in it is no higher than `upper` of its widths, every column goes on down to `height` widths.
-void fs_region_complete(Region *region, double upper, double height);
+void fs_region_complete(Region *region, double height); // every column goes on down to so many widths below the top
 void fs_region_spread(Region *region, unsigned char value, int radius); // to cells that have one of it that near
 
 #endif

@@ -68,17 +68,13 @@ enum {
 #define OCCLUSION_COST 0.01f      // experiment
 #define PORTRAIT_DSSIM 0.25       // experiment  share in the photo term
 #define OCCLUSION_NEVER 1e3f      // -           more than any photo gains by it
-#define PORTRAIT_SURE 0.45f       // experiment  a cell of the portrait is at least this, where there is someone
-#define PORTRAIT_CLEAR 3.5f       // experiment  or so many times the median, but
-#define PORTRAIT_SURE_LEAST 0.36f // -        this
-#define PORTRAIT_NOISE 0.2f       // -           half of its cells are below
+#define PORTRAIT_STANDS_OUT 0.13f // experiment  of what is around it, so much
 #define PORTRAIT_OUTLINE 0.22f    // experiment  where they end
 #define PORTRAIT_ABOVE 1.5f       // -           of the median: so much more are they at least
 #define PORTRAIT_MOST 0.35        // -           of the photos' area; more is what the scenes do not explain
 #define PORTRAIT_EDGE 0.6f        // experiment  of the mean within, once it is filled
 #define PORTRAIT_REACH 1.1        // -           tangent of how far aside of the mirror image it goes
-#define PORTRAIT_HEIGHT 3.0       // experiment  of the figure, in its widths,
-#define PORTRAIT_UPPER 1.35       // experiment  and of its upper body at most
+#define PORTRAIT_HEIGHT 3.0       // -           of the figure, in its widths
 #define PORTRAIT_SHARE 0.25       // -           of the steps, at most, in the first round
 enum {
     PORTRAIT_SIDE = 100,  // -           pixels of the longer side, at most

@@ -104,7 +104,15 @@ static void take(Engine *engine, const Scene *scene, View *view, DirtPhoto *p, R
     fs_engine_renders_free(&renders);
 }
 
-static int search(bool dirty, int photos, Veil *found, Veil *truth)
+// Half of the Gaussians are not where they were when the photos were taken: every photo holds light beyond its render,
+// most of it at their edges, and photos of either lighting agree about it where the wall is.
+static void learn_badly(Scene *scene, float off)
+{
+    Cloud *T = &scene->cloud[LAYER_T_N];
+    for (int i = 0; i < N; i += 2) T->field[CLOUD_MEANS][3 * i] += off;
+}
+
+static int search(bool dirty, float off, int photos, Veil *found, Veil *truth)
 {
     Scene scene = make_scene();
     View view[PHOTOS];
@@ -123,6 +131,8 @@ static int search(bool dirty, int photos, Veil *found, Veil *truth)
     }
     *truth = scene.veil;
     scene.veil = (Veil){0};
+    learn_badly(&scene, off);
+    assert_int_equal(fs_engine_scene_up(engine, &scene, NULL), 0);
     DirtArgs args = {engine, &scene, threads, photo, photos};
     int rc = fs_dirt_find(&args, found, NULL);
     for (int i = 0; i < photos; i++) {
@@ -136,12 +146,11 @@ static int search(bool dirty, int photos, Veil *found, Veil *truth)
     return rc;
 }
 
-static void test_found(void **state)
+static void check_found(float off)
 {
-    (void)state;
     Veil found = {0}, truth;
     double n[3], true_n[3], centre[3], foot[3], middle[3] = {0};
-    assert_int_equal(search(true, PHOTOS, &found, &truth), 1);
+    assert_int_equal(search(true, off, PHOTOS, &found, &truth), 1);
     assert_int_equal(fs_pane_veil_check(&found, "veil", NULL), 0);
     v3_cross(found.right, found.down, n);
     v3_cross(truth.right, truth.down, true_n);
@@ -174,13 +183,21 @@ static void test_found(void **state)
     fs_image_free(&found.light);
 }
 
+static void test_found(void **state)
+{
+    (void)state;
+    check_found(0);
+    check_found(0.04f);
+}
+
 static void test_not_found(void **state)
 {
     (void)state;
     Veil found = {0}, truth;
-    assert_int_equal(search(false, PHOTOS, &found, &truth), 0);
-    assert_int_equal(search(false, PHOTOS - 1, &found, &truth), 0);
-    assert_int_equal(search(true, PHOTOS - 1, &found, &truth), 0); // seven with the flash
+    assert_int_equal(search(false, 0, PHOTOS, &found, &truth), 0);
+    assert_int_equal(search(false, 0.04f, PHOTOS, &found, &truth), 0);
+    assert_int_equal(search(false, 0, PHOTOS - 1, &found, &truth), 0);
+    assert_int_equal(search(true, 0, PHOTOS - 1, &found, &truth), 0); // seven with the flash
     assert_false(fs_pane_veil_is(&found));
 }
 

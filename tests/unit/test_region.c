@@ -1,4 +1,4 @@
-// Regions of small grids: closed, filled, and only those that are large and sure.
+// Regions of small grids: closed, filled, and only those that are large and stand out.
 #include "train/region.h"
 
 #include <setjmp.h>
@@ -37,7 +37,7 @@ static void test_ring_is_filled(void **state)
     box(10, 8, 24, 22, 1);
     box(13, 11, 21, 19, 0); // the middle
     box(16, 8, 18, 11, 0);  // and a gap in the ring
-    int n = find((RegionRule){0.3f, 0.5f, 2, 10});
+    int n = find((RegionRule){0.3f, 0.4f, 2, 10});
     assert_true(n >= 14 * 14 - 16 && n <= 16 * 16);
     assert_true(region.in[15 * W + 17]); // of the middle
     assert_false(region.in[15 * W + 5]);
@@ -47,57 +47,69 @@ static void test_ring_is_filled(void **state)
 static void test_what_is_left_out(void **state)
 {
     (void)state;
-    memset(cells, 0, sizeof cells);
-    box(5, 5, 15, 15, 0.45f);  // large, not sure
-    box(30, 20, 33, 23, 1.0f); // sure, small
-    assert_int_equal(find((RegionRule){0.3f, 0.6f, 1, 30}), 0);
+    box(0, 0, W, H, 0.2f);
+    box(5, 5, 15, 15, 0.45f);  // large, and 0.25 above what is around it
+    box(30, 20, 33, 23, 1.0f); // stands out, small
+    assert_int_equal(find((RegionRule){0.3f, 0.3f, 1, 30}), 0);
     box(8, 8, 12, 12, 1.0f);
-    assert_true(find((RegionRule){0.3f, 0.6f, 1, 30}) >= 80);
+    assert_true(find((RegionRule){0.3f, 0.3f, 1, 30}) >= 80);
     assert_true(region.in[6 * W + 6] && !region.in[21 * W + 31]);
-    assert_true(find((RegionRule){0.3f, 0.6f, 1, 3}) >= 85); // both
+    assert_true(find((RegionRule){0.3f, 0.3f, 1, 3}) >= 85); // both
     assert_true(region.in[21 * W + 31]);
-    memset(cells, 0, sizeof cells);
     box(0, 0, W, H, 1);
-    assert_int_equal(find((RegionRule){0.3f, 0.6f, 1, 30}), W * H);
+    assert_int_equal(find((RegionRule){0.3f, 0.3f, 1, 30}), W * H);
 }
 
-static void test_hole_at_the_edge_stays(void **state)
+// What nothing is known of (0) does not make its neighbours stand out.
+static void test_beside_what_is_not_seen(void **state)
 {
     (void)state;
     memset(cells, 0, sizeof cells);
-    box(10, 15, 30, H, 1);
-    box(15, 20, 25, H, 0);
-    find((RegionRule){0.3f, 0.6f, 1, 30});
-    assert_true(region.in[17 * W + 20]);
-    assert_false(region.in[(H - 1) * W + 20]);
+    box(0, 0, 20, H, 0.3f);
+    box(14, 10, 20, 20, 0.4f);
+    assert_int_equal(find((RegionRule){0.35f, 0.15f, 0, 30}), 0);
+    box(14, 10, 20, 20, 0.5f);
+    assert_true(find((RegionRule){0.35f, 0.15f, 0, 30}) >= 50);
 }
 
-// A figure of shoulders and a head; 3 heights of 6 columns are 18 rows.
-static void test_upper_body_is_completed(void **state)
+// An arm and a leg, and the belt: what is between them in a row or a column belongs to them, what is beside does not.
+static void test_bite_is_filled(void **state)
 {
     (void)state;
-    for (int whole = 0; whole < 2; whole++) {
-        region.width = W, region.height = H;
-        memset(region.in, 0, sizeof region.in);
-        for (int y = 4; y < (whole ? 14 : 10); y++)
-            for (int x = 10; x < 16; x++) region.in[y * W + x] = y >= 6 || (x >= 12 && x < 14);
-        fs_region_complete(&region, 1.5, 3);
-        for (int y = 0; y < H; y++) {
-            int end = whole ? 14 : 22;
-            assert_int_equal(region.in[y * W + 10], y >= 6 && y < end);
-            assert_int_equal(region.in[y * W + 12], y >= 4 && y < end);
-            assert_int_equal(region.in[y * W + 9] + region.in[y * W + 16], 0);
-        }
+    memset(cells, 0, sizeof cells);
+    box(10, 5, 24, 10, 1);
+    box(10, 10, 15, 20, 1);
+    box(10, 20, 24, 24, 1);
+    find((RegionRule){0.3f, 0.3f, 1, 30});
+    assert_true(region.in[15 * W + 20] && region.in[15 * W + 12]);
+    assert_false(region.in[15 * W + 28]);
+    assert_false(region.in[2 * W + 20]);
+}
+
+// Shoulders and a head; 3 of 6 columns are 18 rows from the top.
+static void test_figure_is_completed(void **state)
+{
+    (void)state;
+    region.width = W, region.height = H;
+    memset(region.in, 0, sizeof region.in);
+    for (int y = 4; y < 10; y++)
+        for (int x = 10; x < 16; x++) region.in[y * W + x] = y >= 6 || (x >= 12 && x < 14);
+    fs_region_complete(&region, 3);
+    for (int y = 0; y < H; y++) {
+        assert_int_equal(region.in[y * W + 10], y >= 6 && y < 22);
+        assert_int_equal(region.in[y * W + 12], y >= 4 && y < 22);
+        assert_int_equal(region.in[y * W + 9] + region.in[y * W + 16], 0);
     }
     memset(region.in, 0, sizeof region.in);
-    fs_region_complete(&region, 1.5, 3);
+    fs_region_complete(&region, 3);
     assert_null(memchr(region.in, 1, sizeof region.in));
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_ring_is_filled), cmocka_unit_test(test_what_is_left_out),
-                                       cmocka_unit_test(test_hole_at_the_edge_stays),
-                                       cmocka_unit_test(test_upper_body_is_completed)};
+                                       cmocka_unit_test(test_beside_what_is_not_seen),
+                                       cmocka_unit_test(test_bite_is_filled),
+                                       cmocka_unit_test(test_figure_is_completed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
