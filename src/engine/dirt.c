@@ -19,7 +19,7 @@
 #include "image/blur.h"
 
 // Chosen by:
-#define AGREES 0.025    // experiment  agreement about where the pane is,
+#define AGREES 0.015    // experiment  agreement about where the pane is,
 #define FOUND 0.035     // experiment  and once its place is found, by so many searches
 #define SAME 0.25       // -           which differ by so much, of the plane's normal over its distance, at most
 #define OVERLAP 0.5     // -           share of a plane that so many photos see
