@@ -110,6 +110,8 @@ static void draw(Portrait *p, const Trainer *trainer)
     p->figure.width = p->figure.height = REGION_SIDE;
     float noise = drawn(p) ? 0 : usual(p->q); // of what is not filled as yet
     rule.threshold = fmaxf(rule.threshold, PORTRAIT_ABOVE * noise);
+    rule.stands_out *= (float)sqrt(fmax(1, PORTRAIT_USUAL / trainer->n_views)); // a mean of few is noisy
+    rule.stands_out = fmaxf(rule.stands_out, rule.threshold / 2);
     fs_region_find(&p->figure, p->q, &rule);
     double sum = 0, n = 0;
     for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)

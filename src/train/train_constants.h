@@ -69,6 +69,7 @@ enum {
 #define PORTRAIT_DSSIM 0.25       // experiment  share in the photo term
 #define OCCLUSION_NEVER 1e3f      // -           more than any photo gains by it
 #define PORTRAIT_STANDS_OUT 0.13f // experiment  of what is around it, so much
+#define PORTRAIT_USUAL 24.0       // -           photos: of fewer it must be more
 #define PORTRAIT_OUTLINE 0.22f    // experiment  where they end
 #define PORTRAIT_ABOVE 1.5f       // -           of the median: so much more are they at least
 #define PORTRAIT_MOST 0.35        // -           of the photos' area; more is what the scenes do not explain
