@@ -368,3 +368,13 @@ fail:
     json_decref(root);
     return rc;
 }
+
+float fs_scene_white(const double response[])
+{
+    const double spacing = (double)FS_OPTICS_SPACING;
+    int k = FS_OPTICS_KNOTS - 1;
+    while (k > 0 && k * spacing + response[k] > 1) k--; // the last knot that is not brighter than white
+    double left = 1 - k * spacing - response[k], rise = 1;
+    if (k + 1 < FS_OPTICS_KNOTS) rise += (response[k + 1] - response[k]) / spacing;
+    return (float)pow(fmax(k * spacing + left / rise, 1), 1 / (double)FS_OPTICS_GAMMA);
+}

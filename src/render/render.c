@@ -82,8 +82,9 @@ static void save_job(void *context, int job, int worker)
     SaveJobs *jobs = context;
     const Run *run = jobs->run;
     int l = jobs->layer[job];
-    fs_save_layer(run->dir.text, (RenderLayer)l, jobs->view, &run->renders.layer[l], run->scene.metres_per_unit,
-                  run->project->set.linear, &jobs->error[job]);
+    SaveScale scale = {run->scene.metres_per_unit, fs_scene_white(run->scene.response)};
+    fs_save_layer(run->dir.text, (RenderLayer)l, jobs->view, &run->renders.layer[l], scale, run->project->set.linear,
+                  &jobs->error[job]);
 }
 
 static int save_view(const Run *run, const char *view, FsError *err)

@@ -63,13 +63,15 @@ static void depth_to_png(Image *image, double metres_per_unit)
     }
 }
 
-static int save_png(const char *path, RenderLayer layer, const Image *image, double metres_per_unit, FsError *err)
+static int save_png(const char *path, RenderLayer layer, const Image *image, SaveScale scale, FsError *err)
 {
     Image encoded = {0};
     int rc, bits = fs_render_layers[layer].channels == 1 ? 16 : 8;
     TRY(fs_image_copy(&encoded, image, err));
+    for (size_t i = 0; i < fs_image_values(&encoded) && fs_render_layers[layer].channels == 3; i++)
+        encoded.px[i] /= scale.white;
     if (fs_render_layers[layer].depth)
-        depth_to_png(&encoded, metres_per_unit);
+        depth_to_png(&encoded, scale.metres_per_unit);
     else if (layer != RENDER_BETA)
         fs_tone_encode_image(&encoded);
     TRY(fs_png_write(path, &encoded, bits, err));
@@ -78,14 +80,14 @@ fail:
     return rc;
 }
 
-int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Image *image, double metres_per_unit,
+int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Image *image, SaveScale scale,
                   bool linear, FsError *err)
 {
-    bool as_float = fs_render_layers[layer].depth ? !(metres_per_unit > 0) : linear;
-    bool as_png = !fs_render_layers[layer].depth || metres_per_unit > 0;
+    bool as_float = fs_render_layers[layer].depth ? !(scale.metres_per_unit > 0) : linear;
+    bool as_png = !fs_render_layers[layer].depth || scale.metres_per_unit > 0;
     FilePath png = fs_file_at("%s/%s/%s.png", dir, fs_render_layers[layer].name, view);
     FilePath tiff = fs_file_at("%s/%s/%s.tif", dir, fs_render_layers[layer].name, view);
-    if (as_png) MUST(save_png(png.text, layer, image, metres_per_unit, err));
+    if (as_png) MUST(save_png(png.text, layer, image, scale, err));
     if (as_float) MUST(fs_tiff_write_float(tiff.text, image, err));
     if (!as_png) fs_owned_remove(png.text); // of an earlier run, it would contradict
     if (!as_float) fs_owned_remove(tiff.text);

@@ -1,6 +1,6 @@
 // Rendered layers as files, in the encodings that other programs compare:
 //
-//   <dir>/<layer>/<view>.png   colour: 8-bit, linear^0.22 * 255; beta: 16-bit grey, beta * 65535;
+//   <dir>/<layer>/<view>.png   colour: 8-bit, (linear / white)^0.22 * 255; beta: 16-bit grey, beta * 65535;
 //                              depth: 16-bit grey, millimetres, 0 where nothing is (scale known)
 //   <dir>/<layer>/<view>.tif   32-bit float: depth in world units (scale unknown); any layer in linear light (on wish)
 //   <dir>/unseen/<view>.png    where R is a guess (unseen.h): 8-bit grey, 255, else 0
@@ -9,9 +9,13 @@
 #include "base/file.h"
 #include "engine/engine.h"
 
-// What is not written is removed where an earlier run left it. metres_per_unit: 0 when the scale is unknown. linear:
-// writes the float TIFF of colours and beta too.
-int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Image *image, double metres_per_unit,
+typedef struct SaveScale {
+    double metres_per_unit; // 0: unknown
+    float white;            // light that is 255 in a PNG (fs_scene_white)
+} SaveScale;
+
+// What is not written is removed where an earlier run left it. linear: writes the float TIFF of colours and beta too.
+int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Image *image, SaveScale scale,
                   bool linear, FsError *err);
 int fs_save_unseen(const char *dir, const char *view, const Image *mask, FsError *err); // mask NULL: there is none
 FilePath fs_save_unseen_path(const char *dir, const char *view);

@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "base/optics.h"
+#include "model/scene.h"
 #include "report/page.h"
 
 #define MAX_BYTES (64 << 20)
@@ -124,6 +125,16 @@ static void write_veil(FILE *f, const json_t *model, const char *out)
           "loading=\"lazy\"></a>"
           "<figcaption><b>The dirt</b> on the glass, as the cameras see it, made brighter</figcaption></figure>\n",
           f);
+}
+
+float fs_learned_white(const char *out)
+{
+    json_t *model;
+    double response[FS_OPTICS_KNOTS];
+    fs_json_file_read(fs_file_at("%s/clouds/model.json", out).text, MAX_BYTES, &model, NULL);
+    read_numbers(json_object_get(model, "response"), response, FS_OPTICS_KNOTS);
+    json_decref(model);
+    return fs_scene_white(response);
 }
 
 void fs_learned_write(FILE *f, const char *out)

@@ -58,6 +58,7 @@ void fs_charts_curve(FILE *f, const Curve *curve);
 
 // ---- learned.c ----
 
+float fs_learned_white(const char *out); // light that is white in OUT/renders (fs_scene_white)
 void fs_learned_write(FILE *f, const char *out); // what OUT/clouds says of the camera; nothing where it says nothing
 
 // ---- html.c: text, escaped ----

@@ -37,7 +37,7 @@ typedef struct Show {
     const FsProject *project;
     const Dataset *dataset;
     PreviewSet *set;
-    float exposure, nearest, farthest;
+    float exposure, white, nearest, farthest; // white: of the renders
 } Show;
 
 // Reads the first of <out>/renders/<layer>/<view>.{png,tif} that exists; image stays empty when there is none.
@@ -63,8 +63,9 @@ static int make_picture(const Show *show, Preview preview, const View *view, Ima
         TRY(fs_colormap_depth(&source, show->nearest, show->farthest, &full, err));
         TRY(fs_preview_shrink(&full, EDGE, picture, err));
     } else {
-        if (preview != PREVIEW_PHOTO) fs_tone_decode_image(&source);
-        TRY(fs_preview_picture(&source, EDGE, show->exposure, picture, err));
+        bool photo = preview == PREVIEW_PHOTO;
+        if (!photo) fs_tone_decode_image(&source);
+        TRY(fs_preview_picture(&source, EDGE, show->exposure * (photo ? 1 : show->white), picture, err));
     }
 fail:
     fs_image_free(&source);
@@ -145,6 +146,7 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     *set = (PreviewSet){0};
     set->n = fs_preview_choose(dataset, FS_PREVIEWS_VIEWS, set->view);
     Show show = {.project = project, .dataset = dataset, .set = set, .exposure = 1};
+    show.white = fs_learned_white(project->out);
     FsError why = {0};
     FilePath dir = fs_file_at("%s/report", project->out);
     // From here on to the page's end, some seconds: the page that is there has lost its pictures.

@@ -8,6 +8,8 @@
 #include "base/owned.h"
 #include <string.h>
 
+#include "base/optics.h"
+#include "model/scene.h"
 #include "render/save.h"
 #include "temp_dir.h"
 
@@ -25,7 +27,7 @@ static Image saved(const char *dir, RenderLayer layer, const Image *image, doubl
 {
     Image back = {0};
     assert_int_equal(fs_save_prepare(dir, layer, NULL), 0);
-    assert_int_equal(fs_save_layer(dir, layer, "view 1", image, metres_per_unit, linear, NULL), 0);
+    assert_int_equal(fs_save_layer(dir, layer, "view 1", image, (SaveScale){metres_per_unit, 1}, linear, NULL), 0);
     char *path = fs_file_path("%s/%s/view 1.%s", dir, fs_render_layers[layer].name, ext);
     int rc = strcmp(ext, "png") == 0 ? fs_png_read(path, &back, NULL) : fs_tiff_read(path, &back, NULL);
     assert_int_equal(rc, 0);
@@ -39,6 +41,36 @@ static bool exists(const char *dir, const char *name)
     bool there = fs_file_exists(path);
     free(path);
     return there;
+}
+
+// Where a response pressed highlights together, what it brings to the photos' white is 255: nothing is clipped.
+static void highlights_are_kept(void **state)
+{
+    double response[FS_OPTICS_KNOTS] = {0};
+    Image image = ramp(3), back = {0};
+    assert_float_equal(fs_scene_white(response), 1, 1e-6);
+    response[9] = 0.1; // h(1) = 1 still
+    assert_float_equal(fs_scene_white(response), 1, 1e-6);
+    response[8] = -0.05, response[9] = -0.1, response[10] = -0.15; // h(1.125) = 1.025, h(1) = 0.95
+    float white = fs_scene_white(response);
+    assert_float_equal(pow((double)white, 0.22), 1 + 0.125 * 0.05 / 0.075, 1e-5);
+    response[9] = -0.15, response[10] = -0.26; // h(1.25) = 0.99, and on
+    assert_float_equal(pow((double)fs_scene_white(response), 0.22), 1.26, 1e-5);
+    assert_int_equal(fs_save_prepare(*state, RENDER_T_F, NULL), 0);
+    assert_int_equal(fs_save_layer(*state, RENDER_T_F, "white", &image, (SaveScale){0, white}, true, NULL), 0);
+    char *path = fs_file_path("%s/T_F/white.png", (char *)*state);
+    assert_int_equal(fs_png_read(path, &back, NULL), 0);
+    for (int i = 0; i < 30; i++) {
+        double value = pow(fmin(fmax((double)image.px[i] / (double)white, 0), 1), 0.22);
+        assert_float_equal(back.px[i] * 255, floor(value * 255 + 0.5), 1e-3);
+    }
+    fs_image_free(&back);
+    path[strlen(path) - 3] = 't', path[strlen(path) - 2] = 'i', path[strlen(path) - 1] = 'f';
+    assert_int_equal(fs_tiff_read(path, &back, NULL), 0);
+    assert_memory_equal(back.px, image.px, 30 * sizeof(float)); // light as it is
+    fs_image_free(&back);
+    fs_image_free(&image);
+    free(path);
 }
 
 static void colours_are_gamma_encoded_8_bit(void **state)
@@ -98,7 +130,7 @@ static void unwritable_folders_are_named(void **state)
     assert_int_equal(fs_file_write(file, "x", 1, NULL), 0);
     assert_int_equal(fs_save_prepare(file, RENDER_T_F, &err), FS_ERR_IO);
     assert_non_null(strstr(err.message, file));
-    assert_int_equal(fs_save_layer(file, RENDER_T_F, "v", &image, 0, true, &err), FS_ERR_IO);
+    assert_int_equal(fs_save_layer(file, RENDER_T_F, "v", &image, (SaveScale){0, 1}, true, &err), FS_ERR_IO);
     assert_non_null(strstr(err.message, file));
     free(file);
     fs_image_free(&image);
@@ -107,6 +139,7 @@ static void unwritable_folders_are_named(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(highlights_are_kept, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(colours_are_gamma_encoded_8_bit, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(reflectance_is_linear_16_bit, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(depth_is_millimetres_where_the_scale_is_known, temp_dir_make, temp_dir_remove),
