@@ -347,6 +347,7 @@ class Layouts(FolderTest):
     def test_render_beside_another(self):
         """Views may be had while another program trains, but not into what is the project's own."""
         self.copy()
+        shutil.rmtree(self.out / "checkpoint")  # of the finished training: the next one's says that it is at work
         views = ["--cameras", self.scene / "truth/cameras.json", "--layers", "R"]
         with subprocess.Popen([str(w) for w in (common.PROGRAM, "train", self.out, *TRAIN, "--steps", 10**6)],
                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as first:
