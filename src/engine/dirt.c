@@ -20,7 +20,7 @@
 
 // Chosen by:
 #define AGREES 0.015    // experiment  agreement about where the pane is,
-#define FOUND 0.035     // experiment  and once its place is found, by so many searches
+#define FOUND 0.035     // experiment  and once its place is found, by AGAIN searches at least
 #define SAME 0.25       // -           which differ by so much, of the plane's normal over its distance, at most
 #define OVERLAP 0.5     // -           share of a plane that so many photos see
 #define OTHERS_COUNT 15 // experiment  times what the others agree about, of their light squared, is taken off
@@ -47,7 +47,7 @@ enum {
     GRID = SIDE * SIDE,
     ACROSS = 4, // -           of the directions: along the way that the pane is turned, of three to its sides
     SEARCHES = 3 * ACROSS,
-    AGAIN = 4, // experiment
+    AGAIN = 4,
     MOVES = 6,
     MOST = 32,
 };
@@ -83,6 +83,16 @@ typedef struct Search {
 
 // ---- what photos hold beyond their renders ----
 
+// Standard deviation of what is trusted, for a weight of 1. Room for a picture.
+static float deviation(const float *residual, const float *weight, size_t n, float *room)
+{
+    size_t trusted = 0;
+    for (size_t i = 0; i < n; i++)
+        if (weight[i] > 0) room[trusted++] = fabsf(residual[i]) * sqrtf(weight[i]);
+    fs_order_floats(room, trusted);
+    return DEVIATION * (trusted ? room[trusted / 2] : 0) + 1e-12f;
+}
+
 // residual, weight: of the photo's pixels; x: as much room, y: twice as much.
 static void weigh(float *residual, float *weight, const Image *bright, const Image *mask, float *x, float *y)
 {
@@ -100,11 +110,7 @@ static void weigh(float *residual, float *weight, const Image *bright, const Ima
     fs_blur_image(&one, scratch, blurred, BROAD);
     for (size_t i = 0; i < n; i++) residual[i] -= blurred[i] > 0 ? weight[i] / blurred[i] : 0;
     memcpy(weight, x, sizeof *x * n);
-    size_t trusted = 0;
-    for (size_t i = 0; i < n; i++)
-        if (weight[i] > 0) x[trusted++] = fabsf(residual[i]) * sqrtf(weight[i]);
-    fs_order_floats(x, trusted);
-    float usual = OUTLIER * DEVIATION * (trusted ? x[trusted / 2] : 0) + 1e-12f;
+    const float usual = OUTLIER * deviation(residual, weight, n, x);
     for (size_t i = 0; i < n; i++) {
         float off = residual[i] * sqrtf(weight[i]) / usual;
         weight[i] /= 1 + off * off;
@@ -117,9 +123,7 @@ static void weigh_edges(const float *residual, float *weight, const Image *whole
     const int w = whole->width, h = whole->height;
     const size_t n = fs_image_pixels(whole), line = (size_t)w;
     float *bright = room, *steep = room + n;
-    for (size_t i = 0; i < n; i++) bright[i] = fabsf(residual[i]) * sqrtf(weight[i]);
-    fs_order_floats(bright, n);
-    const float usual = DEVIATION * bright[n / 2] + 1e-12f;
+    const float usual = deviation(residual, weight, n, room);
     for (size_t i = 0; i < n; i++) bright[i] = (whole->px[3 * i] + whole->px[3 * i + 1] + whole->px[3 * i + 2]) / 3;
     for (size_t i = 0; i < n; i++) {
         int x = (int)(i % line), y = (int)(i / line);
