@@ -19,7 +19,8 @@ typedef struct StripSums {
     PearsonSums pearson;
     PaneGradient pane;
     CalibrationGradient calibration;
-    float *d_q; // of the photo's occlusion
+    float *d_q;          // of the photo's occlusion
+    OcclusionOpen *open; // where nobody stands; NULL: nobody asks
 } StripSums;
 
 typedef struct Step {
@@ -86,6 +87,11 @@ static int set_up_strips(Step *s, FsError *err)
     if (!d_q) return fs_error_memory(err);
     memset(d_q, 0, sizeof *d_q * cells);
     for (int i = 0; i < s->n_strips; i++) s->strips[i].d_q = d_q + (size_t)i * OCCLUSION_CELLS;
+    if (!s->images.R || !(s->args->weight[LOSS_UNSEEN] > 0)) return 0;
+    OcclusionOpen *open = ARENA_NEW(&e->arena, OcclusionOpen, s->n_strips);
+    if (!open) return fs_error_memory(err);
+    memset(open, 0, sizeof *open * (size_t)s->n_strips);
+    for (int i = 0; i < s->n_strips; i++) s->strips[i].open = &open[i];
     return 0;
 }
 
@@ -196,6 +202,8 @@ static void forward_job(void *context, int strip, int worker)
     windows(s, y0, y1, s->scratch[worker]);
     fs_view_images_forward(&s->images, y0, y1);
     k->pixelwise->clipped(&s->pixels.trust, &s->pixels.photo, &s->images.P, &s->mask, y0, y1);
+    if (s->strips[strip].open)
+        k->occlusion->open(s->images.occlusion, &s->images.R->feature, s->strips[strip].open, y0, y1);
     if (!s->loss.other) return;
     Planes T = fs_view_images_rgb(&s->images.T->feature), other = fs_view_images_rgb(&s->loss.other->feature);
     if (s->T_linear.px != s->images.T_linear.px) k->compose->decode(&T, &s->T_linear, y0, y1);
@@ -231,6 +239,26 @@ static void add_pearson(Step *s)
         PearsonSums *q = &s->pearson;
         *q = (PearsonSums){q->n + p->n, q->x + p->x, q->y + p->y, q->xx + p->xx, q->yy + p->yy, q->xy + p->xy};
     }
+}
+
+// What the mirrored scene shall be where it is hidden.
+static int look_around(Step *s, FsError *err)
+{
+    OcclusionOpen *sum = s->strips[0].open;
+    if (!sum) return 0;
+    float *around = ARENA_NEW(&s->engine->arena, float, 3 * OCCLUSION_CELLS);
+    if (!around) return fs_error_memory(err);
+    for (int i = 1; i < s->n_strips; i++) {
+        const OcclusionOpen *open = s->strips[i].open;
+        for (int k = 0; k < OCCLUSION_CELLS; k++) {
+            for (int c = 0; c < 3; c++) sum->rgb[3 * k + c] += open->rgb[3 * k + c];
+            sum->open[k] += open->open[k];
+            sum->all[k] += open->all[k];
+        }
+    }
+    fs_occlusion_around(sum, around);
+    s->loss.around = around;
+    return 0;
 }
 
 static void add_strips(const Step *s, Update *update, StepResult *result)
@@ -290,6 +318,7 @@ int fs_host_step(Engine *base, const StepArgs *args, StepResult *result, FsError
     TRY(fs_host_engine_raster(e)->forward(&s->pass, err));
     fs_threads_for(e->threads, s->n_strips, forward_job, s);
     add_pearson(s);
+    TRY(look_around(s, err));
     fs_threads_for(e->threads, s->n_strips, backward_job, s);
     fs_host_engine_raster(e)->backward(&s->back);
     Update update = {.engine = e,

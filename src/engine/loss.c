@@ -76,6 +76,14 @@ static void opaque_rows(const ViewLoss *v, int y0, int y1, double *sum)
     }
 }
 
+static void unseen_rows(const ViewLoss *v, int y0, int y1, double *sum)
+{
+    if (!v->around) return;
+    Planes R = fs_view_images_rgb(&v->images->R->feature), d_R = fs_view_images_rgb(&v->images->R->d_feature);
+    OcclusionAroundArgs args = {v->images->occlusion, &R, &d_R, v->around, (float)v->weight[LOSS_UNSEEN]};
+    sum[LOSS_UNSEEN] += v->kernels->occlusion->apart(&args, y0, y1);
+}
+
 // ---- terms on the samples of rays through radiance fields ----
 
 static Planes way_of(const Planes *way, int channel)
@@ -224,6 +232,7 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
                      .layers = T | R,
                      .transmittance = true,
                      .rows = opaque_rows},
+    [LOSS_UNSEEN] = {.name = "unseen", .setting = "unseen", .layers = R, .rows = unseen_rows},
     [LOSS_GAIN_SMOOTH] = {.name = "gain_smooth",
                           .setting = "gain-smooth",
                           .needs = LOSS_NEEDS_GAINS,

@@ -14,6 +14,7 @@ typedef struct ViewLoss {
     const Planes *photo, *mu, *var;        // of the photo, tone-mapped, and its windows (kernels/photometric.h)
     const Planes *mask;                    // weight of each pixel in this step
     const RasterTask *other;               // the T of the other lighting, which is only looked at; NULL: none
+    const float *around;                   // of R where somebody hides it (kernels/occlusion.h); NULL: nobody does
     const Planes *T_linear, *other_linear; // both decoded, where there is the other
     const PearsonSums *pearson;            // of the whole image
     void *scratch;                         // of this thread, for kernels->photometric

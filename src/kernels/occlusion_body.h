@@ -1,5 +1,6 @@
 // occlusion.h in plain C: the scalar definition, and its twins by what the compiler makes of it for their instruction
 // sets.
+#include <math.h>
 #include <string.h>
 
 typedef struct Place {
@@ -62,4 +63,45 @@ static void backward(const float *q, const Planes *beta, const Planes *d_hidden,
             d_next[i] += d_row[i] * py.share;
         }
     }
+}
+
+static void open_cells(const float *q, const Planes *R, OcclusionOpen *sums, int y0, int y1)
+{
+    float row[OCCLUSION_WIDTH];
+    for (int y = y0; y < y1; y++) {
+        const float *const rgb[3] = {fs_planes_row(R, 0, y), fs_planes_row(R, 1, y), fs_planes_row(R, 2, y)};
+        int first = y * OCCLUSION_HEIGHT / R->height * OCCLUSION_WIDTH;
+        grid_row(q, place(y, R->height, OCCLUSION_HEIGHT), row);
+        for (int x = 0; x < R->width; x++) {
+            int at = first + x * OCCLUSION_WIDTH / R->width;
+            sums->all[at]++;
+            if (between(row, place(x, R->width, OCCLUSION_WIDTH)) >= OCCLUSION_OPEN) continue;
+            for (int c = 0; c < 3; c++) sums->rgb[3 * at + c] += rgb[c][x];
+            sums->open[at]++;
+        }
+    }
+}
+
+static double apart(const OcclusionAroundArgs *args, int y0, int y1)
+{
+    const Planes *R = args->R;
+    float row[OCCLUSION_WIDTH], rgb[3][OCCLUSION_WIDTH], each = args->weight / (3 * (float)R->width * (float)R->height);
+    double sum = 0;
+    for (int y = y0; y < y1; y++) {
+        Place py = place(y, R->height, OCCLUSION_HEIGHT);
+        const float *a = args->around + 3 * py.at * OCCLUSION_WIDTH, *b = args->around + 3 * py.next * OCCLUSION_WIDTH;
+        grid_row(args->q, py, row);
+        for (int i = 0; i < OCCLUSION_WIDTH; i++)
+            for (int c = 0; c < 3; c++) rgb[c][i] = a[3 * i + c] + py.share * (b[3 * i + c] - a[3 * i + c]);
+        for (int x = 0; x < R->width; x++) {
+            Place px = place(x, R->width, OCCLUSION_WIDTH);
+            if (between(row, px) < OCCLUSION_HIDES) continue;
+            for (int c = 0; c < 3; c++) {
+                float e = fs_planes_row(R, c, y)[x] - between(rgb[c], px);
+                fs_planes_row(args->d_R, c, y)[x] += e > 0 ? each : e < 0 ? -each : 0;
+                sum += (double)fabsf(e);
+            }
+        }
+    }
+    return sum / (3.0 * R->width * R->height);
 }

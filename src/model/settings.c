@@ -129,6 +129,8 @@ static const FsOption table[] = {
           "weight against gains below the usual one: what the flash hardly brightens is rather mirrored"),
     FLOAT("opaque", opaque, TRAIN, "0.3", 0, 1000, "X",
           "weight of the light that passes all of a scene: it has no holes"),
+    FLOAT("unseen", unseen, TRAIN, "0.05", 0, 1000, "X",
+          "weight of how much the mirrored scene, where who takes the photos hides it, differs from what is around"),
     FLOAT("spread", spread, TRAIN, "0.01", 0, 1000, "X",
           "weight of how far what a ray of a radiance field shows is spread along it"),
     FLOAT("way-smooth", way_smooth, TRAIN, "0", 0, 1000, "X",

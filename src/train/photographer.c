@@ -1,9 +1,11 @@
 // The photographer's own mirror image: dark, unlit by the flash, and at another place of the mirrored room in each
-// photo, so that it belongs to neither scene. Every photo learns which part of the mirrored light does not reach it
-// (kernels/occlusion.h), cell by cell and little of it at first. But all photos show that figure in the same
-// directions as seen from the mirror image of the camera, which lies along the pane's normal: drawn there, the mean
-// over the photos is its portrait, where there is someone. Within its outline what is learned is little, since the
-// mirrored scene soon is as dark there; filled, it hands that part of the scene over to those photos that see it clear.
+// photo, so that it belongs to neither scene. Camera and mirror image move together, so all photos show that figure in
+// the same directions; before the pane of a display case, around which people walk, in the same directions as seen
+// along the way the photo looks. In these all photos learn one portrait: the share of the mirrored light that does not
+// arrive (kernels/occlusion.h). A step shows the portrait to its photo and carries back what that photo changed. With
+// all photos' say in each cell it is found before the mirrored scene has turned as dark as the figure. It has gaps,
+// where there is nothing bright to hide: they are filled, and the figure goes on below. Within it the mirrored scene is
+// left to those photos that see it clear.
 //
 // All this is looked for on small photos before training begins, from the same start: a capture without such a figure
 // is trained as if nobody had looked.
@@ -12,15 +14,20 @@
 #include <string.h>
 
 #include "base/linalg.h"
-#include "base/order.h"
-#include "image/bilinear.h"
 #include "train/region.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
+enum { PORTRAIT_CELLS = REGION_SIDE * REGION_SIDE };
+
+// World: how a photo looks, on average; tangents of REACH to the sides.
+typedef struct Axes {
+    double ahead[3], right[3], up[3];
+} Axes;
+
 typedef struct Portrait {
-    double ahead[3], right[3], up[3]; // world: towards the mirror image, tangents of REACH to the sides
-    float q[REGION_SIDE * REGION_SIDE];
+    Axes *axes; // (n_views)
+    float q[PORTRAIT_CELLS];
     Region figure, near; // near: with some cells around it
 } Portrait;
 
@@ -40,59 +47,52 @@ int fs_photographer_down(Trainer *trainer, FsError *err)
 
 // ---- the portrait ----
 
-static void direct(Portrait *p, const Trainer *trainer, const double n[3])
+// The vertical: photos' sides lie level. As far as they all look the same way it is their own upright.
+static void find_vertical(const Trainer *trainer, double up[3])
 {
-    double ahead[3] = {0}, up[3] = {0};
+    for (int k = 0; k < 3; k++) up[k] = 0;
     for (int v = 0; v < trainer->n_views; v++)
-        for (int k = 0; k < 3; k++) {
-            up[k] -= trainer->views[v]->camera.w2c[4 + k];
-            ahead[k] += trainer->views[v]->camera.w2c[8 + k];
+        for (int k = 0; k < 3; k++) up[k] -= trainer->views[v]->camera.w2c[4 + k];
+    v3_normalise(up);
+    for (int turn = 0; turn < PORTRAIT_UPRIGHT; turn++) {
+        double off[3] = {0};
+        for (int v = 0; v < trainer->n_views; v++) {
+            const double *right = trainer->views[v]->camera.w2c;
+            for (int k = 0; k < 3; k++) off[k] += v3_dot(right, up) * right[k] / trainer->n_views;
         }
-    double scale = (v3_dot(n, ahead) < 0 ? -1 : 1) / fmax(sqrt(v3_dot(n, n)), 1e-12);
-    for (int k = 0; k < 3; k++) p->ahead[k] = scale * n[k];
-    double along = v3_dot(up, p->ahead);
-    for (int k = 0; k < 3; k++) p->up[k] = up[k] - along * p->ahead[k];
-    double length = sqrt(v3_dot(p->up, p->up));
-    for (int k = 0; k < 3; k++) p->up[k] /= fmax(length, 1e-12);
-    v3_cross(p->ahead, p->up, p->right);
-}
-
-// A photo's q at a place, 0..1 of its sides, linear between the middles of cells.
-static double between(const float *q, double x, double y)
-{
-    x = fmin(fmax(x * OCCLUSION_WIDTH - 0.5, 0), OCCLUSION_WIDTH - 1);
-    y = fmin(fmax(y * OCCLUSION_HEIGHT - 0.5, 0), OCCLUSION_HEIGHT - 1);
-    Bilinear at = fs_bilinear_at(x, y, OCCLUSION_WIDTH, OCCLUSION_HEIGHT);
-    return (double)fs_bilinear_value(&at, q, 1, 0);
-}
-
-// The mean over the photos that look that way, where enough do.
-static float mean(const Portrait *p, const Trainer *trainer, double u, double w)
-{
-    double d[3], sum = 0;
-    int n = 0;
-    for (int k = 0; k < 3; k++) d[k] = p->ahead[k] + u * p->right[k] + w * p->up[k];
-    for (int v = 0; v < trainer->n_views; v++) {
-        const Camera *c = &trainer->views[v]->camera;
-        double z = v3_dot(c->w2c + 8, d);
-        double x = (v3_dot(c->w2c, d) / z * c->fx + c->cx) / c->width;
-        double y = (v3_dot(c->w2c + 4, d) / z * c->fy + c->cy) / c->height;
-        if (!(z > 0) || !(x >= 0) || !(x < 1) || !(y >= 0) || !(y < 1)) continue;
-        sum += between(trainer->occlusion[v].q, x, y);
-        n++;
+        for (int k = 0; k < 3; k++) up[k] -= 0.5 * off[k];
+        v3_normalise(up);
     }
-    return n >= PORTRAIT_PHOTOS && 4 * n >= trainer->n_views ? (float)(sum / n) : 0;
 }
 
-// The median, where anything was seen.
-static float usual(const float *q)
+// Parts of a direction along the vertical and across; returns the length of the latter.
+static double split(const double d[3], const double up[3], double level[3])
 {
-    float sorted[REGION_SIDE * REGION_SIDE];
-    int n = 0;
-    for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
-        if (q[i] > 0) sorted[n++] = q[i];
-    fs_order_floats(sorted, (size_t)n);
-    return n ? sorted[n / 2] : 0;
+    double rise = v3_dot(d, up);
+    for (int k = 0; k < 3; k++) level[k] = d[k] - rise * up[k];
+    return v3_normalise(level);
+}
+
+// turned: all photos have axes of their own, turned about the vertical to where they look.
+static void direct(Portrait *p, const Trainer *trainer, bool turned)
+{
+    double up[3], mean[3] = {0}, level[3], across = 0;
+    find_vertical(trainer, up);
+    for (int v = 0; v < trainer->n_views; v++) {
+        const double *ahead = trainer->views[v]->camera.w2c + 8;
+        for (int k = 0; k < 3; k++) mean[k] += ahead[k] / trainer->n_views;
+        across += split(ahead, up, level) / trainer->n_views;
+    }
+    double rise = v3_dot(mean, up), of_mean = split(mean, up, level);
+    for (int v = 0; v < trainer->n_views; v++) {
+        Axes *a = &p->axes[v];
+        if (turned) split(trainer->views[v]->camera.w2c + 8, up, level);
+        for (int k = 0; k < 3; k++) a->ahead[k] = (turned ? across : of_mean) * level[k] + rise * up[k];
+        v3_normalise(a->ahead);
+        v3_cross(level, up, a->right);
+        v3_normalise(a->right);
+        v3_cross(a->right, a->ahead, a->up);
+    }
 }
 
 static bool drawn(const Portrait *p)
@@ -100,89 +100,104 @@ static bool drawn(const Portrait *p)
     return memchr(p->figure.in, 1, sizeof p->figure.in) != NULL;
 }
 
-static void draw(Portrait *p, const Trainer *trainer)
+// last: whoever takes photos stands on the floor, and legs are dark before what is dark anyway: there is more below
+// what was found. In a case they are upside down.
+static void draw(Portrait *p, bool last, bool turned)
 {
     RegionRule rule = {PORTRAIT_OUTLINE, PORTRAIT_STANDS_OUT, PORTRAIT_GAP, PORTRAIT_LEAST};
-    for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++) {
-        double u = (i % REGION_SIDE + 0.5) / REGION_SIDE * 2 - 1, w = 1 - (i / REGION_SIDE + 0.5) / REGION_SIDE * 2;
-        p->q[i] = mean(p, trainer, u * PORTRAIT_REACH, w * PORTRAIT_REACH);
-    }
     p->figure.width = p->figure.height = REGION_SIDE;
-    float noise = drawn(p) ? 0 : usual(p->q); // of what is not filled as yet
-    rule.threshold = fmaxf(rule.threshold, PORTRAIT_ABOVE * noise);
-    rule.stands_out *= (float)sqrt(fmax(1, PORTRAIT_USUAL / trainer->n_views)); // a mean of few is noisy
-    rule.stands_out = fmaxf(rule.stands_out, rule.threshold / 2);
     fs_region_find(&p->figure, p->q, &rule);
-    double sum = 0, n = 0;
-    for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++)
-        if (p->figure.in[i]) sum += (double)p->q[i], n++;
-    float edge = (float)(PORTRAIT_EDGE * sum / fmax(n, 1));
-    if (edge > rule.threshold) { // of one that was filled before: it would grow each time
-        rule.threshold = edge;
-        fs_region_find(&p->figure, p->q, &rule);
-    }
+    if (last) fs_region_complete(&p->figure, PORTRAIT_HEIGHT, turned);
     p->near = p->figure;
     fs_region_spread(&p->near, 1, PORTRAIT_NEAR);
+    for (int i = 0; i < PORTRAIT_CELLS; i++)
+        if (p->figure.in[i]) p->q[i] = 1;
 }
 
-// Whoever takes photos stands on the floor, and legs are dark before what is dark anyway: below what was found there is
-// more.
-static void complete(Portrait *p)
+// How much of it there is.
+static double clarity(const Portrait *p)
 {
-    fs_region_complete(&p->figure, PORTRAIT_HEIGHT);
-    p->near = p->figure;
-    fs_region_spread(&p->near, 1, PORTRAIT_NEAR);
+    double sum = 0;
+    for (int i = 0; i < PORTRAIT_CELLS; i++) sum += (double)p->q[i] * (double)p->q[i];
+    return sum;
 }
 
 // ---- back to the photos ----
 
 // The cell of the portrait that a photo's cell shows; -1: it looks past it.
-static int portrait_cell(const Portrait *p, const Camera *c, int cell)
+static int portrait_cell(const Axes *a, const Camera *c, int cell)
 {
     double x = (cell % OCCLUSION_WIDTH + 0.5) / OCCLUSION_WIDTH, y = (cell / OCCLUSION_WIDTH + 0.5) / OCCLUSION_HEIGHT;
     const double ray[3] = {(x * c->width - c->cx) / c->fx, (y * c->height - c->cy) / c->fy, 1};
     double d[3];
     for (int k = 0; k < 3; k++) d[k] = ray[0] * c->w2c[k] + ray[1] * c->w2c[4 + k] + ray[2] * c->w2c[8 + k];
-    double z = PORTRAIT_REACH * v3_dot(d, p->ahead);
-    double i = (v3_dot(d, p->right) / z + 1) / 2 * REGION_SIDE, j = (1 - v3_dot(d, p->up) / z) / 2 * REGION_SIDE;
+    double z = PORTRAIT_REACH * v3_dot(d, a->ahead);
+    double i = (v3_dot(d, a->right) / z + 1) / 2 * REGION_SIDE, j = (1 - v3_dot(d, a->up) / z) / 2 * REGION_SIDE;
     if (!(z > 0) || !(i >= 0) || !(i < REGION_SIDE) || !(j >= 0) || !(j < REGION_SIDE)) return -1;
     return (int)j * REGION_SIDE + (int)i;
 }
 
-// How much of the photo the figure covers.
-static double fill(const Portrait *p, const Camera *camera, OcclusionState *state)
+// To a photo, for a step of the search.
+static void show(const Portrait *p, const Trainer *trainer, int v)
 {
+    OcclusionState *state = &trainer->occlusion[v];
+    for (int i = 0; i < OCCLUSION_CELLS; i++) {
+        int at = portrait_cell(&p->axes[v], &trainer->views[v]->camera, i);
+        state->q[i] = at < 0 ? 0 : p->q[at];
+        state->cost[i] = at >= 0 && p->figure.in[at] ? -OCCLUSION_COST : OCCLUSION_COST;
+    }
+}
+
+// What the step changed there.
+static void carry_back(Portrait *p, const Trainer *trainer, int v)
+{
+    const OcclusionState *state = &trainer->occlusion[v];
+    float change[PORTRAIT_CELLS] = {0}, n[PORTRAIT_CELLS] = {0};
+    for (int i = 0; i < OCCLUSION_CELLS; i++) {
+        int at = portrait_cell(&p->axes[v], &trainer->views[v]->camera, i);
+        if (at < 0) continue;
+        change[at] += state->q[i] - p->q[at];
+        n[at]++;
+    }
+    for (int i = 0; i < PORTRAIT_CELLS; i++)
+        if (n[i] > 0) p->q[i] = fminf(fmaxf(p->q[i] + PORTRAIT_RATE * change[i] / n[i], 0), 1);
+}
+
+// For training: how much of the photo the figure covers.
+static double fill(const Portrait *p, const Trainer *trainer, int v)
+{
+    OcclusionState *state = &trainer->occlusion[v];
     double sum = 0;
     for (int i = 0; i < OCCLUSION_CELLS; i++) {
-        int at = portrait_cell(p, camera, i);
+        int at = portrait_cell(&p->axes[v], &trainer->views[v]->camera, i);
         bool in = at >= 0 && p->figure.in[at], near = at >= 0 && p->near.in[at];
-        state->q[i] = in ? 1 : near ? state->q[i] : 0;
+        state->q[i] = near ? p->q[at] : 0;
         state->cost[i] = in ? -OCCLUSION_COST : near ? OCCLUSION_COST : OCCLUSION_NEVER;
         sum += in;
     }
     return sum / OCCLUSION_CELLS;
 }
 
-static double fill_all(Trainer *trainer, const Portrait *p)
+static double fill_all(const Portrait *p, const Trainer *trainer)
 {
     double share = 0;
-    for (int v = 0; v < trainer->n_views; v++)
-        share += fill(p, &trainer->views[v]->camera, &trainer->occlusion[v]) / trainer->n_views;
+    for (int v = 0; v < trainer->n_views; v++) share += fill(p, trainer, v) / trainer->n_views;
     return share;
 }
 
 // ---- the search ----
 
-// DSSIM makes outlines stand out; what it does to the scenes' light (kernels/photometric.h) goes with them.
+// DSSIM makes outlines stand out; what it does to the scenes' light (kernels/photometric.h) goes with them. What is
+// behind shall not be guessed: as bright as what is around it, it would prove the figure.
 static void weigh(double weight[LOSS_TERMS])
 {
     double photo = weight[LOSS_L1] + weight[LOSS_DSSIM] + weight[LOSS_CONTRAST];
     weight[LOSS_L1] = (1 - PORTRAIT_DSSIM) * photo;
     weight[LOSS_DSSIM] = PORTRAIT_DSSIM * photo;
-    weight[LOSS_CONTRAST] = 0;
+    weight[LOSS_CONTRAST] = weight[LOSS_UNSEEN] = 0;
 }
 
-static int steps(Trainer *trainer, int from, int to, FsError *err)
+static int steps(Trainer *trainer, Portrait *p, int from, int to, FsError *err)
 {
     for (int step = from; step < to; step++) {
         StepArgs args;
@@ -194,47 +209,58 @@ static int steps(Trainer *trainer, int from, int to, FsError *err)
         weigh(args.weight);
         args.learn = trainer->learn;
         args.view = fs_views_at_step(trainer, step);
+        show(p, trainer, args.view);
+        MUST(fs_engine_occlusion_up(trainer->engine, args.view, &trainer->occlusion[args.view], err));
         MUST(fs_engine_step(trainer->engine, &args, &result, err));
+        MUST(fs_engine_occlusion_down(trainer->engine, args.view, &trainer->occlusion[args.view], err));
+        carry_back(p, trainer, args.view);
     }
     return 0;
 }
 
-// 1: the figure is drawn, 0: there is none.
-static int look(Trainer *trainer, Portrait *p, FsError *err)
+// From the start, so many steps with an empty portrait.
+static int first_round(Trainer *trainer, Portrait *p, bool turned, FsError *err)
 {
-    Scene now = {0};
-    MUST(fs_photographer_down(trainer, err));
-    MUST(fs_engine_scene_down(trainer->engine, 0, &now, err));
-    direct(p, trainer, now.pane.normal);
-    draw(p, trainer);
-    return drawn(p);
+    int halvings = 0;
+    while (trainer->long_edge >> halvings > PORTRAIT_SIDE) halvings++;
+    memset(p->q, 0, sizeof p->q);
+    memset(p->figure.in, 0, sizeof p->figure.in);
+    direct(p, trainer, turned);
+    MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
+    if (trainer->neighbour) MUST(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
+    fs_engine_drop_views(trainer->engine);
+    trainer->halvings = -1;
+    MUST(fs_views_load_halved(trainer, halvings, err));
+    return steps(trainer, p, 0, PORTRAIT_VISITS * trainer->n_views, err);
 }
 
 // 1: found, 0: there is none.
 static int search(Trainer *trainer, Portrait *p, FsError *err)
 {
-    double share = 0;
-    int halvings = 0, round = PORTRAIT_VISITS * trainer->n_views, found = 1;
-    while (trainer->long_edge >> halvings > PORTRAIT_SIDE) halvings++;
+    double share = 0, turned_clarity;
+    int round = PORTRAIT_VISITS * trainer->n_views;
     fs_log_info(&trainer->project->log, "train: looks for the mirror image of who takes the photos");
-    MUST(fs_views_load_halved(trainer, halvings, err));
-    for (int r = 0; r < PORTRAIT_ROUNDS && found > 0; r++) {
-        MUST(fs_photographer_up(trainer, err));
-        MUST(steps(trainer, r * round, (r + 1) * round, err));
-        found = look(trainer, p, err);
-        if (found > 0 && r + 1 == PORTRAIT_ROUNDS) complete(p);
-        if (found > 0 && (share = fill_all(trainer, p)) > PORTRAIT_MOST) found = 0;
+    MUST(first_round(trainer, p, true, err));
+    turned_clarity = clarity(p);
+    MUST(first_round(trainer, p, false, err));
+    bool turned = turned_clarity > clarity(p);
+    if (turned) MUST(first_round(trainer, p, true, err));
+    for (int r = 1;; r++) {
+        bool last = r == PORTRAIT_ROUNDS;
+        draw(p, last, turned);
+        if (!drawn(p) || (share = fill_all(p, trainer)) > PORTRAIT_MOST) return 0;
+        if (last) break;
+        MUST(steps(trainer, p, r * round, (r + 1) * round, err));
     }
-    if (found > 0)
-        fs_log_info(&trainer->project->log, "train: who takes the photos is mirrored in %.0f %% of them", 100 * share);
-    return found;
+    fs_log_info(&trainer->project->log, "train: who takes the photos is mirrored in %.0f %% of them", 100 * share);
+    return 1;
 }
 
 int fs_photographer_steps(const Settings *set, int photos)
 {
     int round = PORTRAIT_VISITS * photos;
     bool pays = round <= PORTRAIT_SHARE * set->steps;
-    return set->photographer && fs_train_cost_mirrors(set) && pays ? round : 0;
+    return set->photographer && fs_train_cost_mirrors(set) && pays ? 2 * round : 0; // turned, and not
 }
 
 int fs_photographer_find(Trainer *trainer, FsError *err)
@@ -250,9 +276,8 @@ int fs_photographer_find(Trainer *trainer, FsError *err)
     Portrait *p = calloc(1, sizeof *p);
     int rc = 0;
     trainer->occlusion = calloc((size_t)trainer->n_views, sizeof *trainer->occlusion);
-    if (!p || !trainer->occlusion) TRY(fs_error_memory(err));
-    for (int v = 0; v < trainer->n_views; v++)
-        for (int i = 0; i < OCCLUSION_CELLS; i++) trainer->occlusion[v].cost[i] = OCCLUSION_COST;
+    if (p) p->axes = calloc((size_t)trainer->n_views, sizeof *p->axes);
+    if (!p || !p->axes || !trainer->occlusion) TRY(fs_error_memory(err));
     rc = search(trainer, p, err);
     if (rc == 0) {
         free(trainer->occlusion);
@@ -261,6 +286,7 @@ int fs_photographer_find(Trainer *trainer, FsError *err)
     fs_engine_drop_views(trainer->engine);
     trainer->halvings = -1;
 fail:
+    if (p) free(p->axes);
     free(p);
     return rc < 0 ? rc : 0;
 }

@@ -101,15 +101,26 @@ void fs_region_find(Region *r, const float *cells, const RegionRule *rule)
     for (int i = 0; i < n; i++) {
         if (r->in[i] != IN) continue;
         bool keep = flood(r, i, LOOKED_AT) >= rule->least && contrast(r, cells, LOOKED_AT) >= rule->stands_out;
-        if (keep) fill(r, LOOKED_AT);
         for (int k = 0; k < n; k++)
             if (r->in[k] == LOOKED_AT) r->in[k] = keep ? KEPT : LEFT_OUT;
     }
+    fill(r, KEPT);
     for (int i = 0; i < n; i++) r->in[i] = r->in[i] == KEPT;
 }
 
-void fs_region_complete(Region *region, double height)
+static void turn_over(Region *r)
 {
+    for (int y = 0; y < r->height / 2; y++)
+        for (int x = 0; x < r->width; x++) {
+            unsigned char *a = r->in + y * r->width + x, *b = r->in + (r->height - 1 - y) * r->width + x, was = *a;
+            *a = *b;
+            *b = was;
+        }
+}
+
+void fs_region_complete(Region *region, double height, bool upwards)
+{
+    if (upwards) turn_over(region);
     int top = region->height, left = region->width, right = -1, low[REGION_SIDE];
     for (int x = 0; x < region->width; x++) {
         low[x] = region->height;
@@ -124,4 +135,5 @@ void fs_region_complete(Region *region, double height)
     double width = right - left + 1, bottom = top + height * width;
     for (int x = left; x <= right; x++)
         for (int y = low[x]; y < region->height && y < bottom; y++) region->in[y * region->width + x] = 1;
+    if (upwards) turn_over(region);
 }

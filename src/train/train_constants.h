@@ -58,7 +58,7 @@ enum {
 #define BARS_SURE 0.8f   // experiment  and of what does
 #define BARS_LEAST 0.012 // experiment  share of the Gaussians that are as sure
 enum {
-    BARS_EVENED = 3,  // experiment  times
+    BARS_EVENED = 3, // experiment  times
 };
 
 // Dirt on the pane.
@@ -68,23 +68,21 @@ enum {
 #define OCCLUSION_COST 0.01f      // experiment
 #define PORTRAIT_DSSIM 0.25       // experiment  share in the photo term
 #define OCCLUSION_NEVER 1e3f      // -           more than any photo gains by it
-#define PORTRAIT_STANDS_OUT 0.13f // experiment  of what is around it, so much
-#define PORTRAIT_USUAL 24.0       // -           photos: of fewer it must be more
-#define PORTRAIT_OUTLINE 0.22f    // experiment  where they end
-#define PORTRAIT_ABOVE 1.5f       // -           of the median: so much more are they at least
+#define PORTRAIT_RATE 0.3f        // experiment  of what a photo changes there
+#define PORTRAIT_STANDS_OUT 0.25f // experiment  of what is around it, so much
+#define PORTRAIT_OUTLINE 0.3f     // experiment  where they end
 #define PORTRAIT_MOST 0.35        // -           of the photos' area; more is what the scenes do not explain
-#define PORTRAIT_EDGE 0.6f        // experiment  of the mean within, once it is filled
-#define PORTRAIT_REACH 1.1        // -           tangent of how far aside of the mirror image it goes
+#define PORTRAIT_REACH 1.1        // -           tangent of how far to the sides it goes
 #define PORTRAIT_HEIGHT 3.0       // -           of the figure, in its widths
 #define PORTRAIT_SHARE 0.25       // -           of the steps, at most, in the first round
 enum {
-    PORTRAIT_SIDE = 100,  // -           pixels of the longer side, at most
-    PORTRAIT_VISITS = 16, // experiment  of each photo in a round
-    PORTRAIT_ROUNDS = 4,  // experiment
-    PORTRAIT_PHOTOS = 3,  // -           that look at a cell, and a quarter of all
-    PORTRAIT_GAP = 2,     // experiment  cells
-    PORTRAIT_NEAR = 3,    // -           cells around the outline, where photos may differ
-    PORTRAIT_LEAST = 40,  // -           cells of 16384
+    PORTRAIT_SIDE = 100,    // -           pixels of the longer side, at most
+    PORTRAIT_VISITS = 16,   // experiment  of each photo in a round
+    PORTRAIT_ROUNDS = 4,    // experiment
+    PORTRAIT_GAP = 2,       // experiment  cells
+    PORTRAIT_NEAR = 3,      // -           cells around the outline, where photos may differ
+    PORTRAIT_LEAST = 20,    // -           cells of 16384
+    PORTRAIT_UPRIGHT = 100, // -           turns that the vertical is found in
 };
 
 // --densify fsgs

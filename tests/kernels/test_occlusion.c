@@ -4,8 +4,10 @@
 enum { W = 83, H = 61 };
 
 typedef struct Case {
-    Planes beta, hidden, d_hidden, d_beta;
-    float q[OCCLUSION_CELLS], d_q[OCCLUSION_CELLS];
+    Planes beta, hidden, d_hidden, d_beta, R, d_R;
+    float q[OCCLUSION_CELLS], d_q[OCCLUSION_CELLS], around[3 * OCCLUSION_CELLS];
+    OcclusionOpen open;
+    double apart;
     const OcclusionKernels *k;
 } Case;
 
@@ -16,19 +18,31 @@ static Case make(const OcclusionKernels *k)
               .beta = random_planes(W, H, 1, 0, 1, &rng),
               .hidden = random_planes(W, H, 1, 0, 1, &rng),
               .d_hidden = random_planes(W, H, 1, -1, 1, &rng),
-              .d_beta = random_planes(W, H, 1, -1, 1, &rng)};
-    for (int i = 0; i < OCCLUSION_CELLS; i++) c.q[i] = fs_rng_uniform(&rng);
+              .d_beta = random_planes(W, H, 1, -1, 1, &rng),
+              .R = random_planes(W, H, 3, 0, 1, &rng),
+              .d_R = random_planes(W, H, 3, 0, 0, &rng)};
+    for (int i = 0; i < OCCLUSION_CELLS; i++) {
+        c.q[i] = fs_rng_uniform(&rng);
+        if (i % OCCLUSION_WIDTH < 20) c.q[i] *= 0.2f; // some of it open
+    }
     return c;
 }
 static void drop(Case *c)
 {
-    Planes *all[] = {&c->beta, &c->hidden, &c->d_hidden, &c->d_beta};
+    Planes *all[] = {&c->beta, &c->hidden, &c->d_hidden, &c->d_beta, &c->R, &c->d_R};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]->px);
 }
 static void run(void *context)
 {
     Case *c = context;
+    OcclusionAroundArgs args = {c->q, &c->R, &c->d_R, c->around, 0.7f};
     memset(c->d_q, 0, sizeof c->d_q);
+    memset(&c->open, 0, sizeof c->open);
+    c->apart = 0;
+    fs_planes_zero(&c->d_R, 0, H);
+    FOR_STRIPS(H, 8, a, b) c->k->open(c->q, &c->R, &c->open, a, b);
+    fs_occlusion_around(&c->open, c->around);
+    FOR_STRIPS(H, 8, a, b) c->apart += c->k->apart(&args, a, b);
     FOR_STRIPS(H, 8, a, b)
     {
         c->k->forward(c->q, &c->beta, &c->hidden, a, b);
@@ -78,18 +92,77 @@ static void check_definition(Case *c)
     CHECK(fabs(with - beta) < 1e-3, "%g %g", with, beta);
 }
 
+// The gradient of apart, with `around` as it is, along itself.
+static void check_apart(Case *c)
+{
+    const double h = 1e-3;
+    double value[2], along = 0, seen = 0, all = 0;
+    Planes none = c->hidden, moved = c->R; // d_R of no interest
+    none.px = calloc(3 * (size_t)c->R.stride * H, sizeof(float));
+    none.channels = 3;
+    moved.px = calloc(3 * (size_t)c->R.stride * H, sizeof(float));
+    for (int side = 0; side < 2; side++) {
+        along = 0;
+        for (int k = 0; k < 3; k++)
+            for (int y = 0; y < H; y++)
+                for (int x = 0; x < W; x++) {
+                    double d = (double)fs_planes_row(&c->d_R, k, y)[x] > 0   ? 1
+                               : (double)fs_planes_row(&c->d_R, k, y)[x] < 0 ? -1
+                                                                             : 0;
+                    fs_planes_row(&moved, k, y)[x] = fs_planes_row(&c->R, k, y)[x] + (float)((side ? h : -h) * d);
+                    along += (double)fs_planes_row(&c->d_R, k, y)[x] * d;
+                }
+        OcclusionAroundArgs args = {c->q, &moved, &none, c->around, 0};
+        value[side] = c->k->apart(&args, 0, H);
+    }
+    double slope = 0.7 * (value[1] - value[0]) / (2 * h);
+    CHECK(along > 0.05 && fabs(slope - along) < 0.01 * along, "gradient %g, differences %g", along, slope);
+    for (int i = 0; i < OCCLUSION_CELLS; i++) seen += (double)c->open.open[i], all += (double)c->open.all[i];
+    CHECK(all == W * H && seen > 0.05 * all && seen < 0.5 * all, "%g of %g pixels are open", seen, all);
+    free(none.px);
+    free(moved.px);
+}
+
+// Open at both sides, 0.2 at the left and 0.6 at the right: between them it rises from the one to the other.
+static void check_around(void)
+{
+    static OcclusionOpen sums;
+    static float around[3 * OCCLUSION_CELLS];
+    fs_occlusion_around(&sums, around);
+    for (int i = 0; i < 3 * OCCLUSION_CELLS; i++) CHECK(around[i] == 0, "nobody sees anything: %g", (double)around[i]);
+    for (int i = 0; i < OCCLUSION_CELLS; i++) {
+        int x = i % OCCLUSION_WIDTH, left = x < 16, right = x >= 48;
+        sums.all[i] = 4;
+        sums.open[i] = left || right ? 4 : 0;
+        for (int c = 0; c < 3; c++) sums.rgb[3 * i + c] = left ? 0.8f : right ? 2.4f : 0;
+    }
+    fs_occlusion_around(&sums, around);
+    for (int i = 0; i < OCCLUSION_CELLS; i++) {
+        int x = i % OCCLUSION_WIDTH;
+        float v = around[3 * i + i % 3], before = x ? around[3 * (i - 1) + i % 3] : v;
+        CHECK(x < 16    ? fabsf(v - 0.2f) < 1e-6f
+              : x >= 48 ? fabsf(v - 0.6f) < 1e-6f
+                        : v > before - 0.02f && v > 0.2f && v < 0.6f,
+              "%d: %g", x, (double)v);
+    }
+}
+
 int main(int argc, char **argv)
 {
     check_begin(argc, argv);
     Case ref = make(&fs_occlusion_scalar);
     run(&ref);
     check_definition(&ref);
+    check_apart(&ref);
+    check_around();
     FOR_LEVELS(level)
     {
         Case c = make(fs_kernels_at(level).occlusion);
         run(&c);
         double worst = fmax(planes_difference(&ref.hidden, &c.hidden), planes_difference(&ref.d_beta, &c.d_beta));
         for (int i = 0; i < OCCLUSION_CELLS; i++) worst = fmax(worst, fabs((double)(ref.d_q[i] - c.d_q[i])));
+        worst = fmax(worst, fmax(1e3 * planes_difference(&ref.d_R, &c.d_R), fabs(ref.apart - c.apart)));
+        for (int i = 0; i < 3 * OCCLUSION_CELLS; i++) worst = fmax(worst, fabs((double)(ref.around[i] - c.around[i])));
         CHECK(worst < 1e-5, "%s: %g", fs_cpu_name(level), worst);
         BENCH("occlusion", level, "pixel", W * H, run, &c);
         drop(&c);

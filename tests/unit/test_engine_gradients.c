@@ -418,16 +418,50 @@ static void test_occlusion_hides_R(void **state)
     }
 }
 
+// Hidden in the left half of the photo, R becomes what it is in the right half, and nothing else is touched.
+static void test_unseen_is_what_is_around(void **state)
+{
+    (void)state;
+    double first[2];
+    FOR_DEVICES(d)
+    {
+        Scene scene = make_scene(&kinds[0]), after = {0};
+        static OcclusionState left;
+        const Camera camera = make_camera();
+        StepResult result;
+        for (int i = 0; i < OCCLUSION_CELLS; i++) left.q[i] = i % OCCLUSION_WIDTH < OCCLUSION_WIDTH / 2;
+        Engine *engine = open_engine(devices[d], &scene);
+        StepArgs args = make_args(&scene);
+        load_photo(engine, &camera, false);
+        memset(args.weight, 0, sizeof args.weight);
+        args.weight[LOSS_UNSEEN] = 1;
+        assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+        assert_true(result.loss[LOSS_UNSEEN] == 0); // nobody hides anything
+        assert_int_equal(fs_engine_occlusion_up(engine, 0, &left, NULL), 0);
+        for (args.step = 1; args.step < 150; args.step++) {
+            args.rate[CLOUD_COLORS] = args.step > 1 ? 0.01 : 1e-12;
+            assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+            if (args.step == 1) first[d] = result.loss[LOSS_UNSEEN];
+        }
+        assert_true(first[d] > 0.01 && result.loss[LOSS_UNSEEN] < 0.8 * first[d]);
+        assert_int_equal(fs_engine_scene_down(engine, 1u << LAYER_T_N | 1u << LAYER_R, &after, NULL), 0);
+        for (int i = 0; i < 3 * scene.cloud[LAYER_T_N].n; i++)
+            assert_true(fabsf(after.cloud[LAYER_T_N].field[CLOUD_COLORS][i] -
+                              scene.cloud[LAYER_T_N].field[CLOUD_COLORS][i]) < 1e-4f);
+        fs_engine_free(engine);
+        fs_scene_free(&scene);
+        fs_scene_free(&after);
+    }
+    assert_true(fabs(first[0] - first[1]) < 1e-5);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gradients),
-        cmocka_unit_test(test_gradients_of_numbers),
-        cmocka_unit_test(test_gradient_of_veil),
-        cmocka_unit_test(test_gradients_of_photo),
-        cmocka_unit_test(test_gradients_of_occlusion),
-        cmocka_unit_test(test_occlusion_hides_R),
-        cmocka_unit_test(test_gradients_of_some_pixels),
+        cmocka_unit_test(test_unseen_is_what_is_around), cmocka_unit_test(test_gradients),
+        cmocka_unit_test(test_gradients_of_numbers),     cmocka_unit_test(test_gradient_of_veil),
+        cmocka_unit_test(test_gradients_of_photo),       cmocka_unit_test(test_gradients_of_occlusion),
+        cmocka_unit_test(test_occlusion_hides_R),        cmocka_unit_test(test_gradients_of_some_pixels),
         cmocka_unit_test(test_pixels_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

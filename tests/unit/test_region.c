@@ -86,6 +86,19 @@ static void test_bite_is_filled(void **state)
     assert_false(region.in[2 * W + 20]);
 }
 
+// Head and feet that stand out, and nothing of what is between: one figure.
+static void test_parts_are_one(void **state)
+{
+    (void)state;
+    memset(cells, 0, sizeof cells);
+    box(10, 4, 16, 9, 1);
+    box(10, 21, 16, 26, 1);
+    find((RegionRule){0.3f, 0.3f, 1, 20});
+    for (int y = 6; y < 24; y++) assert_true(region.in[y * W + 12]);
+    assert_false(region.in[15 * W + 20]);
+    assert_false(region.in[28 * W + 12]);
+}
+
 // Shoulders and a head; 3 of 6 columns are 18 rows from the top.
 static void test_figure_is_completed(void **state)
 {
@@ -94,22 +107,30 @@ static void test_figure_is_completed(void **state)
     memset(region.in, 0, sizeof region.in);
     for (int y = 4; y < 10; y++)
         for (int x = 10; x < 16; x++) region.in[y * W + x] = y >= 6 || (x >= 12 && x < 14);
-    fs_region_complete(&region, 3);
+    fs_region_complete(&region, 3, false);
     for (int y = 0; y < H; y++) {
         assert_int_equal(region.in[y * W + 10], y >= 6 && y < 22);
         assert_int_equal(region.in[y * W + 12], y >= 4 && y < 22);
         assert_int_equal(region.in[y * W + 9] + region.in[y * W + 16], 0);
     }
+    memset(region.in, 0, sizeof region.in); // head first, as a case mirrors it
+    for (int y = 20; y < 26; y++)
+        for (int x = 10; x < 16; x++) region.in[y * W + x] = y < 24 || (x >= 12 && x < 14);
+    fs_region_complete(&region, 3, true);
+    for (int y = 0; y < H; y++) {
+        assert_int_equal(region.in[y * W + 10], y >= 8 && y < 24);
+        assert_int_equal(region.in[y * W + 12], y >= 8 && y < 26);
+    }
     memset(region.in, 0, sizeof region.in);
-    fs_region_complete(&region, 3);
+    fs_region_complete(&region, 3, false);
     assert_null(memchr(region.in, 1, sizeof region.in));
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_ring_is_filled), cmocka_unit_test(test_what_is_left_out),
-                                       cmocka_unit_test(test_beside_what_is_not_seen),
-                                       cmocka_unit_test(test_bite_is_filled),
-                                       cmocka_unit_test(test_figure_is_completed)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_ring_is_filled),          cmocka_unit_test(test_what_is_left_out),
+        cmocka_unit_test(test_beside_what_is_not_seen), cmocka_unit_test(test_bite_is_filled),
+        cmocka_unit_test(test_parts_are_one),           cmocka_unit_test(test_figure_is_completed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
