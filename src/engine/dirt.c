@@ -47,7 +47,7 @@ enum {
     GRID = SIDE * SIDE,
     ACROSS = 4, // -           of the directions: along the way that the pane is turned, of three to its sides
     SEARCHES = 3 * ACROSS,
-    AGAIN = 4,
+    AGAIN = 3,
     MOVES = 6,
     MOST = 32,
 };

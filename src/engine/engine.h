@@ -126,6 +126,8 @@ typedef struct StepArgs {
     unsigned learn;            // of the camera (LEARN_*)
     double settle;             // factor on the rates of what is learned of the camera
     uint64_t seed;
+    float *residual; // (OCCLUSION_CELLS, 3), written: the photo less its render, tone-mapped, on average over the
+                     // pixels of a cell that are trusted; NULL: nobody asks
 } StepArgs;
 
 typedef struct StepResult {

@@ -2,6 +2,7 @@
 //
 //   I = encode(tau decode(T) + beta decode(R)),  T = T_F for a flash photo, T_N without    (Flash-Splat, section 3)
 //   L = the terms of engine/loss.h
+#include <math.h>
 #include <string.h>
 
 #include "base/threads.h"
@@ -19,8 +20,7 @@ typedef struct StripSums {
     PearsonSums pearson;
     PaneGradient pane;
     CalibrationGradient calibration;
-    float *d_q;          // of the photo's occlusion
-    OcclusionOpen *open; // where nobody stands; NULL: nobody asks
+    float *d_q; // of the photo's occlusion
 } StripSums;
 
 typedef struct Step {
@@ -35,6 +35,8 @@ typedef struct Step {
     PearsonSums pearson;
     void **scratch;    // one per thread
     StripSums *strips; // added up in their order
+    OcclusionSums *open;     // one per strip, as they: R where nobody hides it; NULL: nobody asks
+    OcclusionSums *residual; // and the photo less its render
     int n_strips;
 } Step;
 
@@ -69,6 +71,14 @@ static void add_other(Step *s)
     s->other_linear = fs_scratch_planes(&s->engine->arena, &s->pixels.camera, 3);
 }
 
+static int new_sums(const Step *s, OcclusionSums **sums, FsError *err)
+{
+    *sums = ARENA_NEW(&s->engine->arena, OcclusionSums, s->n_strips);
+    if (!*sums) return fs_error_memory(err);
+    memset(*sums, 0, sizeof **sums * (size_t)s->n_strips);
+    return 0;
+}
+
 static int set_up_strips(Step *s, FsError *err)
 {
     HostEngine *e = s->engine;
@@ -81,18 +91,15 @@ static int set_up_strips(Step *s, FsError *err)
         s->scratch[i] = fs_arena_alloc(&e->arena, fs_photometric_scratch(camera->width));
     if (e->arena.failed) return fs_error_memory(err);
     memset(s->strips, 0, sizeof *s->strips * (size_t)s->n_strips);
+    if (s->args->residual) MUST(new_sums(s, &s->residual, err));
     if (!s->images.occlusion) return 0;
     size_t cells = (size_t)OCCLUSION_CELLS * (size_t)s->n_strips;
     float *d_q = ARENA_NEW(&e->arena, float, cells);
     if (!d_q) return fs_error_memory(err);
     memset(d_q, 0, sizeof *d_q * cells);
     for (int i = 0; i < s->n_strips; i++) s->strips[i].d_q = d_q + (size_t)i * OCCLUSION_CELLS;
-    if (!s->images.R || !(s->args->weight[LOSS_UNSEEN] > 0)) return 0;
-    OcclusionOpen *open = ARENA_NEW(&e->arena, OcclusionOpen, s->n_strips);
-    if (!open) return fs_error_memory(err);
-    memset(open, 0, sizeof *open * (size_t)s->n_strips);
-    for (int i = 0; i < s->n_strips; i++) s->strips[i].open = &open[i];
-    return 0;
+    bool hides = s->images.R && s->args->weight[LOSS_UNSEEN] > 0;
+    return hides ? new_sums(s, &s->open, err) : 0;
 }
 
 // ---- the pixels that are looked at ----
@@ -202,8 +209,8 @@ static void forward_job(void *context, int strip, int worker)
     windows(s, y0, y1, s->scratch[worker]);
     fs_view_images_forward(&s->images, y0, y1);
     k->pixelwise->clipped(&s->pixels.trust, &s->pixels.photo, &s->images.P, &s->mask, y0, y1);
-    if (s->strips[strip].open)
-        k->occlusion->open(s->images.occlusion, &s->images.R->feature, s->strips[strip].open, y0, y1);
+    if (s->open) k->occlusion->open(s->images.occlusion, &s->images.R->feature, &s->open[strip], y0, y1);
+    if (s->residual) k->occlusion->differ(&s->pixels.photo, &s->images.P, &s->mask, &s->residual[strip], y0, y1);
     if (!s->loss.other) return;
     Planes T = fs_view_images_rgb(&s->images.T->feature), other = fs_view_images_rgb(&s->loss.other->feature);
     if (s->T_linear.px != s->images.T_linear.px) k->compose->decode(&T, &s->T_linear, y0, y1);
@@ -241,22 +248,26 @@ static void add_pearson(Step *s)
     }
 }
 
-// What the mirrored scene shall be where it is hidden.
+// The first takes all.
+static void add_sums(OcclusionSums *sums, int n)
+{
+    for (int i = 1; i < n; i++) {
+        for (int k = 0; k < 3 * OCCLUSION_CELLS; k++) sums->rgb[k] += sums[i].rgb[k];
+        for (int k = 0; k < OCCLUSION_CELLS; k++) sums->n[k] += sums[i].n[k], sums->all[k] += sums[i].all[k];
+    }
+}
+
+// What the mirrored scene shall be where it is hidden, and what the photo has beyond its render.
 static int look_around(Step *s, FsError *err)
 {
-    OcclusionOpen *sum = s->strips[0].open;
-    if (!sum) return 0;
+    if (s->residual) add_sums(s->residual, s->n_strips);
+    for (int i = 0; s->residual && i < 3 * OCCLUSION_CELLS; i++)
+        s->args->residual[i] = s->residual->rgb[i] / fmaxf(s->residual->n[i / 3], 1);
+    if (!s->open) return 0;
+    add_sums(s->open, s->n_strips);
     float *around = ARENA_NEW(&s->engine->arena, float, 3 * OCCLUSION_CELLS);
     if (!around) return fs_error_memory(err);
-    for (int i = 1; i < s->n_strips; i++) {
-        const OcclusionOpen *open = s->strips[i].open;
-        for (int k = 0; k < OCCLUSION_CELLS; k++) {
-            for (int c = 0; c < 3; c++) sum->rgb[3 * k + c] += open->rgb[3 * k + c];
-            sum->open[k] += open->open[k];
-            sum->all[k] += open->all[k];
-        }
-    }
-    fs_occlusion_around(sum, around);
+    fs_occlusion_around(s->open, around);
     s->loss.around = around;
     return 0;
 }

@@ -3,7 +3,7 @@
 
 #include "kernels/occlusion_body.h"
 
-const OcclusionKernels fs_occlusion_scalar = {forward, backward, open_cells, apart};
+const OcclusionKernels fs_occlusion_scalar = {forward, backward, open_cells, apart, differ};
 
 // ---- what is around (no twins: cells are few) ----
 
@@ -43,16 +43,15 @@ static void pull(const Level *coarse, Level *fine)
         }
 }
 
-void fs_occlusion_around(const OcclusionOpen *sums, float *around)
+void fs_occlusion_around(const OcclusionSums *sums, float *around)
 {
     enum { LEVELS = 7 }; // to a single cell
     Level level[LEVELS];
     level[0].width = OCCLUSION_WIDTH;
     level[0].height = OCCLUSION_HEIGHT;
     for (int i = 0; i < OCCLUSION_CELLS; i++) {
-        for (int c = 0; c < 3; c++)
-            level[0].rgb[3 * i + c] = sums->open[i] > 0 ? sums->rgb[3 * i + c] / sums->open[i] : 0;
-        level[0].weight[i] = sums->all[i] > 0 ? sums->open[i] / sums->all[i] : 0;
+        for (int c = 0; c < 3; c++) level[0].rgb[3 * i + c] = sums->n[i] > 0 ? sums->rgb[3 * i + c] / sums->n[i] : 0;
+        level[0].weight[i] = sums->all[i] > 0 ? sums->n[i] / sums->all[i] : 0;
     }
     for (int l = 1; l < LEVELS; l++) push(&level[l - 1], &level[l]);
     for (int l = LEVELS - 2; l >= 0; l--) pull(&level[l + 1], &level[l]);

@@ -15,10 +15,10 @@ enum { OCCLUSION_WIDTH = 64, OCCLUSION_HEIGHT = 48, OCCLUSION_CELLS = OCCLUSION_
 #define OCCLUSION_OPEN 0.1f  // q below which nobody stands there,
 #define OCCLUSION_HIDES 0.5f // and above which somebody does
 
-// Of a cell's pixels: sums of R and number where nobody stands, and how many there are.
-typedef struct OcclusionOpen {
-    float rgb[3 * OCCLUSION_CELLS], open[OCCLUSION_CELLS], all[OCCLUSION_CELLS];
-} OcclusionOpen;
+// Of a cell's pixels: sums over those that count, their number, and how many there are.
+typedef struct OcclusionSums {
+    float rgb[3 * OCCLUSION_CELLS], n[OCCLUSION_CELLS], all[OCCLUSION_CELLS];
+} OcclusionSums;
 
 typedef struct OcclusionAroundArgs {
     const float *q;
@@ -34,15 +34,19 @@ typedef struct OcclusionKernels {
     // From dL/dhidden: dL/dbeta (written, in place is allowed); the part of the rows is added to dL/dq.
     void (*backward)(const float *q, const Planes *beta, const Planes *d_hidden, const Planes *d_beta, int y0, int y1,
                      float *d_q);
-    // The part of the rows is added to `sums`.
-    void (*open)(const float *q, const Planes *R, OcclusionOpen *sums, int y0, int y1);
+    // R where nobody stands. The part of the rows is added to `sums`.
+    void (*open)(const float *q, const Planes *R, OcclusionSums *sums, int y0, int y1);
     // L = mean over all pixels and channels of |R - around| where somebody stands. This strip's part of L (not
     // weighted); weight * dL/dR, with `around` as given, is added to d_R.
     double (*apart)(const OcclusionAroundArgs *args, int y0, int y1);
+    // What a photo has beyond a render of it, both of 3 planes, by the weights of its pixels (1 plane). The part of the
+    // rows is added to `sums`.
+    void (*differ)(const Planes *photo, const Planes *render, const Planes *weight, OcclusionSums *sums, int y0,
+                   int y1);
 } OcclusionKernels;
 
 // Writes around, (cells, 3). Where nobody sees anything it is 0.
-void fs_occlusion_around(const OcclusionOpen *sums, float *around);
+void fs_occlusion_around(const OcclusionSums *sums, float *around);
 
 extern const OcclusionKernels fs_occlusion_scalar, fs_occlusion_avx2, fs_occlusion_avx512, fs_occlusion_neon;
 

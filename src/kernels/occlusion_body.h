@@ -65,7 +65,7 @@ static void backward(const float *q, const Planes *beta, const Planes *d_hidden,
     }
 }
 
-static void open_cells(const float *q, const Planes *R, OcclusionOpen *sums, int y0, int y1)
+static void open_cells(const float *q, const Planes *R, OcclusionSums *sums, int y0, int y1)
 {
     float row[OCCLUSION_WIDTH];
     for (int y = y0; y < y1; y++) {
@@ -77,7 +77,24 @@ static void open_cells(const float *q, const Planes *R, OcclusionOpen *sums, int
             sums->all[at]++;
             if (between(row, place(x, R->width, OCCLUSION_WIDTH)) >= OCCLUSION_OPEN) continue;
             for (int c = 0; c < 3; c++) sums->rgb[3 * at + c] += rgb[c][x];
-            sums->open[at]++;
+            sums->n[at]++;
+        }
+    }
+}
+
+static void differ(const Planes *photo, const Planes *render, const Planes *weight, OcclusionSums *sums, int y0, int y1)
+{
+    for (int y = y0; y < y1; y++) {
+        const float *w = fs_planes_row(weight, 0, y);
+        int first = y * OCCLUSION_HEIGHT / photo->height * OCCLUSION_WIDTH;
+        for (int c = 0; c < 3; c++) {
+            const float *a = fs_planes_row(photo, c, y), *b = fs_planes_row(render, c, y);
+            for (int x = 0; x < photo->width; x++)
+                sums->rgb[3 * (first + x * OCCLUSION_WIDTH / photo->width) + c] += w[x] * (a[x] - b[x]);
+        }
+        for (int x = 0; x < photo->width; x++) {
+            sums->n[first + x * OCCLUSION_WIDTH / photo->width] += w[x];
+            sums->all[first + x * OCCLUSION_WIDTH / photo->width]++;
         }
     }
 }

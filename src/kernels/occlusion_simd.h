@@ -4,4 +4,4 @@
 
 #include "kernels/occlusion_body.h"
 
-const OcclusionKernels FS_SIMD_SUFFIX(fs_occlusion) = {forward, backward, open_cells, apart};
+const OcclusionKernels FS_SIMD_SUFFIX(fs_occlusion) = {forward, backward, open_cells, apart, differ};

@@ -105,6 +105,23 @@ static void write_photographer(FILE *f, const json_t *photos)
         shown, 100 * share * (double)n / (double)shown);
 }
 
+// What of the photos was left out, for the others do not show it.
+static void write_passers_by(FILE *f, const json_t *photos)
+{
+    size_t n = 0;
+    double most = 0;
+    for (size_t i = 0; i < json_array_size(photos); i++) {
+        double share = json_number_value(json_object_get(json_array_get(photos, i), "passers_by"));
+        n += share > 0;
+        most = fmax(most, share);
+    }
+    if (!n) return;
+    fprintf(f,
+            "<p><b>%zu</b> photos show something that the others do not, someone who walked by for instance: up to "
+            "<b>%.0f %%</b> of a picture is left out of it.</p>\n",
+            n, ceil(100 * most));
+}
+
 static void write_bars(FILE *f, const json_t *root)
 {
     double share = json_number_value(json_object_get(root, "bars"));
@@ -147,6 +164,7 @@ void fs_learned_write(FILE *f, const char *out)
     write_bars(f, root);
     write_veil(f, model, out);
     write_photographer(f, json_object_get(root, "photos"));
+    write_passers_by(f, json_object_get(root, "photos"));
     write_photos(f, json_object_get(root, "photos"));
     json_decref(model);
     json_decref(root);

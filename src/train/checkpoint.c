@@ -121,6 +121,14 @@ static int each_occlusion(Trainer *trainer, const char *dir, bool write, FsError
     return 0;
 }
 
+// What the photos show that others do not, where it is looked for, and what of them is left out for it.
+static int each_passer(Trainer *trainer, const char *dir, bool write, FsError *err)
+{
+    size_t cells = (size_t)OCCLUSION_CELLS * (size_t)trainer->n_views;
+    MUST(each_array(dir, "residual", (void **)&trainer->residual, 3 * sizeof(float) * cells, write, err));
+    return each_array(dir, "passers", (void **)&trainer->passers, cells, write, err);
+}
+
 static json_t *numbers(const float *x, int n)
 {
     json_t *list = json_array();
@@ -161,6 +169,7 @@ int fs_checkpoint_write(Trainer *trainer, FsError *err)
     TRY(each_statistic(trainer, fresh.text, true, err));
     TRY(each_photo(trainer, fresh.text, true, err));
     TRY(each_occlusion(trainer, fresh.text, true, err));
+    TRY(each_passer(trainer, fresh.text, true, err));
     TRY(write_state(trainer, fresh.text, err));
     fs_owned_remove(old.text);
     if (fs_file_exists(dir.text)) TRY(fs_file_rename(dir.text, old.text, err));
@@ -214,6 +223,7 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
         TRY(each_statistic(trainer, dir.text, false, err));
         TRY(each_photo(trainer, dir.text, false, err));
         TRY(each_occlusion(trainer, dir.text, false, err));
+        TRY(each_passer(trainer, dir.text, false, err));
         TRY(read_state(trainer, dir.text, err));
         rc = 1;
     }

@@ -104,7 +104,7 @@ static bool drawn(const Portrait *p)
 // what was found. In a case they are upside down.
 static void draw(Portrait *p, bool last, bool turned)
 {
-    RegionRule rule = {PORTRAIT_OUTLINE, PORTRAIT_STANDS_OUT, PORTRAIT_GAP, PORTRAIT_LEAST};
+    RegionRule rule = {PORTRAIT_OUTLINE, PORTRAIT_STANDS_OUT, PORTRAIT_GAP, PORTRAIT_LEAST, true};
     p->figure.width = p->figure.height = REGION_SIDE;
     fs_region_find(&p->figure, p->q, &rule);
     if (last) fs_region_complete(&p->figure, PORTRAIT_HEIGHT, turned);
@@ -172,7 +172,7 @@ static double fill(const Portrait *p, const Trainer *trainer, int v)
         int at = portrait_cell(&p->axes[v], &trainer->views[v]->camera, i);
         bool in = at >= 0 && p->figure.in[at], near = at >= 0 && p->near.in[at];
         state->q[i] = near ? p->q[at] : 0;
-        state->cost[i] = in ? -OCCLUSION_COST : near ? OCCLUSION_COST : OCCLUSION_NEVER;
+        state->cost[i] = in ? -PORTRAIT_PULL * OCCLUSION_COST : near ? OCCLUSION_COST : OCCLUSION_NEVER;
         sum += in;
     }
     return sum / OCCLUSION_CELLS;

@@ -101,10 +101,11 @@ void fs_region_find(Region *r, const float *cells, const RegionRule *rule)
     for (int i = 0; i < n; i++) {
         if (r->in[i] != IN) continue;
         bool keep = flood(r, i, LOOKED_AT) >= rule->least && contrast(r, cells, LOOKED_AT) >= rule->stands_out;
+        if (keep && !rule->one) fill(r, LOOKED_AT);
         for (int k = 0; k < n; k++)
             if (r->in[k] == LOOKED_AT) r->in[k] = keep ? KEPT : LEFT_OUT;
     }
-    fill(r, KEPT);
+    if (rule->one) fill(r, KEPT);
     for (int i = 0; i < n; i++) r->in[i] = r->in[i] == KEPT;
 }
 

@@ -13,11 +13,12 @@ typedef struct Region {
 
 // Of the cells (height, width) above the threshold, after a mean over 3 x 3: gaps of up to twice `gap` cells are
 // closed, then those that hang together in fewer than `least` cells are left out, and those whose mean is not
-// `stands_out` above that of what is around them (of cells above 0). What lies between two cells of the others in a row
-// or in a column is filled: they are parts of one figure.
+// `stands_out` above that of what is around them (of cells above 0). What lies between two cells of another one in a
+// row or in a column is filled; `one`: of all the others, which are parts of one figure.
 typedef struct RegionRule {
     float threshold, stands_out;
     int gap, least;
+    bool one;
 } RegionRule;
 void fs_region_find(Region *region, const float *cells, const RegionRule *rule);
 // Every column goes on down to so many widths below the top; upwards: up, above the bottom.

@@ -105,6 +105,7 @@ static int train_loop(Trainer *trainer, FsError *err)
         fs_schedule_step(trainer->set, &trainer->scene, trainer->step, &args);
         args.learn = trainer->learn;
         args.view = fs_views_at_step(trainer, trainer->step);
+        TRY(fs_passers_by_watch(trainer, &args, err));
         const Camera *camera = &trainer->views[args.view]->camera;
         fs_schedule_stride(trainer->set, trainer->halvings, (double)camera->width * camera->height, trainer->budget,
                            args.stride);
@@ -151,19 +152,22 @@ static double covered(const Cloud *T)
 }
 
 // OUT/clouds/photos.json: the factors by which the light of each photo was found to differ, and where the photographer
-// hides the mirrored scene in it; bars: the share of T that does in all of them.
+// hides the mirrored scene in it, which share of it is left out for who walks by; bars: the share of T that does in all
+// of them.
 static int write_photos(const Trainer *trainer, FsError *err)
 {
     json_t *photos = json_array();
     for (int i = 0; i < trainer->n_views; i++) {
         const float *x = trainer->photo[i].x, *w = x + PHOTO_WHITE;
-        double hidden = 0;
+        double hidden = 0, passers = 0;
         for (int k = 0; trainer->occlusion && k < OCCLUSION_CELLS; k++)
             hidden += (double)trainer->occlusion[i].q[k] / OCCLUSION_CELLS;
-        json_t *photo = json_pack("{s:s, s:f, s:f, s:f, s:[fff], s:f}", "name", trainer->views[i]->name, "transmitted",
-                                  exp((double)x[PHOTO_T]), "mirrored", exp((double)x[PHOTO_R]), "flash",
+        for (int k = 0; trainer->passers && k < OCCLUSION_CELLS; k++)
+            passers += (double)trainer->passers[i * OCCLUSION_CELLS + k] / OCCLUSION_CELLS;
+        json_t *photo = json_pack("{s:s, s:f, s:f, s:f, s:[fff], s:f, s:f}", "name", trainer->views[i]->name,
+                                  "transmitted", exp((double)x[PHOTO_T]), "mirrored", exp((double)x[PHOTO_R]), "flash",
                                   exp((double)x[PHOTO_FLASH]), "white_balance", exp((double)w[0]), exp((double)w[1]),
-                                  exp((double)w[2]), "photographer", hidden);
+                                  exp((double)w[2]), "photographer", hidden, "passers_by", passers);
         if (trainer->occlusion) json_object_set_new(photo, "hidden", hidden_in(&trainer->occlusion[i]));
         json_array_append_new(photos, photo);
     }

@@ -65,24 +65,36 @@ enum {
 #define RATE_VEIL 0.075 // experiment  in the veil's units
 
 // The photographer's mirror image (photographer.c).
-#define OCCLUSION_COST 0.01f      // experiment
-#define PORTRAIT_DSSIM 0.25       // experiment  share in the photo term
-#define OCCLUSION_NEVER 1e3f      // -           more than any photo gains by it
-#define PORTRAIT_RATE 0.3f        // experiment  of what a photo changes there
-#define PORTRAIT_STANDS_OUT 0.25f // experiment  of what is around it, so much
-#define PORTRAIT_OUTLINE 0.3f     // experiment  where they end
-#define PORTRAIT_MOST 0.35        // -           of the photos' area; more is what the scenes do not explain
-#define PORTRAIT_REACH 1.1        // -           tangent of how far to the sides it goes
-#define PORTRAIT_HEIGHT 3.0       // -           of the figure, in its widths
-#define PORTRAIT_SHARE 0.25       // -           of the steps, at most, in the first round
+#define OCCLUSION_COST 0.01f     // experiment
+#define PORTRAIT_DSSIM 0.25      // experiment  share in the photo term
+#define OCCLUSION_NEVER 1e3f     // -           more than any photo gains by it
+#define PORTRAIT_RATE 0.3f       // experiment  of what a photo changes there
+#define PORTRAIT_STANDS_OUT 0.3f // experiment  of what is around it, so much
+#define PORTRAIT_OUTLINE 0.3f    // experiment  where they end
+#define PORTRAIT_PULL 0.3f       // experiment  of that cost, towards what is hidden within, while training
+#define PORTRAIT_MOST 0.35       // -           of the photos' area; more is what the scenes do not explain
+#define PORTRAIT_REACH 1.1       // -           tangent of how far to the sides it goes
+#define PORTRAIT_HEIGHT 3.0      // -           of the figure, in its widths
+#define PORTRAIT_SHARE 0.25      // -           of the steps, at most, in the first round
 enum {
     PORTRAIT_SIDE = 100,    // -           pixels of the longer side, at most
     PORTRAIT_VISITS = 16,   // experiment  of each photo in a round
-    PORTRAIT_ROUNDS = 4,    // experiment
+    PORTRAIT_ROUNDS = 2,    // experiment
     PORTRAIT_GAP = 2,       // experiment  cells
     PORTRAIT_NEAR = 3,      // -           cells around the outline, where photos may differ
     PORTRAIT_LEAST = 20,    // -           cells of 16384
     PORTRAIT_UPRIGHT = 100, // -           turns that the vertical is found in
+};
+
+// Who walks by (passers_by.c).
+#define PASSERS_OUTLINE 0.04f     // experiment  tone-mapped: so much of a photo that the scenes do not explain,
+#define PASSERS_STANDS_OUT 0.035f // experiment  and so much more of it than around
+#define PASSERS_MOST 0.25         // -           of a photo; more is something else
+enum {
+    PASSERS_VISITS = 2, // -           of each photo, before the full size
+    PASSERS_GAP = 1,    // experiment  cells
+    PASSERS_LEAST = 40, // experiment  cells of 3072
+    PASSERS_NEAR = 1,   // -           cells around that are left out, too
 };
 
 // --densify fsgs

@@ -26,6 +26,8 @@ typedef struct Trainer {
     TrainState state;          // as last brought down, for checkpoints
     PhotoState *photo;         // (n_views) of the photos, as last brought down
     OcclusionState *occlusion; // (n_views) by the photographer, as last brought down; NULL: not looked for, or nobody
+    float *residual;           // (n_views, OCCLUSION_CELLS, 3) as last seen before the full size; NULL: not yet
+    unsigned char *passers;    // (n_views, OCCLUSION_CELLS) 1: left out of the photo; NULL: nobody walks by
     int *neighbour;            // (N, ENGINE_NEIGHBOURS) of T_N, as the engine has them, or NULL
     int step;                  // steps done
     int first_step;            // at which this run began (a checkpoint's)
@@ -76,6 +78,11 @@ int fs_photographer_steps(const Settings *set, int photos); // that a look takes
 int fs_photographer_find(Trainer *trainer, FsError *err);   // the engine has the scene; it is to have it again
 int fs_photographer_up(Trainer *trainer, FsError *err);     // to all photos that the engine has
 int fs_photographer_down(Trainer *trainer, FsError *err);
+
+// passers_by.c, where the setting of that name looks for them: before the photos get their full size
+int fs_passers_by_watch(Trainer *trainer, StepArgs *args, FsError *err);
+int fs_passers_by_find(Trainer *trainer, FsError *err);
+void fs_passers_by_mask(const Trainer *trainer, int view, Image *photo, Image *mask);
 
 // checkpoint.c
 int fs_checkpoint_write(Trainer *trainer, FsError *err); // of what the engine holds

@@ -46,6 +46,7 @@ static int load_view(const Trainer *trainer, int number, int halvings, FsError *
     Camera camera;
     int rc;
     TRY(fs_views_photo(trainer, number, halvings, &camera, &photo, &mask, err));
+    fs_passers_by_mask(trainer, number, &photo, &mask);
     TRY(fs_engine_load_view(trainer->engine,
                             &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number],
                                           (float)view->flash_gain, (float)view->exposure_gain},
@@ -72,6 +73,7 @@ int fs_views_for_step(Trainer *trainer, int step, FsError *err)
         MUST(fs_engine_photos_down(trainer->engine, trainer->photo, err));
         MUST(fs_photographer_down(trainer, err));
     }
+    if (halvings == 0) MUST(fs_passers_by_find(trainer, err));
     MUST(fs_views_load_halved(trainer, halvings, err));
     fs_log_info(&trainer->project->log, "train: photos of %d pixels from step %d on", trainer->long_edge >> halvings,
                 step + 1);
@@ -119,6 +121,8 @@ void fs_views_free(Trainer *trainer)
     free(trainer->order);
     free(trainer->photo);
     free(trainer->occlusion);
+    free(trainer->residual);
+    free(trainer->passers);
     fs_dataset_free(&trainer->dataset);
 }
 

@@ -53,8 +53,8 @@ class Learned(FolderTest):
             for option in ("--photographer", "--no-photographer"):
                 out = self.dir / f"out{faults}{option}"
                 self.assert_works(run("run", self.scene / "capture/raw", "-o", out, *words, option))
-                photos = json.loads((out / "clouds/photos.json").read_text())["photos"]
-                share = [p["photographer"] for p in photos]
+                share = self.shares_of(out, "photographer")
+                self.assertLess(sum(self.shares_of(out, "passers_by")), 0.01 * len(share))  # nobody does
                 found = bool(faults) and option == "--photographer"
                 self.assertEqual(found, "photographer is mirrored" in (out / "index.html").read_text())
                 self.assertEqual(found, max(share) > 0.03, share)
@@ -76,6 +76,28 @@ class Learned(FolderTest):
         self.assertGreater(with_him["R"], figures["photographer", "--no-photographer"]["R"] + 0.2)
         self.assertGreater(with_him["T_N"], figures["photographer", "--no-photographer"]["T_N"] + 0.5)
         self.assertTrue(clouds["", "--photographer"] == clouds["", "--no-photographer"])  # as if nobody had looked
+
+    def test_passers_by(self):
+        """Someone walks by in six photos of ten."""
+        size = ["--width", 240, "--height", 160, "--photos", 16, "--held-out", 4, "--seed", 36]
+        words = ["--poses", self.scene / "truth/sparse", "--preset", "preview", "--init-count", 8000, "--steps", 1100,
+                 "--no-photographer"]
+        figures = {}
+        self.assert_works(run("synth", "-o", self.scene, *size, "--field", "pedestrian"))
+        for option in ("--passers-by", "--no-passers-by"):
+            self.out = self.dir / f"out{option}"
+            self.assert_works(run("run", self.scene / "capture/raw", "-o", self.out, *words, option))
+            share = self.shares_of(self.out, "passers_by")
+            found = option == "--passers-by"
+            self.assertTrue(not found or sum(s > 0 for s in share) > 3, share)
+            self.assertLess(sum(share) / len(share), 0.04 if found else 1e-9)
+            said = "photos show something that the others do not" in (self.out / "index.html").read_text()
+            self.assertEqual(found, said)
+            figures[option] = self.composite_psnr()
+        self.assertGreater(figures["--passers-by"], figures["--no-passers-by"] + 0.2)
+
+    def shares_of(self, out, what):
+        return [p[what] for p in json.loads((out / "clouds/photos.json").read_text())["photos"]]
 
     def test_bars(self):
         words = ["--poses", self.scene / "truth/sparse", "--preset", "preview", "--steps", 1250, "--max-splats", 12000,

@@ -4,9 +4,9 @@
 enum { W = 83, H = 61 };
 
 typedef struct Case {
-    Planes beta, hidden, d_hidden, d_beta, R, d_R;
+    Planes beta, hidden, d_hidden, d_beta, R, d_R, render;
     float q[OCCLUSION_CELLS], d_q[OCCLUSION_CELLS], around[3 * OCCLUSION_CELLS];
-    OcclusionOpen open;
+    OcclusionSums open, differ;
     double apart;
     const OcclusionKernels *k;
 } Case;
@@ -20,7 +20,8 @@ static Case make(const OcclusionKernels *k)
               .d_hidden = random_planes(W, H, 1, -1, 1, &rng),
               .d_beta = random_planes(W, H, 1, -1, 1, &rng),
               .R = random_planes(W, H, 3, 0, 1, &rng),
-              .d_R = random_planes(W, H, 3, 0, 0, &rng)};
+              .d_R = random_planes(W, H, 3, 0, 0, &rng),
+              .render = random_planes(W, H, 3, 0, 1, &rng)};
     for (int i = 0; i < OCCLUSION_CELLS; i++) {
         c.q[i] = fs_rng_uniform(&rng);
         if (i % OCCLUSION_WIDTH < 20) c.q[i] *= 0.2f; // some of it open
@@ -29,7 +30,7 @@ static Case make(const OcclusionKernels *k)
 }
 static void drop(Case *c)
 {
-    Planes *all[] = {&c->beta, &c->hidden, &c->d_hidden, &c->d_beta, &c->R, &c->d_R};
+    Planes *all[] = {&c->beta, &c->hidden, &c->d_hidden, &c->d_beta, &c->R, &c->d_R, &c->render};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]->px);
 }
 static void run(void *context)
@@ -42,6 +43,8 @@ static void run(void *context)
     fs_planes_zero(&c->d_R, 0, H);
     FOR_STRIPS(H, 8, a, b) c->k->open(c->q, &c->R, &c->open, a, b);
     fs_occlusion_around(&c->open, c->around);
+    memset(&c->differ, 0, sizeof c->differ);
+    FOR_STRIPS(H, 8, a, b) c->k->differ(&c->R, &c->render, &c->beta, &c->differ, a, b);
     FOR_STRIPS(H, 8, a, b) c->apart += c->k->apart(&args, a, b);
     FOR_STRIPS(H, 8, a, b)
     {
@@ -117,23 +120,43 @@ static void check_apart(Case *c)
     }
     double slope = 0.7 * (value[1] - value[0]) / (2 * h);
     CHECK(along > 0.05 && fabs(slope - along) < 0.01 * along, "gradient %g, differences %g", along, slope);
-    for (int i = 0; i < OCCLUSION_CELLS; i++) seen += (double)c->open.open[i], all += (double)c->open.all[i];
+    for (int i = 0; i < OCCLUSION_CELLS; i++) seen += (double)c->open.n[i], all += (double)c->open.all[i];
     CHECK(all == W * H && seen > 0.05 * all && seen < 0.5 * all, "%g of %g pixels are open", seen, all);
     free(none.px);
     free(moved.px);
 }
 
+// The whole, and the last cell.
+static void check_differ(const Case *c)
+{
+    double sum = 0, cells = 0, weights = 0, n = 0;
+    for (int y = 0; y < H; y++)
+        for (int x = 0; x < W; x++) {
+            double w = (double)fs_planes_row(&c->beta, 0, y)[x];
+            sum += w * (double)(fs_planes_row(&c->R, 1, y)[x] - fs_planes_row(&c->render, 1, y)[x]);
+            weights += w;
+        }
+    for (int i = 0; i < OCCLUSION_CELLS; i++) cells += (double)c->differ.rgb[3 * i + 1], n += (double)c->differ.n[i];
+    CHECK(fabs(cells - sum) < 1e-3 && fabs(n - weights) < 1e-2, "%g %g, weights %g %g", cells, sum, n, weights);
+    double corner = 0, last = (double)c->differ.rgb[3 * OCCLUSION_CELLS - 1];
+    for (int j = H - 1; j * OCCLUSION_HEIGHT / H == OCCLUSION_HEIGHT - 1; j--)
+        for (int i = W - 1; i * OCCLUSION_WIDTH / W == OCCLUSION_WIDTH - 1; i--)
+            corner += (double)(fs_planes_row(&c->beta, 0, j)[i] *
+                               (fs_planes_row(&c->R, 2, j)[i] - fs_planes_row(&c->render, 2, j)[i]));
+    CHECK(fabs(last - corner) < 1e-5, "%g, %g", last, corner);
+}
+
 // Open at both sides, 0.2 at the left and 0.6 at the right: between them it rises from the one to the other.
 static void check_around(void)
 {
-    static OcclusionOpen sums;
+    static OcclusionSums sums;
     static float around[3 * OCCLUSION_CELLS];
     fs_occlusion_around(&sums, around);
     for (int i = 0; i < 3 * OCCLUSION_CELLS; i++) CHECK(around[i] == 0, "nobody sees anything: %g", (double)around[i]);
     for (int i = 0; i < OCCLUSION_CELLS; i++) {
         int x = i % OCCLUSION_WIDTH, left = x < 16, right = x >= 48;
         sums.all[i] = 4;
-        sums.open[i] = left || right ? 4 : 0;
+        sums.n[i] = left || right ? 4 : 0;
         for (int c = 0; c < 3; c++) sums.rgb[3 * i + c] = left ? 0.8f : right ? 2.4f : 0;
     }
     fs_occlusion_around(&sums, around);
@@ -155,6 +178,7 @@ int main(int argc, char **argv)
     check_definition(&ref);
     check_apart(&ref);
     check_around();
+    check_differ(&ref);
     FOR_LEVELS(level)
     {
         Case c = make(fs_kernels_at(level).occlusion);
@@ -162,6 +186,8 @@ int main(int argc, char **argv)
         double worst = fmax(planes_difference(&ref.hidden, &c.hidden), planes_difference(&ref.d_beta, &c.d_beta));
         for (int i = 0; i < OCCLUSION_CELLS; i++) worst = fmax(worst, fabs((double)(ref.d_q[i] - c.d_q[i])));
         worst = fmax(worst, fmax(1e3 * planes_difference(&ref.d_R, &c.d_R), fabs(ref.apart - c.apart)));
+        for (int i = 0; i < 3 * OCCLUSION_CELLS; i++)
+            worst = fmax(worst, fabs((double)(ref.differ.rgb[i] - c.differ.rgb[i])));
         for (int i = 0; i < 3 * OCCLUSION_CELLS; i++) worst = fmax(worst, fabs((double)(ref.around[i] - c.around[i])));
         CHECK(worst < 1e-5, "%s: %g", fs_cpu_name(level), worst);
         BENCH("occlusion", level, "pixel", W * H, run, &c);

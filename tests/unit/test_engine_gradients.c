@@ -455,13 +455,57 @@ static void test_unseen_is_what_is_around(void **state)
     assert_true(fabs(first[0] - first[1]) < 1e-5);
 }
 
+// Of a photo that is brighter everywhere than its render, what it has beyond that is all of the loss; its pixels are
+// fewer than cells.
+static void test_residual(void **state)
+{
+    (void)state;
+    static float residual[2][3 * OCCLUSION_CELLS];
+    FOR_DEVICES(d)
+    {
+        Scene scene = make_scene(&kinds[0]);
+        const Camera camera = make_camera();
+        Image photo = {0}, mask = {0};
+        StepResult result;
+        double sum = 0;
+        assert_int_equal(fs_image_new(&photo, W, H, 3, NULL), 0);
+        assert_int_equal(fs_image_new(&mask, W, H, 1, NULL), 0);
+        for (int i = 0; i < W * H; i++) {
+            mask.px[i] = 1;
+            for (int c = 0; c < 3; c++) photo.px[3 * i + c] = 6 + (float)(i % 7);
+        }
+        Engine *engine = open_engine(devices[d], &scene);
+        StepArgs args = make_args(&scene);
+        args.weight[LOSS_DSSIM] = args.weight[LOSS_CONTRAST] = 0;
+        args.residual = residual[d];
+        const EngineView view = {&camera, false, &photo, &mask, unlike, 0, 0};
+        assert_int_equal(fs_engine_load_view(engine, &view, NULL), 0);
+        assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+        for (int i = 0; i < 3 * OCCLUSION_CELLS; i++) {
+            assert_true(residual[d][i] >= 0);
+            sum += (double)residual[d][i] / (3.0 * W * H);
+        }
+        assert_true(fabs(sum - result.loss[LOSS_L1]) < 1e-4 * sum);
+        fs_engine_free(engine);
+        fs_scene_free(&scene);
+        fs_image_free(&photo);
+        fs_image_free(&mask);
+    }
+    for (int i = 0; i < 3 * OCCLUSION_CELLS; i++) assert_true(fabsf(residual[0][i] - residual[1][i]) < 1e-4f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_unseen_is_what_is_around), cmocka_unit_test(test_gradients),
-        cmocka_unit_test(test_gradients_of_numbers),     cmocka_unit_test(test_gradient_of_veil),
-        cmocka_unit_test(test_gradients_of_photo),       cmocka_unit_test(test_gradients_of_occlusion),
-        cmocka_unit_test(test_occlusion_hides_R),        cmocka_unit_test(test_gradients_of_some_pixels),
+        cmocka_unit_test(test_residual),
+        cmocka_unit_test(test_unseen_is_what_is_around),
+        cmocka_unit_test(test_gradients),
+        cmocka_unit_test(test_gradients_of_numbers),
+        cmocka_unit_test(test_gradient_of_veil),
+        cmocka_unit_test(test_gradients_of_photo),
+        cmocka_unit_test(test_gradients_of_occlusion),
+        cmocka_unit_test(test_occlusion_hides_R),
+        cmocka_unit_test(test_gradients_of_some_pixels),
         cmocka_unit_test(test_pixels_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -33,11 +33,11 @@ static void test_ring_is_filled(void **state)
 {
     (void)state;
     memset(cells, 0, sizeof cells);
-    assert_int_equal(find((RegionRule){0.3f, 0.3f, 2, 10}), 0);
+    assert_int_equal(find((RegionRule){0.3f, 0.3f, 2, 10, false}), 0);
     box(10, 8, 24, 22, 1);
     box(13, 11, 21, 19, 0); // the middle
     box(16, 8, 18, 11, 0);  // and a gap in the ring
-    int n = find((RegionRule){0.3f, 0.4f, 2, 10});
+    int n = find((RegionRule){0.3f, 0.4f, 2, 10, false});
     assert_true(n >= 14 * 14 - 16 && n <= 16 * 16);
     assert_true(region.in[15 * W + 17]); // of the middle
     assert_false(region.in[15 * W + 5]);
@@ -50,14 +50,14 @@ static void test_what_is_left_out(void **state)
     box(0, 0, W, H, 0.2f);
     box(5, 5, 15, 15, 0.45f);  // large, and 0.25 above what is around it
     box(30, 20, 33, 23, 1.0f); // stands out, small
-    assert_int_equal(find((RegionRule){0.3f, 0.3f, 1, 30}), 0);
+    assert_int_equal(find((RegionRule){0.3f, 0.3f, 1, 30, false}), 0);
     box(8, 8, 12, 12, 1.0f);
-    assert_true(find((RegionRule){0.3f, 0.3f, 1, 30}) >= 80);
+    assert_true(find((RegionRule){0.3f, 0.3f, 1, 30, false}) >= 80);
     assert_true(region.in[6 * W + 6] && !region.in[21 * W + 31]);
-    assert_true(find((RegionRule){0.3f, 0.3f, 1, 3}) >= 85); // both
+    assert_true(find((RegionRule){0.3f, 0.3f, 1, 3, false}) >= 85); // both
     assert_true(region.in[21 * W + 31]);
     box(0, 0, W, H, 1);
-    assert_int_equal(find((RegionRule){0.3f, 0.3f, 1, 30}), W * H);
+    assert_int_equal(find((RegionRule){0.3f, 0.3f, 1, 30, false}), W * H);
 }
 
 // What nothing is known of (0) does not make its neighbours stand out.
@@ -67,9 +67,9 @@ static void test_beside_what_is_not_seen(void **state)
     memset(cells, 0, sizeof cells);
     box(0, 0, 20, H, 0.3f);
     box(14, 10, 20, 20, 0.4f);
-    assert_int_equal(find((RegionRule){0.35f, 0.15f, 0, 30}), 0);
+    assert_int_equal(find((RegionRule){0.35f, 0.15f, 0, 30, false}), 0);
     box(14, 10, 20, 20, 0.5f);
-    assert_true(find((RegionRule){0.35f, 0.15f, 0, 30}) >= 50);
+    assert_true(find((RegionRule){0.35f, 0.15f, 0, 30, false}) >= 50);
 }
 
 // An arm and a leg, and the belt: what is between them in a row or a column belongs to them, what is beside does not.
@@ -80,7 +80,7 @@ static void test_bite_is_filled(void **state)
     box(10, 5, 24, 10, 1);
     box(10, 10, 15, 20, 1);
     box(10, 20, 24, 24, 1);
-    find((RegionRule){0.3f, 0.3f, 1, 30});
+    find((RegionRule){0.3f, 0.3f, 1, 30, false});
     assert_true(region.in[15 * W + 20] && region.in[15 * W + 12]);
     assert_false(region.in[15 * W + 28]);
     assert_false(region.in[2 * W + 20]);
@@ -93,10 +93,12 @@ static void test_parts_are_one(void **state)
     memset(cells, 0, sizeof cells);
     box(10, 4, 16, 9, 1);
     box(10, 21, 16, 26, 1);
-    find((RegionRule){0.3f, 0.3f, 1, 20});
+    find((RegionRule){0.3f, 0.3f, 1, 20, true});
     for (int y = 6; y < 24; y++) assert_true(region.in[y * W + 12]);
     assert_false(region.in[15 * W + 20]);
     assert_false(region.in[28 * W + 12]);
+    find((RegionRule){0.3f, 0.3f, 1, 20, false}); // two
+    assert_false(region.in[15 * W + 12]);
 }
 
 // Shoulders and a head; 3 of 6 columns are 18 rows from the top.
