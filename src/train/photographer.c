@@ -65,31 +65,43 @@ static void find_vertical(const Trainer *trainer, double up[3])
     }
 }
 
-// Parts of a direction along the vertical and across; returns the length of the latter.
-static double split(const double d[3], const double up[3], double level[3])
+// The part of a direction across the vertical; returns its length.
+static double across_of(const double d[3], const double up[3], double level[3])
 {
     double rise = v3_dot(d, up);
     for (int k = 0; k < 3; k++) level[k] = d[k] - rise * up[k];
     return v3_normalise(level);
 }
 
+// Where a photo looks, on the level: straight down, too, by which of its sides is the upper one.
+static void facing(const Camera *camera, const double up[3], double front[3])
+{
+    const double *ahead = camera->w2c + 8, *down = camera->w2c + 4, sign = v3_dot(ahead, up) < 0 ? -1 : 1;
+    double d[3];
+    for (int k = 0; k < 3; k++) d[k] = ahead[k] + sign * down[k];
+    across_of(d, up, front);
+}
+
 // turned: all photos have axes of their own, turned about the vertical to where they look.
 static void direct(Portrait *p, const Trainer *trainer, bool turned)
 {
-    double up[3], mean[3] = {0}, level[3], across = 0;
+    double up[3], mean[3] = {0}, fronts[3] = {0}, front[3], level[3], across = 0;
     find_vertical(trainer, up);
     for (int v = 0; v < trainer->n_views; v++) {
         const double *ahead = trainer->views[v]->camera.w2c + 8;
-        for (int k = 0; k < 3; k++) mean[k] += ahead[k] / trainer->n_views;
-        across += split(ahead, up, level) / trainer->n_views;
+        facing(&trainer->views[v]->camera, up, front);
+        across += across_of(ahead, up, level) / trainer->n_views;
+        for (int k = 0; k < 3; k++) mean[k] += ahead[k] / trainer->n_views, fronts[k] += front[k];
     }
-    double rise = v3_dot(mean, up), of_mean = split(mean, up, level);
+    if (!turned) across = across_of(mean, up, level);
+    v3_normalise(fronts);
     for (int v = 0; v < trainer->n_views; v++) {
         Axes *a = &p->axes[v];
-        if (turned) split(trainer->views[v]->camera.w2c + 8, up, level);
-        for (int k = 0; k < 3; k++) a->ahead[k] = (turned ? across : of_mean) * level[k] + rise * up[k];
+        memcpy(front, fronts, sizeof front);
+        if (turned) facing(&trainer->views[v]->camera, up, front);
+        for (int k = 0; k < 3; k++) a->ahead[k] = across * front[k] + v3_dot(mean, up) * up[k];
         v3_normalise(a->ahead);
-        v3_cross(level, up, a->right);
+        v3_cross(front, up, a->right);
         v3_normalise(a->right);
         v3_cross(a->right, a->ahead, a->up);
     }
