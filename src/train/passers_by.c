@@ -15,7 +15,8 @@ int fs_passers_by_watch(Trainer *trainer, StepArgs *args, FsError *err)
 {
     const Settings *set = trainer->set;
     int soon = trainer->step + PASSERS_VISITS * trainer->n_views;
-    if (!set->passers_by || trainer->halvings == 0 || soon < set->steps / 4) return 0;
+    bool early = trainer->step < set->steps / 4 || set->steps < PASSERS_STEPS; // much else is not explained
+    if (!set->passers_by || trainer->halvings == 0 || early) return 0;
     if (fs_schedule_halvings(set, trainer->long_edge, soon) > 0) return 0;
     if (!trainer->residual) trainer->residual = calloc((size_t)trainer->n_views, 3 * sizeof(float) * OCCLUSION_CELLS);
     if (!trainer->residual) return fs_error_memory(err);

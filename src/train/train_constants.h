@@ -91,10 +91,11 @@ enum {
 #define PASSERS_STANDS_OUT 0.035f // experiment  and so much more of it than around
 #define PASSERS_MOST 0.25         // -           of a photo; more is something else
 enum {
-    PASSERS_VISITS = 2, // -           of each photo, before the full size
-    PASSERS_GAP = 1,    // experiment  cells
-    PASSERS_LEAST = 40, // experiment  cells of 3072
-    PASSERS_NEAR = 1,   // -           cells around that are left out, too
+    PASSERS_STEPS = 1000, // -           of the training, at least
+    PASSERS_VISITS = 2,   // -           of each photo, before the full size
+    PASSERS_GAP = 1,      // experiment  cells
+    PASSERS_LEAST = 40,   // experiment  cells of 3072
+    PASSERS_NEAR = 1,     // -           cells around that are left out, too
 };
 
 // --densify fsgs
