@@ -79,8 +79,8 @@ class Learned(FolderTest):
 
     def test_passers_by(self):
         """Someone walks by in six photos of ten."""
-        size = ["--width", 240, "--height", 160, "--photos", 16, "--held-out", 4, "--seed", 36]
-        words = ["--poses", self.scene / "truth/sparse", "--preset", "preview", "--init-count", 8000, "--steps", 1100,
+        size = ["--width", 300, "--height", 200, "--photos", 16, "--held-out", 4, "--seed", 36]
+        words = ["--poses", self.scene / "truth/sparse", "--preset", "preview", "--init-count", 8000, "--steps", 1400,
                  "--no-photographer"]
         figures = {}
         self.assert_works(run("synth", "-o", self.scene, *size, "--field", "pedestrian"))
