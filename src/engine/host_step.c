@@ -10,6 +10,7 @@
 #include "engine/scratch.h"
 #include "engine/update.h"
 #include "engine/view_loss.h"
+#include "image/fill.h"
 
 #define STEP_SAMPLES 32768.0 // of the rays of a step through radiance fields
 #define STEP_RAYS 4096.0
@@ -33,8 +34,8 @@ typedef struct Step {
     ViewLoss loss;
     Planes mask, T_linear, other_linear; // both without the pane, for the linearity term
     PearsonSums pearson;
-    void **scratch;    // one per thread
-    StripSums *strips; // added up in their order
+    void **scratch;          // one per thread
+    StripSums *strips;       // added up in their order
     OcclusionSums *open;     // one per strip, as they: R where nobody hides it; NULL: nobody asks
     OcclusionSums *residual; // and the photo less its render
     int n_strips;
@@ -265,10 +266,15 @@ static int look_around(Step *s, FsError *err)
         s->args->residual[i] = s->residual->rgb[i] / fmaxf(s->residual->n[i / 3], 1);
     if (!s->open) return 0;
     add_sums(s->open, s->n_strips);
-    float *around = ARENA_NEW(&s->engine->arena, float, 3 * OCCLUSION_CELLS);
-    if (!around) return fs_error_memory(err);
-    fs_occlusion_around(s->open, around);
-    s->loss.around = around;
+    float *around = s->open->rgb, *share = s->open->n, *room;
+    room = ARENA_NEW(&s->engine->arena, float, fs_fill_room(OCCLUSION_WIDTH, OCCLUSION_HEIGHT, 3));
+    if (!room) return fs_error_memory(err);
+    for (int i = 0; i < OCCLUSION_CELLS; i++) { // a cell of which little is seen is mostly as those around it
+        float pixels = fmaxf(s->open->all[i], 1);
+        for (int c = 0; c < 3; c++) around[3 * i + c] /= pixels;
+        share[i] /= pixels;
+    }
+    if (fs_fill_holes_in(room, around, share, OCCLUSION_WIDTH, OCCLUSION_HEIGHT, 3)) s->loss.around = around;
     return 0;
 }
 

@@ -9,8 +9,8 @@
 #include <string.h>
 
 #include "image/bilinear.h"
+#include "image/fill.h"
 #include "initialise/constants.h"
-#include "initialise/fill.h"
 
 // One scene drawn into one photo: colour and inverse depth, (height, width, 4).
 typedef struct Drawn {

@@ -7,8 +7,8 @@
 #include "base/knn.h"
 #include "base/linalg.h"
 #include "base/rng.h"
+#include "image/fill.h"
 #include "initialise/constants.h"
-#include "initialise/fill.h"
 
 void fs_seeds_free(Seeds *seeds)
 {

@@ -4,7 +4,7 @@
 //   beta' = (1 - q) beta.
 //
 // What no photo sees of the mirrored scene nothing tells: there it shall be what is around it. around: what a render R
-// has where nobody stands, in cells, and from there carried on to the others (pull-push interpolation).
+// has where nobody stands, in cells, and from there carried on to the others (image/fill.h).
 #ifndef FS_KERNELS_OCCLUSION_H
 #define FS_KERNELS_OCCLUSION_H
 
@@ -44,9 +44,6 @@ typedef struct OcclusionKernels {
     void (*differ)(const Planes *photo, const Planes *render, const Planes *weight, OcclusionSums *sums, int y0,
                    int y1);
 } OcclusionKernels;
-
-// Writes around, (cells, 3). Where nobody sees anything it is 0.
-void fs_occlusion_around(const OcclusionSums *sums, float *around);
 
 extern const OcclusionKernels fs_occlusion_scalar, fs_occlusion_avx2, fs_occlusion_avx512, fs_occlusion_neon;
 

@@ -444,6 +444,10 @@ static void test_unseen_is_what_is_around(void **state)
             if (args.step == 1) first[d] = result.loss[LOSS_UNSEEN];
         }
         assert_true(first[d] > 0.01 && result.loss[LOSS_UNSEEN] < 0.8 * first[d]);
+        for (int i = 0; i < OCCLUSION_CELLS; i++) left.q[i] = 1; // there is nothing around that it could be
+        assert_int_equal(fs_engine_occlusion_up(engine, 0, &left, NULL), 0);
+        assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+        assert_true(result.loss[LOSS_UNSEEN] == 0);
         assert_int_equal(fs_engine_scene_down(engine, 1u << LAYER_T_N | 1u << LAYER_R, &after, NULL), 0);
         for (int i = 0; i < 3 * scene.cloud[LAYER_T_N].n; i++)
             assert_true(fabsf(after.cloud[LAYER_T_N].field[CLOUD_COLORS][i] -

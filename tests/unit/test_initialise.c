@@ -6,11 +6,11 @@
 #include <cmocka.h>
 #include <string.h>
 
+#include "image/fill.h"
 #include "initialise/constants.h"
 #include "initialise/cue.h"
 #include "initialise/depth_cue.h"
 #include "initialise/stereo.h"
-#include "initialise/fill.h"
 #include "initialise/light.h"
 #include "initialise/first_colors.h"
 #include "initialise/seeds.h"

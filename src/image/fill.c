@@ -1,7 +1,8 @@
-#include "initialise/fill.h"
+#include "image/fill.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "image/bilinear.h"
 
@@ -46,34 +47,55 @@ static void pull(const Level *coarse, Level *fine, int channels)
         }
 }
 
-int fs_fill_holes(float *value, const float *weight, int width, int height, int channels, bool *any, FsError *err)
+// The next level's size.
+static int half(int side)
 {
-    Level level[LEVELS_MAX] = {{width, height, value, NULL}};
+    return (side + 1) / 2;
+}
+
+size_t fs_fill_room(int width, int height, int channels)
+{
+    size_t floats = (size_t)width * (size_t)height; // weights of the finest level; the others have values, too
+    while (width > 1 || height > 1) {
+        width = half(width);
+        height = half(height);
+        floats += (size_t)width * (size_t)height * ((size_t)channels + 1);
+    }
+    return floats;
+}
+
+bool fs_fill_holes_in(float *room, float *value, const float *weight, int width, int height, int channels)
+{
+    Level level[LEVELS_MAX] = {{width, height, value, room}};
     size_t n = (size_t)width * (size_t)height;
-    int levels = 1, rc = 0;
-    level[0].weight = malloc(sizeof(float) * n);
-    if (!level[0].weight) return fs_error_memory(err);
-    *any = false;
+    int levels = 1;
+    bool any = false;
     for (size_t i = 0; i < n; i++) {
-        level[0].weight[i] = fminf(weight[i], 1);
-        *any |= weight[i] > 0;
+        room[i] = fminf(weight[i], 1);
+        any |= weight[i] > 0;
         for (int c = 0; c < channels && weight[i] > 0; c++) value[i * (size_t)channels + (size_t)c] /= weight[i];
     }
+    room += n;
     while (levels < LEVELS_MAX && (level[levels - 1].width > 1 || level[levels - 1].height > 1)) {
         Level *fine = &level[levels - 1], *coarse = &level[levels++];
-        coarse->width = (fine->width + 1) / 2;
-        coarse->height = (fine->height + 1) / 2;
+        coarse->width = half(fine->width);
+        coarse->height = half(fine->height);
         n = (size_t)coarse->width * (size_t)coarse->height;
-        coarse->value = calloc(n * (size_t)channels, sizeof(float));
-        coarse->weight = calloc(n, sizeof(float));
-        if (!coarse->value || !coarse->weight) TRY(fs_error_memory(err));
+        coarse->value = room;
+        coarse->weight = room + n * (size_t)channels;
+        memset(room, 0, sizeof *room * n * ((size_t)channels + 1));
+        room += n * ((size_t)channels + 1);
         push(fine, coarse, channels);
     }
     for (int l = levels - 2; l >= 0; l--) pull(&level[l + 1], &level[l], channels);
-fail:
-    for (int l = 0; l < levels; l++) {
-        if (l > 0) free(level[l].value);
-        free(level[l].weight);
-    }
-    return rc;
+    return any;
+}
+
+int fs_fill_holes(float *value, const float *weight, int width, int height, int channels, bool *any, FsError *err)
+{
+    float *room = malloc(sizeof *room * fs_fill_room(width, height, channels));
+    if (!room) return fs_error_memory(err);
+    *any = fs_fill_holes_in(room, value, weight, width, height, channels);
+    free(room);
+    return 0;
 }
