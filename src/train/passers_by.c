@@ -11,12 +11,27 @@
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
+// In few steps much else is not explained either.
+static bool can_look(const Trainer *trainer)
+{
+    return trainer->set->steps >= PASSERS_STEPS && fs_schedule_halvings(trainer->set, trainer->long_edge, 0) > 0;
+}
+
+void fs_passers_by_announce(const Trainer *trainer)
+{
+    if (trainer->set->passers_by && !can_look(trainer))
+        fs_log_info(&trainer->project->log,
+                    "train: does not look for who walks by: that wants %d steps, and photos that begin smaller "
+                    "(--levels)",
+                    PASSERS_STEPS);
+}
+
 int fs_passers_by_watch(Trainer *trainer, StepArgs *args, FsError *err)
 {
     const Settings *set = trainer->set;
     int soon = trainer->step + PASSERS_VISITS * trainer->n_views;
-    bool early = trainer->step < set->steps / 4 || set->steps < PASSERS_STEPS; // much else is not explained
-    if (!set->passers_by || trainer->halvings == 0 || early) return 0;
+    bool early = trainer->step < set->steps / 4;
+    if (!set->passers_by || !can_look(trainer) || trainer->halvings == 0 || early) return 0;
     if (fs_schedule_halvings(set, trainer->long_edge, soon) > 0) return 0;
     if (!trainer->residual) trainer->residual = calloc((size_t)trainer->n_views, 3 * sizeof(float) * OCCLUSION_CELLS);
     if (!trainer->residual) return fs_error_memory(err);

@@ -192,6 +192,7 @@ int fs_train_run(FsProject *project, FsError *err)
     TRY(fs_project_begin(project, FS_STAGE_TRAIN, NULL, 0, err));
     TRY(fs_progress_log_rewind(&trainer, err));
     if (!resumed) TRY(look_around(&trainer, err));
+    fs_passers_by_announce(&trainer);
     TRY(train_loop(&trainer, err));
     TRY(fs_checkpoint_write(&trainer, err));
     fix_unit_of_R(&trainer.scene);

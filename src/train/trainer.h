@@ -80,6 +80,7 @@ int fs_photographer_up(Trainer *trainer, FsError *err);     // to all photos tha
 int fs_photographer_down(Trainer *trainer, FsError *err);
 
 // passers_by.c, where the setting of that name looks for them: before the photos get their full size
+void fs_passers_by_announce(const Trainer *trainer); // says where they are not looked for
 int fs_passers_by_watch(Trainer *trainer, StepArgs *args, FsError *err);
 int fs_passers_by_find(Trainer *trainer, FsError *err);
 void fs_passers_by_mask(const Trainer *trainer, int view, Image *photo, Image *mask);
