@@ -122,7 +122,7 @@ class Job(unittest.TestCase):
         self.assertIn("20261125", (out / "index.html").read_text())
 
     def test_says_what_it_does_not_look_for(self):
-        for what in ("the mirror image of who takes the photos", "bars before the glass"):
+        for what in ("the mirror image of who takes the photos", "bars before the glass", "who walks by"):
             self.assertRegex(self.log, rf"does not look for {what}.*: that wants \d+ (steps|photos)")
 
     def test_run_names_the_files_to_open(self):
