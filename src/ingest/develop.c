@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "base/file.h"
+#include "image/tone.h"
 #include "ingest/develop.h"
 #include "ingest/photo_mask.h"
 
@@ -28,14 +29,16 @@ static int level(PhotoFile *photo, const PhotoSizes *sizes, Image *working, Imag
     photo->orig_height = turned ? sizes->width : sizes->height;
     photo->width = working->width;
     photo->height = working->height;
-    double sum = 0, lost = 0;
+    double sum = 0, toned = 0, lost = 0;
     for (size_t i = 0; i < fs_image_values(working); i++) {
         working->px[i] *= (float)photo->gain;
         sum += working->px[i];
+        toned += fs_tone_encode(working->px[i]);
     }
     trust(mask);
     for (size_t i = 0; i < fs_image_pixels(mask); i++) lost += 1 - mask->px[i];
     photo->mean = sum / (double)fs_image_values(working);
+    photo->brightness = toned / (double)fs_image_values(working);
     photo->clipped = lost / (double)fs_image_pixels(mask);
     return 0;
 }

@@ -22,6 +22,7 @@ typedef struct SmallViews {
     double focal_px;                      // mean
 } SmallViews;
 
+// As bright as the dataset was lifted.
 int fs_small_views_load(SmallViews *views, const char *out, const Dataset *dataset, int long_edge, FsError *err);
 // Fills in what follows from the cameras (centres, mean orientation, extent) once `view` is filled.
 void fs_small_views_finish(SmallViews *views);

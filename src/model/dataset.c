@@ -7,9 +7,11 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "base/memory.h"
+#include "image/tone.h"
 #include "model/project.h"
 
 #define MAX_VIEWS 1000000
+#define MOST_LIFT 16 // 4 stops
 
 void fs_dataset_free(Dataset *dataset)
 {
@@ -69,6 +71,26 @@ double fs_dataset_extent(const Dataset *dataset, double centre[3])
     return fs_camera_extent(first, sizeof *dataset->view, dataset->n, centre);
 }
 
+double fs_dataset_lift(Dataset *dataset, double brightness)
+{
+    double sum = 0;
+    int n = 0;
+    for (int i = 0; i < dataset->n; i++) {
+        const View *view = &dataset->view[i];
+        if (view->held_out || view->brightness <= 0) continue;
+        sum += view->brightness;
+        n++;
+    }
+    if (n == 0 || brightness <= 0) return 1;
+    double lift = fmin(fmax((double)fs_tone_decode((float)(brightness * n / sum)), 1), MOST_LIFT);
+    for (int i = 0; i < dataset->n; i++) {
+        View *view = &dataset->view[i];
+        view->lift = lift;
+        view->exposure_gain = (view->exposure_gain > 0 ? view->exposure_gain : 1) * lift;
+    }
+    return lift;
+}
+
 static json_t *lens_to_json(const Lens *lens)
 {
     int n = 0;
@@ -87,11 +109,11 @@ static json_t *view_to_json(const View *view)
         json_array_append_new(
             rows, json_pack("[ffff]", c->w2c[4 * i], c->w2c[4 * i + 1], c->w2c[4 * i + 2], c->w2c[4 * i + 3]));
     json_array_append_new(rows, json_pack("[ffff]", 0.0, 0.0, 0.0, 1.0));
-    return json_pack("{s:s, s:b, s:b, s:b, s:f, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o, s:o*}", "name", view->name,
+    return json_pack("{s:s, s:b, s:b, s:b, s:f, s:f, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o, s:o*}", "name", view->name,
                      "flash", view->flash, "held_out", view->held_out, "encoded", view->encoded, "flash_gain",
-                     view->flash_gain, "exposure_gain", view->exposure_gain, "width", c->width, "height", c->height,
-                     "fx", c->fx, "fy", c->fy, "cx", c->cx, "cy", c->cy, "w2c", rows, "lens",
-                     view->distorted ? lens_to_json(&view->lens) : NULL);
+                     view->flash_gain, "exposure_gain", view->exposure_gain, "brightness", view->brightness, "width",
+                     c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx, "cy", c->cy, "w2c", rows,
+                     "lens", view->distorted ? lens_to_json(&view->lens) : NULL);
 }
 
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err)
@@ -159,6 +181,7 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
     if (!get_number(object, "exposure_gain", &view.exposure_gain) ||
         !(view.exposure_gain > 1e-3 && view.exposure_gain < 1e3))
         view.exposure_gain = 0;
+    if (!get_number(object, "brightness", &view.brightness) || !(view.brightness > 0)) view.brightness = 0;
     view.encoded = json_is_true(json_object_get(object, "encoded"));
     const char *wanted = camera_from_json(object, &view.camera);
     const json_t *lens = json_object_get(object, "lens");
@@ -212,6 +235,7 @@ int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image 
     }
     TRY(fs_tiff_read(path.text, photo, err));
     TRY(check_picture(path.text, photo, 3, view, err));
+    for (size_t i = 0; view->lift > 0 && i < fs_image_values(photo); i++) photo->px[i] *= (float)view->lift;
     path = fs_file_at("%s/images/%s_mask.png", out, view->name);
     if (mask) TRY(fs_png_read(path.text, mask, err));
     if (mask) TRY(check_picture(path.text, mask, 1, view, err));

@@ -11,6 +11,8 @@ typedef struct View {
     bool encoded;         // came as display values (JPEG), linearised by a guess: its camera's response is not known
     double flash_gain;    // of the flash's light in it, by its exposure; 0: not told, as in the others
     double exposure_gain; // what its values were multiplied with, to the others' exposure; 0: not told, 1
+    double brightness;    // mean of its tone-mapped values; 0: not told
+    double lift;          // what fs_dataset_load_view multiplies its values with; 0: 1
     Camera camera;        // of the working image
     bool distorted;       // the photo is not as the pinhole camera would have taken it, but
     Lens lens;            // this lens, at the size of the working image
@@ -25,10 +27,13 @@ void fs_dataset_free(Dataset *dataset);
 int fs_dataset_append(Dataset *dataset, const View *view, FsError *err); // copies name
 int fs_dataset_find(const Dataset *dataset, const char *name);           // by stem; -1 when missing
 double fs_dataset_extent(const Dataset *dataset, double centre[3]); // of the cameras: their mean, most distance from it
-// JSON: {"views": [{"name","flash","held_out","encoded","flash_gain","exposure_gain" (the last three may be
-// missing),"width","height","fx","fy","cx","cy","w2c": 4x4, and of distorted photos "lens":
+// JSON: {"views": [{"name","flash","held_out","encoded","flash_gain","exposure_gain","brightness" (the last four may
+// be missing),"width","height","fx","fy","cx","cy","w2c": 4x4, and of distorted photos "lens":
 // {"model","width","height","params"}}]}
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err);
 int fs_dataset_read(Dataset *dataset, const char *path, FsError *err); // also truth/cameras.json ("images": [...])
+// Has all photos loaded so much brighter that the mean of those to train on is at `brightness` at least (0: as they
+// are): underexposed ones are fitted no worse. Returns the factor on their light, which exposure_gain then holds too.
+double fs_dataset_lift(Dataset *dataset, double brightness);
 // Photo and mask (1 channel, 1 = trusted; may be NULL) of one view out of OUT/images.
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err);

@@ -28,6 +28,7 @@ typedef struct PhotoFile {
     int width, height, orig_width, orig_height; // upright
     double clipped;                             // fraction of the working image
     double mean;                                // of the working image's linear values
+    double brightness;                          // mean of its tone-mapped values
 
     // for findings.h
     Look look;

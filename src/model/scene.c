@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "base/json_file.h"
 #include "base/owned.h"
+#include "image/tone.h"
 #include "model/project.h"
 
 #define VERSION 2 // 1: flash_return was a constant factor on R
@@ -26,6 +27,18 @@ void fs_scene_free(Scene *scene)
     fs_radiance_free(&scene->field);
     fs_image_free(&scene->veil.light);
     *scene = (Scene){0};
+}
+
+void fs_scene_lift(Scene *scene, double factor)
+{
+    const Layer lit[] = {LAYER_T_F, LAYER_T_N, LAYER_R};
+    float toned = fs_tone_encode((float)factor);
+    for (size_t l = 0; l < sizeof lit / sizeof *lit; l++) {
+        Cloud *cloud = &scene->cloud[lit[l]];
+        for (size_t i = 0; i < 3 * (size_t)cloud->n; i++) cloud->field[CLOUD_COLORS][i] *= toned;
+    }
+    for (size_t i = 0; i < fs_image_values(&scene->veil.light); i++) scene->veil.light.px[i] *= (float)factor;
+    scene->veil.unit *= factor;
 }
 
 int fs_scene_copy(Scene *to, const Scene *from, FsError *err)

@@ -65,6 +65,8 @@ int fs_scene_read(Scene *scene, const char *dir, FsError *err);
 // Light that a response (kernels/calibration.h; FS_OPTICS_KNOTS) brings to the photos' white, at least 1: scenes hold
 // highlights as bright as that, which a camera's curve has pressed together.
 float fs_scene_white(const double response[]);
+// Multiplies the light of the clouds and the veil; nothing of a radiance field.
+void fs_scene_lift(Scene *scene, double factor);
 int fs_scene_copy(Scene *to, const Scene *from, FsError *err);
 Separation fs_scene_separation(const char *name); // SEPARATIONS when there is none of that name
 

@@ -81,6 +81,9 @@ static const FsOption table[] = {
          "what parts the two scenes' points before training: how much the flash raises each one's contrast; or for "
          "comparisons one depth, up to which photos with the flash find more points, as the paper's program does; or "
          "nothing, they are dealt to both by turns"),
+    FLOAT("brightness", brightness, INITIALISE | TRAIN, "0.62", 0, 1, "X",
+          "mean of the photos' tone-mapped values to which darker ones are raised while clouds are fitted to them; 0: "
+          "as they are"),
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
     INT("steps", steps, TRAIN, "3400", 1, 1000000, "N", "training steps"),
@@ -258,7 +261,8 @@ static const struct {
     {"paper", "gain-smooth", "0"},   {"paper", "gain-push", "0"},        {"paper", "opaque", "0"},
     {"paper", "settle", "0"},        {"paper", "photo-light", "false"},  {"paper", "vignetting", "false"},
     {"paper", "response", "as-is"},  {"paper", "photographer", "false"}, {"paper", "contrast", "0"},
-    {"paper", "bars", "false"},     {"paper", "passers-by", "false"},     {"paper", "dirt", "false"},          {"paper", "flash-cue", "depth"},
+    {"paper", "bars", "false"},     {"paper", "passers-by", "false"},     {"paper", "dirt", "false"},        {"paper", "brightness", "0"},
+             {"paper", "flash-cue", "depth"},
     {"nerf", "model", "field"},             {"nerf", "separation", "none"},       {"nerf", "long-edge", "300"},
     {"nerf", "steps", "16000"},             {"nerf", "levels", "1"},              {"nerfren", "model", "field"},
     {"nerfren", "separation", "flashless"}, {"nerfren", "long-edge", "300"},      {"nerfren", "steps", "12000"},
@@ -431,6 +435,11 @@ double fs_settings_number(const Settings *settings, const char *name)
 {
     const FsOption *option = find(name);
     return option && option->type == FS_OPTION_FLOAT ? *(const double *)member(settings, option) : 0;
+}
+
+double fs_settings_brightness(const Settings *settings)
+{
+    return strcmp(settings->model, "field") == 0 ? 0 : settings->brightness;
 }
 
 FsSettings *fs_settings_new(void)

@@ -23,7 +23,7 @@ typedef struct FsSettings {
     bool resume;
     char *model, *separation, *lighting, *geometry, *beta, *densify;
     double rgb_weight, dssim, contrast, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg,
-        means_rate, scales_rate, slope_floor, darkest, rate_scale, gain_push, opaque, unseen, spread, way_smooth,
+        means_rate, scales_rate, slope_floor, brightness, darkest, rate_scale, gain_push, opaque, unseen, spread, way_smooth,
         way_both, photo_reg, response_smooth, settle;
     bool photo_light, vignetting, photographer, passers_by, bars, dirt; // learned
     char *response;
@@ -56,5 +56,6 @@ int fs_settings_copy(Settings *to, const Settings *from, FsError *err); // deep;
 void fs_settings_clear(Settings *settings);
 bool fs_settings_was_set(const Settings *settings, const char *name);  // by the user, not by default or preset
 double fs_settings_number(const Settings *settings, const char *name); // of an option of type FLOAT
+double fs_settings_brightness(const Settings *settings); // 0 where it could not be undone: of radiance fields
 // The settings of the given stages as a JSON object text (caller frees), NULL when out of memory.
 char *fs_settings_json(const Settings *settings, unsigned stages);

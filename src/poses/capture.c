@@ -49,6 +49,7 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
     const char *quality = json_string_value(json_object_get(object, "quality"));
     *photo = (Photo){.flash_gain = gain_of(object, "flash_gain"),
                      .exposure_gain = gain_of(object, "exposure_gain"),
+                     .brightness = fmax(json_number_value(json_object_get(object, "brightness")), 0),
                      .flash = json_is_true(json_object_get(object, "flash")),
                      .encoded = quality && strcmp(quality, "reduced") == 0,
                      .width = (int)w,

@@ -36,7 +36,10 @@ static int load_scene(Trainer *trainer, FsError *err)
         if (resumed) fs_log_info(&project->log, "train: goes on from the checkpoint at step %d", trainer->step);
         if (!resumed) fs_log_info(&project->log, "train: no checkpoint to resume; begins at step 0");
     }
-    if (!resumed) TRY(fs_scene_read(&trainer->scene, fs_file_at("%s/start", project->out).text, err));
+    if (!resumed) {
+        TRY(fs_scene_read(&trainer->scene, fs_file_at("%s/start", project->out).text, err));
+        fs_scene_lift(&trainer->scene, trainer->lift);
+    }
     TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
     if (resumed) TRY(fs_engine_state_up(trainer->engine, &trainer->state, err));
     TRY(send_neighbours(trainer, err));
@@ -196,6 +199,7 @@ int fs_train_run(FsProject *project, FsError *err)
     TRY(train_loop(&trainer, err));
     TRY(fs_checkpoint_write(&trainer, err));
     fix_unit_of_R(&trainer.scene);
+    fs_scene_lift(&trainer.scene, 1 / trainer.lift);
     TRY(fs_file_mkdirs(clouds.text, err));
     TRY(fs_scene_write(&trainer.scene, clouds.text, err));
     TRY(write_photos(&trainer, err));

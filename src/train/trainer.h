@@ -31,6 +31,7 @@ typedef struct Trainer {
     int *neighbour;            // (N, ENGINE_NEIGHBOURS) of T_N, as the engine has them, or NULL
     int step;                  // steps done
     int first_step;            // at which this run began (a checkpoint's)
+    double lift;               // of the photos' light, and so of the scene's
     double begin;              // of this run, seconds on the monotonic clock
     double seconds;            // that the steps before it took
     StepResult last;

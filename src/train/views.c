@@ -99,6 +99,7 @@ int fs_views_load(Trainer *trainer, FsError *err)
     trainer->order = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->order);
     trainer->photo = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->photo);
     trainer->epoch = trainer->halvings = -1;
+    trainer->lift = fs_dataset_lift(&trainer->dataset, fs_settings_brightness(trainer->set));
     if (!trainer->views || !trainer->order || !trainer->photo) TRY(fs_error_memory(err));
     for (int i = 0; i < trainer->dataset.n; i++)
         if (wanted(&trainer->dataset.view[i], trainer->set->lighting)) add_view(trainer, &trainer->dataset.view[i]);

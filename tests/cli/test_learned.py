@@ -239,6 +239,28 @@ class Learned(FolderTest):
         self.assertTrue(all(p["flash"] == p["mirrored"] == p["transmitted"] == 1 for p in photos.values()))
         self.assertNotIn("corners of the photos", (self.out / "index.html").read_text())
 
+    def test_under(self):
+        """Photos 4 stops darker: nearly as good a separation, that much darker, however bright training sees them."""
+        light, figures = {}, {}
+        for faults in ("under=4", ""):
+            self.assert_works(run("synth", "-o", self.scene, *SIZE, *(["--field", faults] if faults else [])))
+            for options in ((), ("--brightness", "0")):
+                self.train("raw", "--force", *options)
+                self.assert_works(run("render", self.out, "--output", self.dir / "views", "--cameras",
+                                      self.scene / "truth/cameras.json", "--layers", "T_N,R", "--force"))
+                report = self.dir / "report.json"
+                self.assert_works(run("evaluate", self.out, self.scene / "truth", "--output", self.dir / "views",
+                                      "--views", "held_out", "--json", report))
+                layers = next(iter(json.loads(report.read_text())["methods"].values()))["layers"]
+                figures[faults, options] = layers["T_N"]["psnr_gain"] + layers["R"]["psnr_gain"]
+                pictures = [cv2.imread(str(p)) for p in sorted((self.dir / "views/T_N").glob("TEST*"))]
+                light[faults, options] = numpy.mean((numpy.array(pictures) / 255) ** (1 / 0.22))
+        for options in ((), ("--brightness", "0")):
+            self.assertLess(abs(math.log2(light["", options] / light["under=4", options]) - 4), 0.2, light)
+        self.assertGreater(figures["under=4", ()], figures["", ()] - 2, figures)
+        self.assertNotEqual(figures["under=4", ()], figures["under=4", ("--brightness", "0")])
+        self.assertEqual(figures["", ()], figures["", ("--brightness", "0")])  # bright enough
+
     def test_shutter(self):
         truth = self.make("shutter=0.9")
         process = run("run", self.scene / "capture/raw", "-o", self.out, "--poses", self.scene / "truth/sparse", *TRAIN, "--steps", 20)

@@ -325,6 +325,41 @@ static void test_dataset(void **state)
     free(path);
 }
 
+// The photos to train on are brought to the brightness asked for, at most to 16 times their light, and the others too.
+static void test_lift(void **state)
+{
+    char *path = fs_file_path("%s/views.json", (char *)*state);
+    Dataset d = {0}, again;
+    for (int i = 0; i < 3; i++) {
+        View v = {.name = (char *)(const char *[]){"a", "b", "c"}[i],
+                  .held_out = i == 2,
+                  .brightness = (const double[]){0.4, 0.6, 0.1}[i],
+                  .exposure_gain = i == 1 ? 2 : 0,
+                  .camera = {3, 2, 5, 5, 1, 1, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}};
+        assert_int_equal(fs_dataset_append(&d, &v, NULL), 0);
+    }
+    assert_int_equal(fs_dataset_write(&d, path, NULL), 0);
+    assert_int_equal(fs_dataset_read(&again, path, NULL), 0);
+    assert_true(fs_dataset_lift(&d, 0) == 1 && d.view[1].exposure_gain == 2);
+    double lift = fs_dataset_lift(&d, 0.6); // from a mean of 0.5
+    assert_float_equal(pow(lift, 0.22), 0.6 / 0.5, 1e-6);
+    assert_true(d.view[0].exposure_gain == lift && d.view[1].exposure_gain == 2 * lift && d.view[2].lift == lift);
+    assert_true(fs_dataset_lift(&again, 1) == 16);
+
+    Image photo, dark;
+    assert_int_equal(fs_image_new(&dark, 3, 2, 3, NULL), 0);
+    for (size_t i = 0; i < fs_image_values(&dark); i++) dark.px[i] = (float)i / 16;
+    assert_int_equal(fs_file_mkdirs(fs_file_at("%s/images", (char *)*state).text, NULL), 0);
+    assert_int_equal(fs_tiff_write_float(fs_file_at("%s/images/a.tif", (char *)*state).text, &dark, NULL), 0);
+    assert_int_equal(fs_dataset_load_view(*state, &again.view[0], &photo, NULL, NULL), 0);
+    for (size_t i = 0; i < fs_image_values(&dark); i++) assert_true(photo.px[i] == (float)i);
+    fs_image_free(&photo);
+    fs_image_free(&dark);
+    fs_dataset_free(&again);
+    fs_dataset_free(&d);
+    free(path);
+}
+
 // What lies on the border of the photo lies in the wider picture, some of it near its border.
 static void check_widening(const Lens *lens)
 {
@@ -394,6 +429,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_wrong_text, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_transforms, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_dataset, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_lift, temp_dir_make, temp_dir_remove),
         cmocka_unit_test(test_lenses),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

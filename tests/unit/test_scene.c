@@ -11,6 +11,7 @@
 #include "base/owned.h"
 
 #include "base/rng.h"
+#include "image/tone.h"
 #include "model/scene.h"
 #include "temp_dir.h"
 
@@ -104,6 +105,33 @@ static void test_round_trip(void **state)
     }
     free(stale);
     free(dir);
+}
+
+// A quarter of the light in all that a scene holds, and back.
+static void test_lift(void **state)
+{
+    (void)state;
+    const Layer lit[] = {LAYER_T_F, LAYER_T_N, LAYER_R};
+    Scene a, b;
+    make_separate(&a);
+    add_veil(&a);
+    assert_int_equal(fs_scene_copy(&b, &a, NULL), 0);
+    fs_scene_lift(&b, 0.25);
+    for (int l = 0; l < 3; l++)
+        for (int i = 0; i < 3 * a.cloud[lit[l]].n; i++) {
+            float was = fs_tone_decode(a.cloud[lit[l]].field[CLOUD_COLORS][i]);
+            assert_float_equal(fs_tone_decode(b.cloud[lit[l]].field[CLOUD_COLORS][i]), 0.25f * was, 1e-4 * was);
+        }
+    for (size_t i = 0; i < fs_image_values(&a.veil.light); i++)
+        assert_float_equal(b.veil.light.px[i], a.veil.light.px[i] / 4, 1e-9);
+    assert_true(b.veil.unit == a.veil.unit / 4);
+    assert_memory_equal(a.cloud[LAYER_BETA].field[CLOUD_COLORS], b.cloud[LAYER_BETA].field[CLOUD_COLORS],
+                        sizeof(float) * (size_t)a.cloud[LAYER_BETA].n);
+    fs_scene_lift(&b, 4);
+    for (int i = 0; i < 3 * a.cloud[LAYER_R].n; i++)
+        assert_float_equal(b.cloud[LAYER_R].field[CLOUD_COLORS][i], a.cloud[LAYER_R].field[CLOUD_COLORS][i], 1e-6);
+    fs_scene_free(&a);
+    fs_scene_free(&b);
 }
 
 // Replaces `from` by `to` in model.json and expects the scene to be refused.
@@ -208,6 +236,6 @@ static void test_veil_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_round_trip), cmocka_unit_test(test_refused),
-                                       cmocka_unit_test(test_veil_refused)};
+                                       cmocka_unit_test(test_lift), cmocka_unit_test(test_veil_refused)};
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }
