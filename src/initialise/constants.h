@@ -67,7 +67,7 @@ enum {
 #define LIGHT_ALPHA_MIN 0.05        // -
 #define LIGHT_GAIN_MAX 1.5f         // -          the logarithm of the gain stays within this
 #define SWEEP_WINDOW_SIGMA 1.1f     // -          grid pixels
-#define SWEEP_EVEN_FLOOR 1e-6f      // -          of a pixel's contrast, squared, linear light
+#define SWEEP_EVEN_FLOOR 1e-6f      // -          of a pixel's contrast, squared, in the light that the photo shows
 #define SWEEP_AXIS_MIN 0.5          // -          cosine between the optical axes of photos looked at together
 #define SWEEP_SIGMA_SURE 0.15f      // -          uncertainty of the contrast's growth where the photos agree
 #define SWEEP_SIGMA_UNSURE 0.45f    // -

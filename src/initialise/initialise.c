@@ -121,15 +121,14 @@ fail:
     return rc;
 }
 
-// given: the rest of a cloud of --points. lift: of the views' light.
-static int load(const FsProject *project, SmallViews *views, double *lift, SparsePoints *points, PointList *given,
-                FsError *err)
+// given: the rest of a cloud of --points.
+static int load(const FsProject *project, SmallViews *views, SparsePoints *points, PointList *given, FsError *err)
 {
     int rc = 0;
     Dataset dataset = {0};
     FilePath path = fs_file_at("%s/views.json", project->out);
     TRY(fs_dataset_read(&dataset, path.text, err));
-    *lift = fs_dataset_lift(&dataset, fs_settings_brightness(&project->set));
+    fs_dataset_lift(&dataset, fs_settings_brightness(&project->set));
     TRY(fs_small_views_load(views, project->out, &dataset, INPUT_LONG_EDGE, err));
     int fewest[2];
     fs_photos_fewest(&project->set, false, fewest);
@@ -194,7 +193,6 @@ int fs_initialise_run(FsProject *project, FsError *err)
     SparsePoints points = {0};
     Scene scene = {0};
     FlashLight light;
-    double lift;
     PointList dense[2] = {0}, given = {0};
     DepthOdds odds;
     Threads *threads = fs_threads_new(project->set.threads);
@@ -208,7 +206,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
                          .log = log};
     if (!threads) return fs_error_memory(err);
     fs_log_progress(log, "initialise", 0, 4, "reading the photos");
-    TRY(load(project, &views, &lift, &points, &given, err));
+    TRY(load(project, &views, &points, &given, err));
     TRY(fs_project_begin(project, FS_STAGE_INITIALISE, NULL, 0, err)); // what was there goes
     bool field = strcmp(project->set.model, "field") == 0;
     if (!field || strcmp(project->set.separation, "full") == 0) {
@@ -230,7 +228,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
     TRY(find_surfaces(project, &start, &given, dense, err));
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
     TRY(fs_first_scene_make(&start, &project->set, &scene, err));
-    fs_scene_lift(&scene, 1 / lift);
+    fs_scene_lift(&scene, 1 / views.lift);
     TRY(write_start(project, &points, dense, &scene, err));
     TRY(fs_project_mark_done(project, FS_STAGE_INITIALISE, err));
     fs_log_progress(log, "initialise", 4, 4, "done");

@@ -235,15 +235,15 @@ static void add_photo(const Warp *warp, const Image *fine, double q, int y, int 
 }
 
 // Sums -> the ten planes: products of different photos' values, their numbers, own products, their numbers.
-// evenly: the products in shares of the photos' own, mean, product.
-static void spread(const Sums *sums, size_t n, bool evenly, float *planes)
+// even: the products in shares of the photos' own, mean, product, and this more; 0: as they are.
+static void spread(const Sums *sums, size_t n, float even, float *planes)
 {
     for (size_t i = 0; i < n; i++) {
         Four N = sums[i].sum[0], F = sums[i].sum[1], NN = N * N - sums[i].own[0], NF = N * F,
              FF = F * F - sums[i].own[1];
         Four own_N = sums[i].own[0], own_F = sums[i].own[1];
         float own[2] = {own_N[0] + own_N[1] + own_N[2], own_F[0] + own_F[1] + own_F[2]}, share = 1;
-        if (evenly) share = 1 / ((own[0] + own[1]) / fmaxf(N[3] + F[3], 1) + SWEEP_EVEN_FLOOR);
+        if (even > 0) share = 1 / ((own[0] + own[1]) / fmaxf(N[3] + F[3], 1) + even);
         float value[PLANES] = {share * (NN[0] + NN[1] + NN[2]),
                                share * (NF[0] + NF[1] + NF[2]),
                                share * (FF[0] + FF[1] + FF[2]),
@@ -287,7 +287,8 @@ static void score_step(const Work *w, int step, double q, const Sums *sums, floa
     int width = sweep->camera.width, height = sweep->camera.height;
     size_t n = (size_t)width * (size_t)height;
     float *temp = planes + n * PLANES;
-    spread(sums, n, !w->photos->reflected, planes);
+    float lift = fmaxf((float)w->photos->views->lift, 1);
+    spread(sums, n, w->photos->reflected ? 0 : SWEEP_EVEN_FLOOR * lift * lift, planes);
     for (int k = 0; k < PLANES; k++)
         blur(planes + n * (size_t)k, temp, width, height, SWEEP_WINDOW_SIGMA, SWEEP_BLUR_RADIUS);
     for (size_t i = 0; i < n; i++) {

@@ -28,7 +28,7 @@ fail:
 int fs_small_views_load(SmallViews *views, const char *out, const Dataset *dataset, int long_edge, FsError *err)
 {
     int rc = 0;
-    *views = (SmallViews){0};
+    *views = (SmallViews){.lift = dataset->n && dataset->view[0].lift > 0 ? dataset->view[0].lift : 1};
     views->view = calloc((size_t)dataset->n + 1, sizeof *views->view);
     if (!views->view) return fs_error_memory(err);
     for (int i = 0; i < dataset->n; i++) {

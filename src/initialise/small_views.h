@@ -20,9 +20,9 @@ typedef struct SmallViews {
     double right[3], down[3], forward[3]; // mean orientation, orthonormal
     double extent;                        // radius of the cameras' centres around their mean
     double focal_px;                      // mean
+    double lift;                          // of the photos' light (fs_dataset_lift)
 } SmallViews;
 
-// As bright as the dataset was lifted.
 int fs_small_views_load(SmallViews *views, const char *out, const Dataset *dataset, int long_edge, FsError *err);
 // Fills in what follows from the cameras (centres, mean orientation, extent) once `view` is filled.
 void fs_small_views_finish(SmallViews *views);
