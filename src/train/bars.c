@@ -84,7 +84,8 @@ static int groups(float *covers, const float *farther, const int *neighbour, int
     return found;
 }
 
-// farther (n): how much farther than their mean T's Gaussians are, in the direction in which photos look.
+// farther (n): how much farther than their mean T's Gaussians are, in the photos' mean direction, which is where the
+// pane's normal begins.
 static void distances(const Scene *scene, float *farther)
 {
     const Cloud *T = &scene->cloud[LAYER_T_N];

@@ -325,7 +325,7 @@ static void test_dataset(void **state)
     free(path);
 }
 
-// The photos to train on are brought to the brightness asked for, at most to 16 times their light, and the others too.
+// Photos are raised so that those to train on reach a brightness, by 16 at most; bright enough ones are left.
 static void test_lift(void **state)
 {
     char *path = fs_file_path("%s/views.json", (char *)*state);
@@ -344,6 +344,7 @@ static void test_lift(void **state)
     double lift = fs_dataset_lift(&d, 0.6); // from a mean of 0.5
     assert_float_equal(pow(lift, 0.22), 0.6 / 0.5, 1e-6);
     assert_true(d.view[0].exposure_gain == lift && d.view[1].exposure_gain == 2 * lift && d.view[2].lift == lift);
+    assert_true(fs_dataset_lift(&again, 0.45) == 1 && again.view[0].lift == 1);
     assert_true(fs_dataset_lift(&again, 1) == 16);
 
     Image photo, dark;
