@@ -15,48 +15,38 @@
 #include "base/linalg.h"
 #include "base/order.h"
 #include "engine/as_shot.h"
+#include "engine/residue.h"
 #include "engine/view_plan.h"
-#include "image/blur.h"
 
 // Chosen by:
-#define AGREES 0.015    // experiment  agreement about where the pane is,
-#define FOUND 0.035     // experiment  and once its place is found, by AGAIN searches at least
-#define SAME 0.25       // -           which differ by so much, of the plane's normal over its distance, at most
-#define OVERLAP 0.5     // -           share of a plane that so many photos see
-#define OTHERS_COUNT 15 // experiment  times what the others agree about, of their light squared, is taken off
-#define NEAREST 0.2     // -           distance of the first plane, of the middle depth,
-#define FURTHEST 0.8    // -           and of the last one
-#define FURTHER 1.12    // experiment  each of the one before
-#define TILT 0.22       // experiment  between directions to search in
-#define TURN 0.25       // experiment  first turns and shifts of a plane
-#define ROUGHLY 0.07    // experiment  no smaller ones in each search,
-#define FINELY 0.01     // experiment  and from the best one on
-#define OUTLIER 3.0f    // -           residuals, in standard deviations, that count half
-#define DARK 0.1f       // -           of the photo's mean, beside what noise is told by
-#define FINE 1.0f       // -           sigma of what tells that, pixels
-#define BROAD 5.0f      // experiment  and of what is too broad to tell a plane by
-#define WIDE 3          // -           distances of the pane, that a veil reaches to the sides
-#define EDGES 2.0f      // experiment  pixels that scenes are off
-#define AMBIENT 0.1     // -           of a veil at first
-#define START 1.5       // experiment  light of one, in its units
-#define DEVIATION 1.48f // standard deviation of a normal distribution, by its middle deviation
+#define AGREES 0.015   // experiment  agreement about where the pane is,
+#define FOUND 0.036    // experiment  and once its place is found
+#define OVERLAP 0.5    // -           share of a plane that so many photos see
+#define OTHERS_COUNT 5 // experiment  times what the others agree about, of their light squared, is taken off
+#define BEFORE 0.2     // experiment  share of T before a plane, that makes it none
+#define NEARER 0.95    // -           of the pane's distance, that what is before it has at most
+#define NEAREST 0.2    // -           distance of the first plane, of the middle depth,
+#define FURTHEST 0.8   // -           and of the last one
+#define FURTHER 1.08   // experiment  each of the one before
+#define TILT 0.22      // experiment  between directions to search in
+#define TURN 0.25      // experiment  first turns and shifts of a plane
+#define ROUGHLY 0.03   // experiment  no smaller ones in each search,
+#define FINELY 0.01    // experiment  and from the best one on
+#define WIDE 3         // -           distances of the pane, that a veil reaches to the sides
+#define AMBIENT 0.1    // -           of a veil at first
+#define START 2.0      // experiment  light of one, in its units
 enum {
+    ROW = 8, // -           of a photo, places of T across and down that are looked at
+    SAMPLES = ROW * ROW,
     FEWEST = 3,  // -           photos that must see a place
     SIDE = 256,  // -           cells a side of the planes, of two pixels
     CELLS = 512, // -           of a veil's longer side, at most, and a border
     GRID = SIDE * SIDE,
-    ACROSS = 4, // -           of the directions: along the way that the pane is turned, of three to its sides
+    ACROSS = 6, // -           of the directions: along the way that the pane is turned, of three to its sides
     SEARCHES = 3 * ACROSS,
-    AGAIN = 3,
     MOVES = 6,
     MOST = 32,
 };
-
-typedef struct Sheet { // of a photo
-    bool flash;
-    Camera camera;
-    Planes px; // 3 planes: what it holds beyond its render times the weight; the weight; nothing
-} Sheet;
 
 typedef struct Cells { // of a plane, of all photos
     float *one[2];     // of one: the weighed sum, the weight
@@ -70,11 +60,13 @@ typedef struct Agreement { // of the photos of one lighting, on a plane
 
 typedef struct Search {
     const DirtArgs *args;
-    Sheet *sheet; // (n)
+    Residue *residue; // (n)
     int n;
     Cells *cells;                      // one per thread
     double middle[3], ahead[3], depth; // of the photos' places; where they look; the middle depth of T
     double focal;                      // pixels
+    double (*place)[3];                // (n_places) of T
+    int n_places;
     // what is asked
     const double (*plane)[3];
     bool flash;
@@ -83,124 +75,51 @@ typedef struct Search {
 
 // ---- what photos hold beyond their renders ----
 
-// Standard deviation of what is trusted, for a weight of 1. Room for a picture.
-static float deviation(const float *residual, const float *weight, size_t n, float *room)
+// T's places, all over each photo's picture, and their middle depth.
+static int sample_places(Search *s, FsError *err)
 {
-    size_t trusted = 0;
-    for (size_t i = 0; i < n; i++)
-        if (weight[i] > 0) room[trusted++] = fabsf(residual[i]) * sqrtf(weight[i]);
-    fs_order_floats(room, trusted);
-    return DEVIATION * (trusted ? room[trusted / 2] : 0) + 1e-12f;
-}
-
-// residual, weight: of the photo's pixels; x: as much room, y: twice as much.
-static void weigh(float *residual, float *weight, const Image *bright, const Image *mask, float *x, float *y)
-{
-    const size_t n = fs_image_pixels(bright);
-    Image one = {bright->width, bright->height, 1, x};
-    double mean = 0;
-    for (size_t i = 0; i < n; i++) mean += fmax((double)bright->px[i], 0) / (double)n;
-    fs_blur_image(bright, x, weight, FINE);
-    for (size_t i = 0; i < n; i++) weight[i] = mask->px[i] / (fmaxf(weight[i], 0) + DARK * (float)mean + 1e-9f);
-    float *scratch = y + n, *blurred = y;
-    for (size_t i = 0; i < n; i++) x[i] = residual[i] * weight[i];
-    fs_blur_image(&one, scratch, blurred, BROAD);
-    memcpy(x, weight, sizeof *x * n);
-    for (size_t i = 0; i < n; i++) weight[i] = blurred[i]; // for now
-    fs_blur_image(&one, scratch, blurred, BROAD);
-    for (size_t i = 0; i < n; i++) residual[i] -= blurred[i] > 0 ? weight[i] / blurred[i] : 0;
-    memcpy(weight, x, sizeof *x * n);
-    const float usual = OUTLIER * deviation(residual, weight, n, x);
-    for (size_t i = 0; i < n; i++) {
-        float off = residual[i] * sqrtf(weight[i]) / usual;
-        weight[i] /= 1 + off * off;
+    float *depth = malloc(sizeof *depth * SAMPLES * (size_t)s->n);
+    s->place = malloc(sizeof *s->place * SAMPLES * (size_t)s->n);
+    if (!s->place || !depth) {
+        free(depth);
+        return fs_error_memory(err);
     }
-}
-
-// At edges of what is rendered a scene that is a little off leaves most. Room for three pictures.
-static void weigh_edges(const float *residual, float *weight, const Image *whole, float *room)
-{
-    const int w = whole->width, h = whole->height;
-    const size_t n = fs_image_pixels(whole), line = (size_t)w;
-    float *bright = room, *steep = room + n;
-    const float usual = deviation(residual, weight, n, room);
-    for (size_t i = 0; i < n; i++) bright[i] = (whole->px[3 * i] + whole->px[3 * i + 1] + whole->px[3 * i + 2]) / 3;
-    for (size_t i = 0; i < n; i++) {
-        int x = (int)(i % line), y = (int)(i / line);
-        float across = bright[i + (x + 1 < w)] - bright[i - (x > 0)];
-        float down = bright[i + (y + 1 < h ? line : 0)] - bright[i - (y > 0 ? line : 0)];
-        steep[i] = (across * across + down * down) / 4;
+    for (int i = 0; i < SAMPLES * s->n; i++) {
+        const Residue *residue = &s->residue[i / SAMPLES];
+        const Camera *c = &residue->camera;
+        int k = i % SAMPLES, x = c->width * (2 * (k % ROW) + 1) / (2 * ROW),
+            y = c->height * (2 * (k / ROW) + 1) / (2 * ROW);
+        double d = (double)fs_planes_row(&residue->px, RESIDUE_DEPTH, y)[x], *place = s->place[s->n_places];
+        if (!(d > 0)) continue;
+        const double at[3] = {d * (x + 0.5 - c->cx) / c->fx, d * (y + 0.5 - c->cy) / c->fy, d};
+        fs_camera_centre(c, place);
+        for (int r = 0; r < 9; r++) place[r % 3] += c->w2c[4 * (r / 3) + r % 3] * at[r / 3];
+        depth[s->n_places++] = (float)d;
     }
-    fs_blur_image(&(Image){w, h, 1, steep}, room + 2 * n, bright, FINE);
-    for (size_t i = 0; i < n; i++) weight[i] /= 1 + EDGES * EDGES * bright[i] * weight[i] / (usual * usual);
+    fs_order_floats(depth, (size_t)s->n_places);
+    s->depth = s->n_places ? (double)depth[s->n_places / 2] : 0;
+    free(depth);
+    return 0;
 }
 
-static int fill_sheet(Sheet *sheet, const Image *photo, const Image *mask, const Image *whole, FsError *err)
-{
-    const int w = photo->width, h = photo->height;
-    const size_t n = fs_image_pixels(photo);
-    Image bright = {0};
-    float *room = malloc(sizeof *room * 5 * n), *residual = room, *weight = room + n;
-    int rc;
-    if (!room) TRY(fs_error_memory(err));
-    TRY(fs_image_new(&bright, w, h, 1, err));
-    sheet->px = fs_planes_over(aligned_alloc(64, fs_planes_floats(w, h, 3) * sizeof(float)), w, h, 3);
-    if (!sheet->px.px) TRY(fs_error_memory(err));
-    for (size_t i = 0; i < n; i++) {
-        residual[i] = 0;
-        for (int c = 0; c < 3; c++) {
-            bright.px[i] += photo->px[3 * i + (size_t)c] / 3;
-            residual[i] += (photo->px[3 * i + (size_t)c] - whole->px[3 * i + (size_t)c]) / 3;
-        }
-    }
-    weigh(residual, weight, &bright, mask, room + 2 * n, room + 3 * n);
-    weigh_edges(residual, weight, whole, room + 2 * n);
-    for (int y = 0; y < h; y++)
-        for (int x = 0; x < w; x++) {
-            size_t i = (size_t)y * (size_t)w + (size_t)x;
-            fs_planes_row(&sheet->px, 0, y)[x] = residual[i] * weight[i];
-            fs_planes_row(&sheet->px, 1, y)[x] = weight[i];
-            fs_planes_row(&sheet->px, 2, y)[x] = 0;
-        }
-fail:
-    fs_image_free(&bright);
-    free(room);
-    return rc;
-}
-
-// depth: (8, 8) of T, from all over the picture; 0 where there is none.
-static void sample_depths(const Image *image, float depth[64])
-{
-    for (int i = 0; i < 64; i++)
-        depth[i] = *fs_image_at(image, image->width * (2 * (i % 8) + 1) / 16, image->height * (2 * (i / 8) + 1) / 16);
-}
-
-static int fill_sheets(Search *s, FsError *err)
+static int fill_residues(Search *s, FsError *err)
 {
     const DirtArgs *a = s->args;
     Image layers[2] = {{0}};
     Renders renders = {{{0}}};
-    float *depth = malloc(sizeof *depth * 64 * (size_t)a->n);
     int rc = 0;
-    size_t n = 0;
-    if (!depth) TRY(fs_error_memory(err));
     for (int i = 0; i < a->n; i++) {
         const DirtPhoto *p = &a->photo[i];
-        Sheet *sheet = &s->sheet[s->n++];
-        sheet->flash = p->view->flash;
-        sheet->camera = p->camera;
+        Residue *residue = &s->residue[s->n++];
+        residue->flash = p->view->flash;
+        residue->camera = p->camera;
         TRY(fs_engine_render(a->engine, &p->camera, &renders, err));
         TRY(fs_as_shot_layers_of(a->scene, &p->state, p->view, &p->camera, &renders, layers, err));
-        TRY(fill_sheet(sheet, &p->photo, &p->mask, &layers[1], err));
-        sample_depths(&renders.layer[RENDER_DEPTH_T], depth + (size_t)64 * (size_t)i);
+        const Image *depths[2] = {&renders.layer[RENDER_DEPTH_T], &renders.layer[RENDER_DEPTH_R]};
+        TRY(fs_residue_fill(residue, &p->photo, &p->mask, &layers[1], depths, err));
         for (int k = 0; k < 2; k++) fs_image_free(&layers[k]);
     }
-    for (size_t i = 0; i < (size_t)64 * (size_t)a->n; i++)
-        if (depth[i] > 0) depth[n++] = depth[i];
-    fs_order_floats(depth, n);
-    s->depth = n ? (double)depth[n / 2] : 0;
 fail:
-    free(depth);
     for (int i = 0; i < 2; i++) fs_image_free(&layers[i]);
     fs_engine_renders_free(&renders);
     return rc;
@@ -215,7 +134,7 @@ static Veil veil_on(const Search *s, const double plane[3], double cell, int wid
     double n[3] = {plane[0], plane[1], plane[2]}, up[3] = {0};
     v.distance = 1 / v3_normalise(n);
     for (int i = 0; i < s->n; i++)
-        for (int k = 0; k < 3; k++) up[k] += s->sheet[i].camera.w2c[4 + k];
+        for (int k = 0; k < 3; k++) up[k] += s->residue[i].camera.w2c[4 + k];
     double along = v3_dot(up, n);
     for (int k = 0; k < 3; k++) v.down[k] = up[k] - along * n[k];
     v3_normalise(v.down);
@@ -232,12 +151,12 @@ static void carry(const Search *s, const double plane[3], Cells *c)
     Veil veil = veil_on(s, plane, 2 / (v3_normalise(n) * s->focal), SIDE, SIDE);
     memset(c->sum, 0, sizeof(float) * 4 * GRID);
     for (int i = 0; i < s->n; i++) {
-        const Sheet *sheet = &s->sheet[i];
-        if (sheet->flash != s->flash) continue;
+        const Residue *residue = &s->residue[i];
+        if (residue->flash != s->flash) continue;
         memset(c->one[0], 0, sizeof(float) * 2 * GRID);
         for (int k = 0; k < 2; k++) {
-            VeilView view = fs_view_plan_veil(&veil, &sheet->camera, (const float[3]){k == 0, k == 1, 0});
-            fs_veil_scalar.backward(&view, NULL, &sheet->px, c->one[k], NULL, 0, sheet->px.height);
+            VeilView view = fs_view_plan_veil(&veil, &residue->camera, (const float[3]){k == 0, k == 1, 0});
+            fs_veil_scalar.backward(&view, NULL, &residue->px, c->one[k], NULL, 0, residue->px.height);
         }
         for (int k = 0; k < GRID; k++) {
             float sum = c->one[0][k], weight = c->one[1][k];
@@ -279,6 +198,18 @@ static void agree(Search *s, const double plane[][3], int n, bool flash, Agreeme
     fs_threads_for(s->args->threads, n, agree_job, s);
 }
 
+// Share of T that lies before a plane.
+static double share_before(const Search *s, const double plane[3])
+{
+    int n = 0;
+    for (int i = 0; i < s->n_places; i++) {
+        const double from[3] = {s->place[i][0] - s->middle[0], s->place[i][1] - s->middle[1],
+                                s->place[i][2] - s->middle[2]};
+        n += v3_dot(plane, from) < NEARER;
+    }
+    return (double)n / s->n_places;
+}
+
 // ---- the search ----
 
 typedef struct Found {
@@ -287,26 +218,30 @@ typedef struct Found {
 } Found;
 
 // How much flash photos agree on planes, less what the others do too: those agree about little but where the scenes
-// are. 0: not more than `least`.
+// are. 0: not more than `least`, or T is before the plane.
 static void agree_beyond(Search *s, const double plane[][3], int n, double least, Found *found)
 {
     Agreement with[MOST], without[MOST];
-    double asked[MOST][3];
-    int of[MOST], m = 0;
-    agree(s, plane, n, true, with);
+    double asked[2][MOST][3];
+    int of[2][MOST], m[2] = {0, 0};
     for (int i = 0; i < n; i++) {
         memcpy(found[i].plane, plane[i], sizeof found[i].plane);
         found[i].agreement = 0;
-        found[i].light = sqrt(fmax(with[i].light2, 0));
-        if (!(with[i].share > least && with[i].light2 > 0)) continue;
-        memcpy(asked[m], plane[i], sizeof asked[m]);
-        of[m++] = i;
+        if (share_before(s, plane[i]) < BEFORE) of[0][m[0]++] = i;
     }
-    agree(s, (const double(*)[3])asked, m, false, without);
-    for (int i = 0; i < m; i++) {
-        double others = fmax(without[i].light2, 0) / with[of[i]].light2;
-        double agreement = with[of[i]].share * (1 - OTHERS_COUNT * others);
-        if (agreement > least) found[of[i]].agreement = agreement;
+    for (int i = 0; i < m[0]; i++) memcpy(asked[0][i], plane[of[0][i]], sizeof asked[0][i]);
+    agree(s, (const double(*)[3])asked[0], m[0], true, with);
+    for (int i = 0; i < m[0]; i++)
+        if (with[i].share > least && with[i].light2 > 0) of[1][m[1]++] = i;
+    for (int i = 0; i < m[1]; i++) memcpy(asked[1][i], asked[0][of[1][i]], sizeof asked[1][i]);
+    agree(s, (const double(*)[3])asked[1], m[1], false, without);
+    for (int i = 0; i < m[1]; i++) {
+        const Agreement *flash = &with[of[1][i]];
+        Found *at = &found[of[0][of[1][i]]];
+        double others = fmax(without[i].light2, 0) / flash->light2;
+        double agreement = flash->share * (1 - OTHERS_COUNT * others) * (1 - share_before(s, at->plane) / BEFORE);
+        at->light = sqrt(flash->light2);
+        if (agreement > least) at->agreement = agreement;
     }
 }
 
@@ -359,7 +294,7 @@ static void starts(const Search *s, const double normal[3], double ahead[SEARCHE
     double across[3], over[3], along = v3_dot(normal, s->ahead), sign = along < 0 ? -1 : 1;
     double squared = v3_dot(normal, normal);
     for (int k = 0; k < 3; k++) across[k] = sign * (normal[k] - along * s->ahead[k]);
-    if (!(v3_dot(across, across) > 1e-12 * squared)) v3_cross(s->ahead, s->sheet[0].camera.w2c, across);
+    if (!(v3_dot(across, across) > 1e-12 * squared)) v3_cross(s->ahead, s->residue[0].camera.w2c, across);
     v3_normalise(across);
     v3_cross(s->ahead, across, over);
     for (int i = 0; i < SEARCHES; i++) {
@@ -373,17 +308,12 @@ static Found search(Search *s, const double normal[3])
 {
     Found found[SEARCHES], best = {{0}, 0};
     double ahead[SEARCHES][3];
-    int same = 0;
     starts(s, normal, ahead);
     for (int i = 0; i < SEARCHES; i++) {
         found[i] = sweep(s, ahead[i]);
         if (found[i].agreement > 0) refine(s, &found[i], TURN, ROUGHLY);
         if (found[i].agreement > best.agreement) best = found[i];
     }
-    for (int i = 0; i < SEARCHES; i++)
-        same += found[i].agreement > 0 &&
-                v3_distance2(found[i].plane, best.plane) < SAME * SAME * v3_dot(best.plane, best.plane);
-    if (same < AGAIN) best.agreement = 0;
     if (best.agreement > 0) refine(s, &best, ROUGHLY, FINELY);
     if (best.agreement < FOUND) best.agreement = 0;
     return best;
@@ -398,8 +328,8 @@ static int make_veil(const Search *s, const Found *found, Veil *veil, FsError *e
     double distance = 1 / v3_normalise(n), wide = WIDE * distance;
     Veil v = veil_on(s, found->plane, 1, 1, 1); // its origin is before the middle
     for (int i = 0; i < 4 * s->n; i++) {
-        if (!s->sheet[i / 4].flash) continue;
-        const Camera *c = &s->sheet[i / 4].camera;
+        if (!s->residue[i / 4].flash) continue;
+        const Camera *c = &s->residue[i / 4].camera;
         VeilView view = fs_view_plan_veil(&v, c, (const float[3]){1, 1, 1});
         double ray[3];
         for (int a = 0; a < 3; a++)
@@ -429,9 +359,9 @@ static int open_search(Search *s, FsError *err)
 {
     const DirtArgs *a = s->args;
     int threads = fs_threads_count(a->threads);
-    s->sheet = calloc((size_t)a->n, sizeof *s->sheet);
+    s->residue = calloc((size_t)a->n, sizeof *s->residue);
     s->cells = calloc((size_t)threads, sizeof *s->cells);
-    if (!s->sheet || !s->cells) return fs_error_memory(err);
+    if (!s->residue || !s->cells) return fs_error_memory(err);
     for (int i = 0; i < threads; i++) {
         float *room = malloc(sizeof *room * 6 * GRID);
         if (!room) return fs_error_memory(err);
@@ -453,9 +383,10 @@ static int open_search(Search *s, FsError *err)
 static void close_search(Search *s)
 {
     for (int i = 0; s->cells && i < fs_threads_count(s->args->threads); i++) free(s->cells[i].one[0]);
-    for (int i = 0; i < s->n; i++) free(s->sheet[i].px.px);
+    for (int i = 0; i < s->n; i++) fs_residue_free(&s->residue[i]);
     free(s->cells);
-    free(s->sheet);
+    free(s->place);
+    free(s->residue);
 }
 
 int fs_dirt_find(const DirtArgs *args, Veil *veil, FsError *err)
@@ -468,7 +399,9 @@ int fs_dirt_find(const DirtArgs *args, Veil *veil, FsError *err)
     *veil = (Veil){.cell = 0};
     if (lit < DIRT_FEWEST || args->n - lit < DIRT_FEWEST) return 0;
     TRY(open_search(&s, err));
-    TRY(fill_sheets(&s, err));
+    TRY(fill_residues(&s, err));
+    TRY(sample_places(&s, err));
+    TRY(fs_residue_clear_scenes(s.residue, s.n, args->threads, err));
     if (s.depth > 0) found = search(&s, args->scene->pane.normal);
     if (found.agreement > 0) {
         TRY(make_veil(&s, &found, veil, err));

@@ -62,7 +62,7 @@ enum {
 };
 
 // Dirt on the pane.
-#define RATE_VEIL 0.075 // experiment  in the veil's units
+#define RATE_VEIL 0.1   // experiment  in the veil's units
 
 // The photographer's mirror image (photographer.c).
 #define OCCLUSION_COST 0.01f     // experiment
