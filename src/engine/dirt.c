@@ -20,7 +20,7 @@
 
 // Chosen by:
 #define AGREES 0.015   // experiment  agreement about where the pane is,
-#define FOUND 0.036    // experiment  and once its place is found
+#define FOUND 0.036    // experiment  and once its place is found, of ENOUGH photos; fewer agree by chance
 #define OVERLAP 0.5    // -           share of a plane that so many photos see
 #define OTHERS_COUNT 5 // experiment  times what the others agree about, of their light squared, is taken off
 #define BEFORE 0.2     // experiment  share of T before a plane, that makes it none
@@ -38,6 +38,7 @@
 enum {
     ROW = 8, // -           of a photo, places of T across and down that are looked at
     SAMPLES = ROW * ROW,
+    ENOUGH = 12, // -           with the flash
     FEWEST = 3,  // -           photos that must see a place
     SIDE = 256,  // -           cells a side of the planes, of two pixels
     CELLS = 512, // -           of a veil's longer side, at most, and a border
@@ -60,8 +61,8 @@ typedef struct Agreement { // of the photos of one lighting, on a plane
 
 typedef struct Search {
     const DirtArgs *args;
-    Residue *residue; // (n)
-    int n;
+    Residue *residue;                  // (n)
+    int n, lit;                        // of those: with the flash
     Cells *cells;                      // one per thread
     double middle[3], ahead[3], depth; // of the photos' places; where they look; the middle depth of T
     double focal;                      // pixels
@@ -315,7 +316,7 @@ static Found search(Search *s, const double normal[3])
         if (found[i].agreement > best.agreement) best = found[i];
     }
     if (best.agreement > 0) refine(s, &best, ROUGHLY, FINELY);
-    if (best.agreement < FOUND) best.agreement = 0;
+    if (best.agreement < FOUND * fmax(1, (double)ENOUGH / s->lit)) best.agreement = 0;
     return best;
 }
 
@@ -393,11 +394,11 @@ int fs_dirt_find(const DirtArgs *args, Veil *veil, FsError *err)
 {
     Search s = {.args = args};
     Found found = {{0}, 0};
-    int rc = 0, lit = 0;
-    for (int i = 0; i < args->n; i++) lit += args->photo[i].view->flash;
+    int rc = 0;
+    for (int i = 0; i < args->n; i++) s.lit += args->photo[i].view->flash;
     fs_image_free(&veil->light);
     *veil = (Veil){.cell = 0};
-    if (lit < DIRT_FEWEST || args->n - lit < DIRT_FEWEST) return 0;
+    if (s.lit < DIRT_FEWEST || args->n - s.lit < DIRT_FEWEST) return 0;
     TRY(open_search(&s, err));
     TRY(fill_residues(&s, err));
     TRY(sample_places(&s, err));
