@@ -21,6 +21,7 @@
 // Chosen by:
 #define AGREES 0.015   // experiment  agreement about where the pane is,
 #define FOUND 0.036    // experiment  and once its place is found, of ENOUGH photos; fewer agree by chance
+#define SURELY 0.07    // -           agreement that ends the search
 #define OVERLAP 0.5    // -           share of a plane that so many photos see
 #define OTHERS_COUNT 5 // experiment  times what the others agree about, of their light squared, is taken off
 #define BEFORE 0.2     // experiment  share of T before a plane, that makes it none
@@ -45,6 +46,7 @@ enum {
     GRID = SIDE * SIDE,
     ACROSS = 6, // -           of the directions: along the way that the pane is turned, of three to its sides
     SEARCHES = 3 * ACROSS,
+    AT_LEAST = 3, // -           of them are followed
     MOVES = 6,
     MOST = 32,
 };
@@ -305,15 +307,22 @@ static void starts(const Search *s, const double normal[3], double ahead[SEARCHE
     }
 }
 
+// From the directions that begin best on, until they have led to what is surely the pane.
 static Found search(Search *s, const double normal[3])
 {
-    Found found[SEARCHES], best = {{0}, 0};
+    Found first[SEARCHES], best = {{0}, 0};
     double ahead[SEARCHES][3];
     starts(s, normal, ahead);
-    for (int i = 0; i < SEARCHES; i++) {
-        found[i] = sweep(s, ahead[i]);
-        if (found[i].agreement > 0) refine(s, &found[i], TURN, ROUGHLY);
-        if (found[i].agreement > best.agreement) best = found[i];
+    for (int i = 0; i < SEARCHES; i++) first[i] = sweep(s, ahead[i]);
+    for (int n = 0; n < AT_LEAST || best.agreement < SURELY; n++) {
+        Found *next = first;
+        for (int i = 1; i < SEARCHES; i++)
+            if (first[i].agreement > next->agreement) next = &first[i];
+        if (!(next->agreement > 0)) break;
+        Found found = *next;
+        next->agreement = 0;
+        refine(s, &found, TURN, ROUGHLY);
+        if (found.agreement > best.agreement) best = found;
     }
     if (best.agreement > 0) refine(s, &best, ROUGHLY, FINELY);
     if (best.agreement < FOUND * fmax(1, (double)ENOUGH / s->lit)) best.agreement = 0;
