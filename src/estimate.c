@@ -20,7 +20,7 @@
 #define POSES_BYTES 4.0        // a pixel of a picture, of all photos: features
 #define COLMAP_BYTES 520.0     // a pixel of a picture, by each thread of COLMAP
 #define COLMAP_STEPS 25.0      // a photo, on one thread: its pose by COLMAP, up to a hundred photos
-#define WRITE_STEPS 14e-6      // a pixel of a view: its layers as files
+#define WRITE_STEPS 20e-6      // a pixel of a view: its layers as files
 #define PROGRAM_BYTES 3e7
 enum { LEAST_STEPS = 200 }; // of a run that is worth a trial
 

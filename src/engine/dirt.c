@@ -1,11 +1,11 @@
 // Dirt on the pane: the flash, which is near, makes it shine. That light is neither transmitted nor mirrored; what
 // photos show of it moves against both scenes as the pane does, and photos without the flash hardly show any.
 //
-// So what flash photos hold beyond their renders, after the first steps of training, is carried onto planes before the
-// cameras. On the pane's plane they agree about it (covariance of two photos, of their variance), on others they do
-// not. Where the scenes themselves are not yet found all photos agree, those without the flash about light that is less
-// by a few times; about dirt they hardly do. The plane that is best by both is the pane's, and has an even veil
-// (model/pane_veil.h), which training fills.
+// So what flash photos hold beyond their renders, after the first steps of training, less what of it lies where the
+// scenes are (engine/residue.h), is carried onto planes before the cameras. On the pane's plane they agree about it
+// (covariance of two photos, of their variance), on others they do not; photos without the flash, which agree about
+// bars and where the scenes are still wrong, hardly do. None of T lies before it. The plane that is best by all that is
+// the pane's, and has an even veil (model/pane_veil.h), which training fills.
 #include "engine/dirt.h"
 
 #include <math.h>
