@@ -36,7 +36,7 @@ enum {
 // A step that looks around first, of one with the start's clouds: for the photographer at the coarsest size, which is
 // larger than that look's, and half as many again where somebody is found; at the pane at the size that it is looked
 // at, with the search for dirt.
-#define PHOTOGRAPHER_STEP 0.75
+#define PHOTOGRAPHER_STEP 0.68
 #define PANE_STEP 1.5
 
 static int load_photos(Engine *engine, const Camera *camera, FsError *err)
