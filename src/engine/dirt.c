@@ -20,11 +20,11 @@
 
 // Chosen by:
 #define AGREES 0.015   // experiment  agreement about where the pane is,
-#define FOUND 0.036    // experiment  and once its place is found, of ENOUGH photos; fewer agree by chance
+#define FOUND 0.04     // experiment  and once its place is found, of ENOUGH photos; fewer agree by chance
 #define SURELY 0.07    // -           agreement that ends the search
 #define OVERLAP 0.5    // -           share of a plane that so many photos see
 #define OTHERS_COUNT 5 // experiment  times what the others agree about, of their light squared, is taken off
-#define BEFORE 0.2     // experiment  share of T before a plane, that makes it none
+#define BEFORE 0.1     // experiment  share of T before a plane, that makes it none
 #define NEARER 0.95    // -           of the pane's distance, that what is before it has at most
 #define NEAREST 0.2    // -           distance of the first plane, of the middle depth,
 #define FURTHEST 0.8   // -           and of the last one
