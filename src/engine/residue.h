@@ -2,9 +2,9 @@
 #pragma once
 
 #include "base/threads.h"
+#include "image/image.h"
 #include "kernels/planes.h"
 #include "model/camera.h"
-#include "image/image.h"
 
 typedef enum ResiduePlane {
     RESIDUE_SUM, // light beyond the render, times its weight
