@@ -118,6 +118,7 @@ typedef struct StepArgs {
     double rate[CLOUD_FIELDS]; // Adam's learning rates (means: world units); 0: the field stays as it is
     double explore;            // standard deviations that nearly transparent Gaussians wander; 0: none do
     double veil_rate;          // Adam's learning rate of the veil, in its units
+    bool veil_ambient;         // what of it photos without the flash show is learned too
     double field_rate;         // Adam's learning rate of radiance fields (fs_radiance_parts); 0: they stay
     bool blind;                // colours of fields are taken to be the same from everywhere
     int every;                 // of the samples along a ray of fields, only one of so many; 0: all

@@ -57,7 +57,7 @@ static bool is_learned(const Update *u, const struct Number *number)
     switch (number->whose) {
     case OF_PANE: return scene->pane_beta && scene->separation != SEPARATION_NONE;
     case OF_VIGNETTING: return u->args->learn & LEARN_VIGNETTING;
-    case OF_VEIL: return fs_pane_veil_is(&scene->veil);
+    case OF_VEIL: return fs_pane_veil_is(&scene->veil) && u->args->veil_ambient;
     case OF_RESPONSE: return u->args->learn & LEARN_RESPONSE;
     default:
         if (number->offset == offsetof(Scene, flash_return) && !u->task[LAYER_R]) return false;

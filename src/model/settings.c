@@ -86,7 +86,7 @@ static const FsOption table[] = {
           "as they are"),
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
 
-    INT("steps", steps, TRAIN, "3400", 1, 1000000, "N", "training steps"),
+    INT("steps", steps, TRAIN, "6800", 1, 1000000, "N", "training steps"),
     FLOAT("minutes", minutes, TRAIN, "0", 0, 1e6, "X",
           "fewer steps, as many as let run (or train, alone) take X minutes on this machine; 0: as many as --steps"),
     INT("levels", levels, TRAIN, "3", 1, 8, "N",
@@ -249,7 +249,7 @@ static const struct {
     const char *preset, *name, *value;
 } preset_values[] = {
     {"preview", "steps", "2700"},    {"preview", "long-edge", "300"},    {"preview", "init-count", "12000"},
-    {"best", "steps", "10200"},
+    {"best", "steps", "20400"},
     {"paper", "pixels-per-splat", "0"},
     {"paper", "steps", "5000"},      {"paper", "levels", "1"},           {"paper", "geometry", "separate"},
     {"paper", "beta", "cloud"},      {"paper", "init-count", "350000"},  {"paper", "max-splats", "500000"},

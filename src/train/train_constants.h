@@ -62,7 +62,8 @@ enum {
 };
 
 // Dirt on the pane.
-#define RATE_VEIL 0.1   // experiment  in the veil's units
+#define RATE_VEIL 0.1         // experiment  in the veil's units
+#define VEIL_AMBIENT_FROM 0.4 // experiment  of the steps: before, it takes what scenes lack that are not yet found
 
 // The photographer's mirror image (photographer.c).
 #define OCCLUSION_COST 0.01f     // experiment

@@ -52,11 +52,11 @@ class Fit(FolderTest):
         for _ in range(5):  # other programs may come and go between the two
             minutes = 3 * self.least_minutes(*train)
             process = run(*train, "--minutes", minutes, "--force")
-            if process.returncode == 0 and "train: 3400 steps" not in process.stdout:
+            if process.returncode == 0 and "train: 6800 steps" not in process.stdout:
                 break
         train += ["--minutes", minutes]
         steps = self.steps_said(process, r"train: (\d+) steps in about \d+:\d\d, by --minutes")
-        self.assertTrue(300 <= steps < 3400, steps)
+        self.assertTrue(300 <= steps < 6800, steps)
         mark = json.loads((out / "done/train.json").read_text())
         self.assertEqual(mark["settings"]["steps"], steps)
 
@@ -73,8 +73,8 @@ class Fit(FolderTest):
         self.assertGreater(self.least_minutes(*job), 0.01)
         self.assertFalse((self.dir / "out/linear").exists())
         process = run(*job, "--minutes", 30)  # never more than the preset's
-        self.assertEqual(self.steps_said(process, r"estimate: .* for (\d+) steps"), 3400)
-        self.assertEqual(self.steps_said(process, r"train: (\d+) steps in about"), 3400)
+        self.assertEqual(self.steps_said(process, r"estimate: .* for (\d+) steps"), 6800)
+        self.assertEqual(self.steps_said(process, r"train: (\d+) steps in about"), 6800)
 
     def test_minutes_gone_by_training(self):
         out = self.dir / "out"
