@@ -183,6 +183,7 @@ static inline StepArgs make_args(const Scene *scene)
     StepArgs args = {.step = 0, .stride = {sparse[0], sparse[1]}, .statistics = true, .settle = 1e-12};
     args.veil_rate = 1e-12;
     args.learn = LEARN_LIGHT | LEARN_WHITE | LEARN_VIGNETTING | LEARN_RESPONSE;
+    args.veil_ambient = true;
     fs_loss_weights(set, scene, 1, args.weight);
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-12;
     if (scene->separation != SEPARATION_FULL) args.rate[CLOUD_GAINS] = 0;
