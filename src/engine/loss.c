@@ -163,19 +163,20 @@ static void scale_range(const CloudLoss *c, double *sum)
 
 // ---- terms on what is learned of the camera ----
 
-// Squares of what the light of a photo and its exposure differ by: what the photos hardly tell is nothing. White
-// balance they tell well.
-static double photo_reg(const PhotoState *photo, double weight, double gradient[])
+// Squares of what the light of a photo and its exposure differ by, and of what of that goes along with the photo's place
+// (a projection, so that its gradient over all photos is twice itself). White balance photos tell well.
+static double photo_reg(const PhotoState *photo, const PhotoGuess *guess, double weight, double gradient[])
 {
+    const float *white = photo->x + PHOTO_WHITE;
+    const double x[4] = {(double)photo->x[PHOTO_T], (double)photo->x[PHOTO_R], (double)photo->x[PHOTO_FLASH],
+                         (double)(white[0] + white[1] + white[2]) / 3};
     double sum = 0;
-    for (int k = 0; k < PHOTO_WHITE; k++) {
-        double x = (double)photo->x[k];
-        sum += x * x;
-        gradient[k] += weight * 2 * x;
+    for (int k = 0; k < 4; k++) {
+        double along = guess->along[k], d = 2 * (guess->held[k] * x[k] + guess->held_along[k] * along);
+        sum += guess->held[k] * x[k] * x[k] + guess->held_along[k] * along * along;
+        for (int c = 0; c < 3 && k == PHOTO_WHITE; c++) gradient[PHOTO_WHITE + c] += weight * d / 3;
+        if (k < PHOTO_WHITE) gradient[k] += weight * d;
     }
-    double exposure = (double)(photo->x[PHOTO_WHITE] + photo->x[PHOTO_WHITE + 1] + photo->x[PHOTO_WHITE + 2]) / 3;
-    for (int k = PHOTO_WHITE; k < PHOTO_NUMBERS; k++) gradient[k] += weight * 2 * exposure / 3;
-    sum += exposure * exposure;
     return sum;
 }
 

@@ -36,6 +36,14 @@ enum {
 };
 
 struct PhotoState;
+
+// How much a photo's light may differ, by what the others' does: PHOTO_T, PHOTO_R, PHOTO_FLASH and the exposure.
+typedef struct PhotoGuess {
+    double along[4];      // what of the number goes along with the photo's place
+    double held[4];       // factor on the square of the number,
+    double held_along[4]; // and on that of this part
+} PhotoGuess;
+
 struct ViewLoss;  // engine/view_loss.h: a view's images, for terms on images
 struct CloudLoss; // and a range of Gaussians
 
@@ -51,7 +59,7 @@ typedef struct LossInfo {
     // Adds a strip's gradient, and the strip's part of the term (not weighted) to sum. NULL: the row above does it.
     void (*rows)(const struct ViewLoss *view, int y0, int y1, double sum[LOSS_TERMS]);
     // The same for the numbers of the photo (engine.h: PhotoState); returns the term.
-    double (*photo)(const struct PhotoState *photo, double weight, double gradient[]);
+    double (*photo)(const struct PhotoState *photo, const PhotoGuess *guess, double weight, double gradient[]);
     double (*response)(const double response[], double weight, double gradient[]); // and for Scene.response
     void (*gaussians)(const struct CloudLoss *cloud, double sum[LOSS_TERMS]);      // the same for a range of Gaussians
 } LossInfo;

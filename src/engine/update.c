@@ -142,7 +142,7 @@ static ShadeLight middle_light(const HostEngine *e)
 {
     ShadeLight light = {.flash_distance = (float)e->scene.flash_distance};
     double middle[3];
-    fs_update_numbers_middle(e, middle);
+    fs_update_photo_middle(e, middle);
     for (int k = 0; k < 3; k++) {
         light.centre[k] = (float)middle[k];
         light.tint[k] = (float)e->scene.gain_color[k];

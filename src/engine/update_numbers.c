@@ -1,12 +1,10 @@
-// The numbers beside the clouds that a step moves: those of the whole scene and those of the photo.
+// The numbers beside the clouds that a step moves: those of the whole scene, and those of the photo (update_photo.c).
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 
 #include "engine/update.h"
 
-#define RATE_PHOTO 5e-3  // of a photo's numbers, which are logarithms
-#define PLACE_RIDGE 0.01 // so that photos from one line or one place will do
 enum {
     GREY_KNOT = 6,                         // of the response, which stays
     FIRST_KNOT = 8 + FS_OPTICS_VIGNETTING, // among the numbers
@@ -103,111 +101,8 @@ static void update_numbers(const Update *u, StepResult *result)
     if (u->args->learn & LEARN_RESPONSE) fix_response(scene);
 }
 
-// ---- the numbers of the photo ----
-
-void fs_update_numbers_middle(const HostEngine *e, double middle[3])
-{
-    double centre[3];
-    for (int k = 0; k < 3; k++) middle[k] = 0;
-    for (int i = 0; i < e->n_views; i++) {
-        fs_camera_centre(&e->views[i].camera, centre);
-        for (int k = 0; k < 3; k++) middle[k] += centre[k] / e->n_views;
-    }
-}
-
-// What is leveled: the mean of n numbers from `number` on, over the photos of one lighting (0, 1) or all (-1).
-typedef struct Level {
-    int number, n, flash;
-    double middle[3];
-} Level;
-
-static bool is_leveled(const Level *level, const HostView *view)
-{
-    return level->flash < 0 || view->flash == (level->flash == 1);
-}
-
-// 1, a photo's place from the middle of all, in extents, and the mean of its numbers.
-static void place_row(const Level *level, const HostView *view, double extent, double row[5])
-{
-    row[0] = 1;
-    fs_camera_centre(&view->camera, row + 1);
-    for (int k = 0; k < 3; k++) row[1 + k] = (row[1 + k] - level->middle[k]) / extent;
-    row[4] = 0;
-    for (int k = 0; k < level->n; k++) row[4] += (double)view->state.x[level->number + k] / level->n;
-}
-
-// Takes off what goes along with the place that photos were taken from (a constant and a slope): that belongs to the
-// scene, which so keeps its brightness, while how a photo's light differs is chance.
-static void level_photos(HostEngine *e, Level level)
-{
-    double sum[4][5] = {{0}}, row[5];
-    int n = 0;
-    fs_update_numbers_middle(e, level.middle);
-    for (int i = 0; i < e->n_views; i++) {
-        if (!is_leveled(&level, &e->views[i])) continue;
-        place_row(&level, &e->views[i], e->scene.extent, row);
-        for (int r = 0; r < 4; r++)
-            for (int c = 0; c < 5; c++) sum[r][c] += row[r] * row[c];
-        n++;
-    }
-    for (int r = 1; r < 4; r++) sum[r][r] += PLACE_RIDGE * n;
-    for (int p = 0; p < 4; p++) // Gauss and Jordan; the matrix is positive definite
-        for (int r = 0; r < 4; r++) {
-            double f = r == p ? 0 : sum[r][p] / sum[p][p];
-            for (int c = p; c < 5; c++) sum[r][c] -= f * sum[p][c];
-        }
-    for (int i = 0; i < e->n_views; i++) {
-        if (!is_leveled(&level, &e->views[i])) continue;
-        place_row(&level, &e->views[i], e->scene.extent, row);
-        float *x = e->views[i].state.x + level.number;
-        for (int k = 0; k < 4 * level.n; k++) x[k / 4] -= (float)(sum[k % 4][4] / sum[k % 4][k % 4] * row[k % 4]);
-    }
-}
-
-// Exposure, which the three channels share, is leveled; each channel has its mean over all photos taken off: flash and
-// no-flash photos may differ in their white balance.
-static void level_white(HostEngine *e)
-{
-    level_photos(e, (Level){.number = PHOTO_WHITE, .n = 3, .flash = -1});
-    for (int k = PHOTO_WHITE; k < PHOTO_NUMBERS; k++) {
-        double sum = 0;
-        for (int i = 0; i < e->n_views; i++) sum += (double)e->views[i].state.x[k];
-        for (int i = 0; i < e->n_views; i++) e->views[i].state.x[k] -= (float)(sum / e->n_views);
-    }
-}
-
-static void update_photo(const Update *u, StepResult *result)
-{
-    HostEngine *e = u->engine;
-    PhotoState *state = &u->photo->state;
-    const RasterTask *T = u->task[LAYER_T_N], *R = u->task[LAYER_R];
-    double g[PHOTO_NUMBERS] = {[PHOTO_T] = u->pane.T, [PHOTO_R] = u->pane.R};
-    bool lit = u->plan->T.lit && T;
-    for (int k = 0; k < 3; k++) {
-        g[PHOTO_WHITE + k] = u->calibration.white[k];
-        double on_T = lit ? T->d_tint[k] * (double)u->plan->T.light.tint[k] : 0;
-        double on_R = lit && R ? R->d_tint[k] * (double)u->plan->R.light.tint[k] : 0;
-        g[PHOTO_T] -= on_T;
-        g[PHOTO_R] -= on_R;
-        g[PHOTO_FLASH] += on_T + on_R;
-    }
-    for (int k = 0; k < LOSS_TERMS; k++)
-        if (u->args->weight[k] > 0 && fs_loss_terms[k].photo)
-            result->loss[k] += fs_loss_terms[k].photo(state, u->args->weight[k], g);
-    AdamRate rate = fs_adam_rate(RATE_PHOTO * u->args->settle, u->args->step / e->n_views + 1);
-    for (int k = 0; k < PHOTO_NUMBERS; k++) {
-        if (!(u->args->learn & (k < PHOTO_WHITE ? LEARN_LIGHT : LEARN_WHITE))) continue;
-        if (k == PHOTO_FLASH ? !lit : k < PHOTO_FLASH && !u->plan->pane_beta) continue;
-        float d = (float)g[k];
-        AdamFields fields = {&state->x[k], &d, &state->m[k], &state->v[k]};
-        e->kernels.adam->step(&fields, 1, rate);
-    }
-    for (int k = 0; k < PHOTO_WHITE; k++) level_photos(e, (Level){.number = k, .n = 1, .flash = u->photo->flash});
-    if (u->args->learn & LEARN_WHITE) level_white(e);
-}
-
 void fs_update_numbers_run(const Update *update, StepResult *result)
 {
     update_numbers(update, result);
-    if (update->args->learn & (LEARN_LIGHT | LEARN_WHITE)) update_photo(update, result);
+    if (update->args->learn & (LEARN_LIGHT | LEARN_WHITE)) fs_update_photo_run(update, result);
 }

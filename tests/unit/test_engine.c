@@ -129,6 +129,39 @@ static void test_devices_train_alike(void **state)
     }
 }
 
+// What the prior costs of a photo at the end of a row of ten whose light rises along the row, and jumps by so much.
+static double cost_of_light(const char *device, const Scene *scene, double jumps)
+{
+    StepArgs args = make_args(scene);
+    StepResult result = {0};
+    Engine *engine = open_engine(device, scene);
+    for (int i = 0; i < 10; i++) {
+        const int up = (i + 1) / 2 % 2 ? -1 : 1; // goes along with nothing
+        const PhotoState light = {.x = {[PHOTO_T] = (float)(0.02 * (i - 4.5) / 4.5 + jumps * up)}};
+        Camera camera = make_camera();
+        camera.w2c[3] += 0.5 * scene->extent * (i - 4.5);
+        load_photo_with(engine, &camera, false, &light);
+    }
+    args.view = 9;
+    assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+    fs_engine_free(engine);
+    return result.loss[LOSS_PHOTO_REG];
+}
+
+// A capture under one light has no light that rises along the photos' way; one whose light jumps may have.
+static void test_light_that_goes_along_with_the_place(void **state)
+{
+    (void)state;
+    Scene scene = make_scene(&kinds[0]);
+    FOR_DEVICES(d)
+    {
+        double even = cost_of_light(devices[d], &scene, 0), uneven = cost_of_light(devices[d], &scene, 0.04);
+        assert_true(even > 50 * 0.02 * 0.02);
+        assert_true(uneven > 0.01 * 0.06 * 0.06 && uneven < 0.3 * 0.06 * 0.06);
+    }
+    fs_scene_free(&scene);
+}
+
 // Scene and state, taken down amid a training and put up elsewhere, go on to the same bits.
 static void test_state_goes_on(void **state)
 {
@@ -331,6 +364,7 @@ int main(void)
         cmocka_unit_test(test_renders),
         cmocka_unit_test(test_devices_train_alike),
         cmocka_unit_test(test_state_goes_on),
+        cmocka_unit_test(test_light_that_goes_along_with_the_place),
         cmocka_unit_test(test_scene_down_in_parts),
         cmocka_unit_test(test_edit),
         cmocka_unit_test(test_refused),
