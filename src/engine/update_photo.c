@@ -116,14 +116,16 @@ static PhotoGuess guess(const HostEngine *e, const HostView *photo)
 
 // ---- the step ----
 
-// The scene keeps its brightness.
-static void take_mean_off(HostEngine *e, Among among)
+// The scene keeps its brightness: photos of either lighting have none of their own at the middle of all places.
+static void take_middle_off(HostEngine *e, Among among)
 {
-    double mean[4] = {0}, sum[4][4] = {{0}};
-    sum_rows(e, &among, mean, sum);
+    PhotoFit fit = fs_update_photo_fit(e, among);
+    double middle[3], there = fit.mean[3];
+    fs_update_photo_middle(e, middle);
+    for (int k = 0; k < 3; k++) there += fit.slope[k] * (middle[k] / e->scene.extent - fit.mean[k]);
     for (int i = 0; i < e->n_views; i++)
         for (int k = 0; k < among.n && is_among(&among, &e->views[i]); k++)
-            e->views[i].state.x[among.number + k] -= (float)mean[3];
+            e->views[i].state.x[among.number + k] -= (float)there;
 }
 
 static void gradients(const Update *u, double g[PHOTO_NUMBERS])
@@ -161,7 +163,7 @@ void fs_update_photo_run(const Update *u, StepResult *result)
         AdamFields fields = {&state->x[k], &d, &state->m[k], &state->v[k]};
         e->kernels.adam->step(&fields, 1, rate);
     }
-    for (int k = 0; k < PHOTO_WHITE; k++) take_mean_off(e, (Among){k, 1, u->photo->flash});
+    for (int k = 0; k < PHOTO_WHITE; k++) take_middle_off(e, (Among){k, 1, u->photo->flash});
     for (int k = PHOTO_WHITE; k < PHOTO_NUMBERS; k++) // flash and no-flash photos may differ in their white balance
-        if (u->args->learn & LEARN_WHITE) take_mean_off(e, (Among){k, 1, -1});
+        if (u->args->learn & LEARN_WHITE) take_middle_off(e, (Among){k, 1, -1});
 }
