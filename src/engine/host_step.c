@@ -220,6 +220,20 @@ static void forward_job(void *context, int strip, int worker)
     s->strips[strip].pearson = k->pearson->sums(&args, y0, y1);
 }
 
+// What is clipped without the flash is mostly a lamp, and lamps are mostly mirrored: T and R could each be as bright.
+static void leave_lamps(const Step *s, int y0, int y1)
+{
+    const HostEngine *e = s->engine;
+    if (!s->args->lamps_mirrored || s->view->flash || !s->images.R || !e->scene.shared_geometry) return;
+    for (int y = y0; y < y1; y++) {
+        const float *trust = fs_planes_row(&s->pixels.trust, 0, y);
+        for (int c = 0; c < s->images.T->colors; c++) {
+            float *d = fs_planes_row(&s->images.T->d_feature, c, y);
+            for (int x = 0; x < s->pixels.camera.width; x++) d[x] = trust[x] > 0 ? d[x] : 0;
+        }
+    }
+}
+
 static void backward_job(void *context, int strip, int worker)
 {
     Step *s = context;
@@ -231,7 +245,10 @@ static void backward_job(void *context, int strip, int worker)
     fs_view_images_zero(&s->images, y0, y1);
     for (int k = 0; k < LOSS_TERMS; k++) {
         // What d_P says goes back through the image equation as soon as the photo's terms are done.
-        if (k == LOSS_DSSIM + 1) fs_view_images_backward(&s->images, y0, y1, &sums->calibration);
+        if (k == LOSS_DSSIM + 1) {
+            fs_view_images_backward(&s->images, y0, y1, &sums->calibration);
+            leave_lamps(s, y0, y1);
+        }
         bool wanted = s->args->weight[k] > 0 || k == LOSS_L1; // l1's row is dssim's and contrast's too
         if (wanted && fs_loss_terms[k].rows) fs_loss_terms[k].rows(&loss, y0, y1, sums->loss);
     }

@@ -16,6 +16,9 @@
 #define SETTLE_FALL 0.1     // experiment  of the other rates, over the share `settle` of the steps
 #define EXPLORE 5e5         // MCMC        noise on the means, in their rate
 
+// Lamps, as bright in either scene.
+#define LAMPS_UNTIL 0.4 // experiment  of the steps: R has them by then
+
 // Levels, from coarse to fine.
 #define COARSE_UNTIL 0.5 // experiment  share of the steps before the full size
 enum {

@@ -498,6 +498,51 @@ static void test_residual(void **state)
     for (int i = 0; i < 3 * OCCLUSION_CELLS; i++) assert_true(fabsf(residual[0][i] - residual[1][i]) < 1e-4f);
 }
 
+// Whether a step at a photo that is clipped everywhere moves the colours of T and of R.
+static void look_at_lamps(const char *device, bool flash, bool mirrored, bool moved[2])
+{
+    Scene scene = make_scene(&kinds[0]), after = {0};
+    const Camera camera = make_camera();
+    Image photo = {0}, mask = {0};
+    StepResult result;
+    assert_int_equal(fs_image_new(&photo, W, H, 3, NULL), 0);
+    assert_int_equal(fs_image_new(&mask, W, H, 1, NULL), 0);
+    for (int i = 0; i < W * H * 3; i++) photo.px[i] = 6;
+    Engine *engine = open_engine(device, &scene);
+    const EngineView view = {&camera, flash, &photo, &mask, unlike, 0, 0};
+    StepArgs args = make_args(&scene);
+    args.rate[CLOUD_COLORS] = 0.01;
+    args.lamps_mirrored = mirrored;
+    assert_int_equal(fs_engine_load_view(engine, &view, NULL), 0);
+    assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+    assert_true(result.loss[LOSS_L1] > 0.1);
+    assert_int_equal(fs_engine_scene_down(engine, 1u << LAYER_T_N | 1u << LAYER_R, &after, NULL), 0);
+    for (int k = 0; k < 2; k++) {
+        Layer layer = k ? LAYER_R : LAYER_T_N;
+        double most = 0;
+        for (int i = 0; i < 3 * scene.cloud[layer].n; i++)
+            most = fmax(most, fabs((double)scene.cloud[layer].field[CLOUD_COLORS][i] -
+                                   (double)after.cloud[layer].field[CLOUD_COLORS][i]));
+        moved[k] = most > 0.005;
+    }
+    fs_engine_free(engine);
+    fs_scene_free(&scene);
+    fs_scene_free(&after);
+    fs_image_free(&photo);
+    fs_image_free(&mask);
+}
+
+static void test_lamps(void **state)
+{
+    (void)state;
+    FOR_DEVICES(d) for (int flash = 0; flash < 2; flash++) for (int mirrored = 0; mirrored < 2; mirrored++)
+    {
+        bool moved[2];
+        look_at_lamps(devices[d], flash == 1, mirrored == 1, moved);
+        assert_true(moved[0] == (flash || !mirrored) && moved[1]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -507,6 +552,7 @@ int main(void)
         cmocka_unit_test(test_gradients_of_numbers),
         cmocka_unit_test(test_gradient_of_veil),
         cmocka_unit_test(test_gradients_of_photo),
+        cmocka_unit_test(test_lamps),
         cmocka_unit_test(test_gradients_of_occlusion),
         cmocka_unit_test(test_occlusion_hides_R),
         cmocka_unit_test(test_gradients_of_some_pixels),

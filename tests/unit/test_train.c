@@ -250,6 +250,7 @@ static void test_schedule(void **state)
     fs_schedule_step(set, &scene, 799, &late);
     fs_schedule_step(set, &scene, 999, &last);
     assert_true(!first.veil_ambient && late.veil_ambient); // once the scenes stand
+    assert_true(first.lamps_mirrored && !late.lamps_mirrored);
     assert_true(fabs(first.rate[CLOUD_MEANS] / (4e-3 * 2) - pow(0.01, 0.001)) < 1e-9);
     assert_true(fabs(last.rate[CLOUD_MEANS] / (4e-3 * 2) - 0.01) < 1e-9);
     assert_true(fabs(first.rate[CLOUD_COLORS] - 2 * 2.5e-3) < 1e-12 && first.rate[CLOUD_OPACITIES] == 5e-2);
