@@ -123,8 +123,8 @@ typedef struct StepArgs {
     bool blind;                // colours of fields are taken to be the same from everywhere
     int every;                 // of the samples along a ray of fields, only one of so many; 0: all
     double darkest[LAYERS];    // least tone-mapped colour of a Gaussian
-    bool lamps_mirrored;       // T learns nothing of what photos without the flash show clipped, where it has the
-                               // flash's light on Gaussians of its own
+    bool lamps_mirrored;       // T learns nothing of what photos without the flash show clipped, where both lightings
+                               // are of the same Gaussians (Scene.shared_geometry)
     bool statistics;           // keep CloudState.screen
     unsigned learn;            // of the camera (LEARN_*)
     double settle;             // factor on the rates of what is learned of the camera

@@ -224,7 +224,8 @@ static void forward_job(void *context, int strip, int worker)
 static void leave_lamps(const Step *s, int y0, int y1)
 {
     const HostEngine *e = s->engine;
-    if (!s->args->lamps_mirrored || s->view->flash || !s->images.R || !e->scene.shared_geometry) return;
+    const bool gaussians = e->scene.shared_geometry && !fs_radiance_is(&e->scene.field);
+    if (!s->args->lamps_mirrored || s->view->flash || !s->images.R || !gaussians) return;
     for (int y = y0; y < y1; y++) {
         const float *trust = fs_planes_row(&s->pixels.trust, 0, y);
         for (int c = 0; c < s->images.T->colors; c++) {

@@ -16,25 +16,9 @@ typedef struct Update {
     double veil_ambient[3]; // dL/d of Veil.ambient
 } Update;
 
-void fs_update_numbers_run(const Update *update, StepResult *result);      // update_numbers.c
-void fs_update_photo_run(const Update *update, StepResult *result);        // update_photo.c
-void fs_update_photo_middle(const HostEngine *engine, double middle[3]);   // of the photos' cameras
-
-// Of n numbers from PhotoState.x[number] on the mean, in photos of one lighting (0, 1) or all (-1): a plane over the
-// places that they were taken from, in extents.
-typedef struct Among {
-    int number, n, flash;
-} Among;
-typedef struct PhotoFit {
-    double mean[4]; // of the places, and of the number
-    double slope[3];
-    double left; // sum of the squares of what lies off the plane,
-    int freedom; // of so many free ones; 0: the plane takes it all
-} PhotoFit;
-PhotoFit fs_update_photo_fit(const HostEngine *engine, Among among);
-// The plane at a photo, less the mean.
-double fs_update_photo_along(const HostEngine *engine, Among among, const PhotoFit *fit, const HostView *photo);
-
+void fs_update_numbers_run(const Update *update, StepResult *result);    // update_numbers.c
+void fs_update_photo_run(const Update *update, StepResult *result);      // update_photo.c
+void fs_update_photo_middle(const HostEngine *engine, double middle[3]); // of the photos' cameras
 int fs_update_run(const Update *update, StepResult *result, FsError *err);
 int fs_update_volumes_run(const Update *update,
                           FsError *err); // update_volumes.c: radiance fields, after a backward pass

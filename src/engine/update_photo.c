@@ -4,8 +4,8 @@
 // where it looks. What goes along with the place that photos were taken from is told least: a scene that is brighter at
 // one side, as seen from that side, fits as well. How much photos' light differs at all, though, is plain from what
 // does not go along with the place. So that variance says how large differences may be, and how much of them may go
-// along (empirical Bayes): of a capture under one light nothing is taken off the scene, of one whose light drifts it
-// all is.
+// along (empirical Bayes): in a capture under one light what goes along is the scene's, in one whose light drifts it is
+// the light's.
 #include <math.h>
 #include <string.h>
 
@@ -20,6 +20,18 @@
 #define ALONG_MOST 100.0
 
 // ---- what the other photos tell ----
+
+// Of n numbers from PhotoState.x[number] on the mean, in photos of one lighting (0, 1) or all (-1): a plane over the
+// places that they were taken from, in extents.
+typedef struct Among {
+    int number, n, flash;
+} Among;
+typedef struct PhotoFit {
+    double mean[4]; // of the places, and of the number
+    double slope[3];
+    double left; // sum of the squares of what lies off the plane,
+    int freedom; // of so many free ones; 0: the plane takes it all
+} PhotoFit;
 
 static bool is_among(const Among *among, const HostView *view)
 {
@@ -66,7 +78,7 @@ static int sum_rows(const HostEngine *e, const Among *among, double mean[4], dou
     return n;
 }
 
-PhotoFit fs_update_photo_fit(const HostEngine *e, Among among)
+static PhotoFit fit_plane(const HostEngine *e, Among among)
 {
     PhotoFit fit = {{0}, {0}, 0, 0};
     double sum[4][4] = {{0}}, m[3][4];
@@ -90,7 +102,8 @@ PhotoFit fs_update_photo_fit(const HostEngine *e, Among among)
     return fit;
 }
 
-double fs_update_photo_along(const HostEngine *e, Among among, const PhotoFit *fit, const HostView *photo)
+// The plane at a photo, less the mean.
+static double along_place(const HostEngine *e, Among among, const PhotoFit *fit, const HostView *photo)
 {
     double row[4], along = 0;
     place_row(e, &among, photo, row);
@@ -99,15 +112,16 @@ double fs_update_photo_along(const HostEngine *e, Among among, const PhotoFit *f
 }
 
 // T's and R's light differs as much whether the flash fires or not.
+_Static_assert(sizeof(PhotoGuess) == 3 * (PHOTO_WHITE + 1) * sizeof(double), "a number each, and the exposure");
 static PhotoGuess guess(const HostEngine *e, const HostView *photo)
 {
     PhotoGuess g;
     for (int k = 0; k <= PHOTO_WHITE; k++) {
         Among own = {k, k < PHOTO_WHITE ? 1 : 3, k < PHOTO_WHITE ? photo->flash : -1};
-        PhotoFit fit = fs_update_photo_fit(e, own), other = {{0}, {0}, 0, 0};
-        if (k < PHOTO_FLASH) other = fs_update_photo_fit(e, (Among){k, 1, !photo->flash});
+        PhotoFit fit = fit_plane(e, own), other = {{0}, {0}, 0, 0};
+        if (k < PHOTO_FLASH) other = fit_plane(e, (Among){k, 1, !photo->flash});
         double variance = (fit.left + other.left) / fmax(fit.freedom + other.freedom, 1) + 1e-12;
-        g.along[k] = fs_update_photo_along(e, own, &fit, photo);
+        g.along[k] = along_place(e, own, &fit, photo);
         g.held[k] = fmin(fmax(USUAL_SPREAD * USUAL_SPREAD / variance, HELD_LEAST), 1);
         g.held_along[k] = fmin(PLACE_SPREAD * PLACE_SPREAD / variance, ALONG_MOST);
     }
@@ -119,7 +133,7 @@ static PhotoGuess guess(const HostEngine *e, const HostView *photo)
 // The scene keeps its brightness: photos of either lighting have none of their own at the middle of all places.
 static void take_middle_off(HostEngine *e, Among among)
 {
-    PhotoFit fit = fs_update_photo_fit(e, among);
+    PhotoFit fit = fit_plane(e, among);
     double middle[3], there = fit.mean[3];
     fs_update_photo_middle(e, middle);
     for (int k = 0; k < 3; k++) there += fit.slope[k] * (middle[k] / e->scene.extent - fit.mean[k]);
