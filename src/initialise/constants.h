@@ -32,6 +32,8 @@ enum {
     STEREO_STEPS_MAX = 128,       // -
     STEREO_VOTES = 2,             // -          of other views that a point needs
     COLORS_TURNS = 3,             // -          in which the two scenes are freed from each other
+    BEFORE_NEIGHBOURS = 16,       // -          points of the transmitted surface in the direction of a mirrored seed
+    BEFORE_FARTHER = 2,           // experiment of them are farther than a seed that is left out
     SEEDS_SURFACE_POINTS = 25000, // -          that a surface is drawn from at most
     COLORED_FEWEST = 8,           // -          points of a kind below which its depth is guessed
     ADVISE_FEW_POINTS = 50,       // captures
@@ -89,6 +91,7 @@ enum {
 #define NEAR_DEPTH 0.5f             // -          log of the odds for "transmitted" at depths where lit things lie
 #define OUTLIERS_FARTHER_T 1.5f     // experiment times as far from points of its own scene as from the other's
 #define OUTLIERS_FARTHER_R 6.0f     // experiment
+#define BEFORE_MOST 0.2f            // -          share of the mirrored seeds; were it more, they would all stay
 #define SURFACE_SAME 0.05f          // -          relative depth within which points are of one surface
 #define SEEDS_COVERED 0.15f         // -          a cell is covered by a seed this near to its surface, relative depth
 #define SEEDS_SURFACE_SHARE 0.7f    // -          of what is left after the points; the rest are copies

@@ -8,6 +8,7 @@
 #include "base/order.h"
 #include "image/tone.h"
 #include "initialise/constants.h"
+#include "initialise/outliers.h"
 
 typedef struct Blob {
     float opacity, size;
@@ -84,6 +85,26 @@ static int deal_points(const SparsePoints *points, unsigned char **kind, FsError
     return 0;
 }
 
+// Leaves out the mirrored seeds that lie before the dense points of the transmitted scene.
+static int drop_before(const Start *start, ColoredSeeds *p, FsError *err)
+{
+    Seeds *R = &p->R;
+    unsigned char *before = malloc((size_t)R->n + 1);
+    int rc = 0, kept = 0;
+    if (!before) return fs_error_memory(err);
+    TRY(fs_outliers_before(start->views, start->dense[0], R, start->threads, before, err));
+    for (int i = 0; i < R->n; i++) {
+        if (before[i]) continue;
+        memmove(R->xyz + 3 * (size_t)kept, R->xyz + 3 * (size_t)i, sizeof(float) * 3);
+        memmove(p->R_color + 3 * (size_t)kept, p->R_color + 3 * (size_t)i, sizeof(float) * 3);
+        R->scale[kept++] = R->scale[i];
+    }
+    R->n = kept;
+fail:
+    free(before);
+    return rc;
+}
+
 int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, FsError *err)
 {
     int rc = 0;
@@ -113,6 +134,7 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
         dealt_start.dense[0] = dealt_start.dense[1] = &none;
     }
     TRY(fs_colored_seeds_make(&dealt_start, set->init_count, &colored, err));
+    if (scene->shared_geometry) TRY(drop_before(&dealt_start, &colored, err));
     TRY(fill_scene(start->views, &colored, scene, err));
     Cloud *T = &scene->cloud[LAYER_T_N];
     if (scene->separation != SEPARATION_FULL) memset(T->field[CLOUD_GAINS], 0, sizeof(float) * (size_t)T->n);

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <string.h>
 
 #include "base/knn.h"
 #include "initialise/constants.h"
@@ -56,5 +57,56 @@ fail:
     fs_knn_free(tree[1]);
     free(some);
     free(drop);
+    return rc;
+}
+
+// ---- mirrored seeds before the transmitted surface ----
+
+typedef struct Before {
+    const SmallViews *views;
+    const Seeds *seeds;
+    const KnnTree *direction; // of the surface's points in the middle view: x / z, y / z, 0
+    const float *depth;       // log z of these
+    unsigned char *before;
+} Before;
+
+static void before_job(void *context, int i, int worker)
+{
+    (void)worker;
+    const Before *w = context;
+    float uvl[3], dist2[BEFORE_NEIGHBOURS];
+    int index[BEFORE_NEIGHBOURS], farther = 0;
+    w->before[i] = 0;
+    if (!fs_small_views_direction(w->views, w->seeds->xyz + 3 * (size_t)i, uvl)) return;
+    fs_knn_query(w->direction, (float[3]){uvl[0], uvl[1], 0}, -1, BEFORE_NEIGHBOURS, index, dist2);
+    for (int k = 0; k < BEFORE_NEIGHBOURS; k++) farther += index[k] >= 0 && w->depth[index[k]] > uvl[2];
+    w->before[i] = farther >= BEFORE_FARTHER;
+}
+
+int fs_outliers_before(const SmallViews *views, const PointList *surface, const Seeds *seeds, Threads *threads,
+                       unsigned char *before, FsError *err)
+{
+    size_t size = (size_t)surface->n + 1;
+    float *place = calloc(3 * size, sizeof *place), *depth = malloc(sizeof *depth * size), uvl[3];
+    KnnTree *tree = NULL;
+    int rc = 0, n = 0, count = 0;
+    memset(before, 0, (size_t)seeds->n);
+    if (!place || !depth) TRY(fs_error_memory(err));
+    for (int i = 0; i < surface->n; i++) {
+        if (!fs_small_views_direction(views, surface->xyz + 3 * (size_t)i, uvl)) continue;
+        memcpy(place + 3 * (size_t)n, uvl, sizeof(float) * 2);
+        depth[n++] = uvl[2];
+    }
+    if (n < BEFORE_NEIGHBOURS) goto fail;
+    tree = fs_knn_new(place, n);
+    if (!tree) TRY(fs_error_memory(err));
+    Before work = {views, seeds, tree, depth, before};
+    fs_threads_for(threads, seeds->n, before_job, &work);
+    for (int i = 0; i < seeds->n; i++) count += before[i];
+    if ((float)count > BEFORE_MOST * (float)seeds->n) memset(before, 0, (size_t)seeds->n);
+fail:
+    fs_knn_free(tree);
+    free(place);
+    free(depth);
     return rc;
 }

@@ -321,6 +321,27 @@ static void test_beside_edge(void **state)
 
 // Transmitted sparse points on the plane z = 1, mirrored ones on z = 2: dense points of either scene, and one thing
 // that only the mirrored scene's dense points know, near the first plane but not on it.
+// Mirrored seeds before what is behind the pane; where they are many they stay.
+static void test_before(void **state)
+{
+    (void)state;
+    enum { SURFACE = 600, SEEDS = 200 };
+    float surface_xyz[3 * SURFACE], seed_xyz[3 * SEEDS], scale[SEEDS] = {0};
+    unsigned char before[SEEDS];
+    const PointList surface = {.n = SURFACE, .xyz = surface_xyz}, none = {0};
+    const Seeds seeds = {SEEDS, seed_xyz, scale};
+    scatter(surface_xyz, SURFACE, 2, 1);
+    for (int near = 20; near <= 80; near += 60) {
+        bool many = near > BEFORE_MOST * SEEDS;
+        scatter(seed_xyz, near, 1.8, 2);
+        scatter(seed_xyz + 3 * (size_t)near, SEEDS - near, 3, 3);
+        assert_int_equal(fs_outliers_before(&views, &surface, &seeds, NULL, before, NULL), 0);
+        for (int i = 0; i < SEEDS; i++) assert_int_equal(before[i], i < near && !many);
+        assert_int_equal(fs_outliers_before(&views, &none, &seeds, NULL, before, NULL), 0);
+        for (int i = 0; i < SEEDS; i++) assert_int_equal(before[i], 0);
+    }
+}
+
 static void test_outliers(void **state)
 {
     (void)state;
@@ -454,6 +475,7 @@ int main(void)
         cmocka_unit_test(test_dim_transmitted),
         cmocka_unit_test(test_beside_edge),
         cmocka_unit_test(test_outliers),
+        cmocka_unit_test(test_before),
         cmocka_unit_test(test_fill),
         cmocka_unit_test(test_seeds),
         cmocka_unit_test(test_first_colors),
