@@ -1,4 +1,5 @@
-// Dense points held against the classified sparse ones. Where little of a scene shows, a sweep follows the other
+// What is held against the other scene: dense points against the classified sparse ones, mirrored seeds against the
+// transmitted surface. Where little of a scene shows, a sweep follows the other
 // scene's features; but those points then lie among sparse points known to be of the other scene.
 #ifndef FS_INITIALISE_OUTLIERS_H
 #define FS_INITIALISE_OUTLIERS_H

@@ -319,8 +319,6 @@ static void test_beside_edge(void **state)
     fs_small_views_free(&with_board);
 }
 
-// Transmitted sparse points on the plane z = 1, mirrored ones on z = 2: dense points of either scene, and one thing
-// that only the mirrored scene's dense points know, near the first plane but not on it.
 // Mirrored seeds before what is behind the pane; where they are many they stay.
 static void test_before(void **state)
 {
@@ -342,6 +340,8 @@ static void test_before(void **state)
     }
 }
 
+// Transmitted sparse points on the plane z = 1, mirrored ones on z = 2: dense points of either scene, and one thing
+// that only the mirrored scene's dense points know, near the first plane but not on it.
 static void test_outliers(void **state)
 {
     (void)state;
