@@ -34,6 +34,11 @@ enum {
     COLORS_TURNS = 3,             // -          in which the two scenes are freed from each other
     BEFORE_NEIGHBOURS = 16,       // -          points of the transmitted surface in the direction of a mirrored seed
     BEFORE_FARTHER = 2,           // experiment of them are farther than a seed that is left out
+    REAR_PLANES = 3,              // -          at most (rear.h)
+    REAR_POINTS = 8000,           // -          that they are found by at most,
+    REAR_FEWEST = 100,            // -          and at least
+    REAR_TRIALS = 3000,           // -          a plane
+    REAR_ROUNDS = 5,              // -          of least squares
     SEEDS_SURFACE_POINTS = 25000, // -          that a surface is drawn from at most
     COLORED_FEWEST = 8,           // -          points of a kind below which its depth is guessed
     ADVISE_FEW_POINTS = 50,       // captures
@@ -70,6 +75,10 @@ enum {
 #define LIGHT_GAIN_MAX 1.5f         // -          the logarithm of the gain stays within this
 #define SWEEP_WINDOW_SIGMA 1.1f     // -          grid pixels
 #define SWEEP_EVEN_FLOOR 1e-6f      // -          of a pixel's contrast, squared, in the light that the photo shows
+#define EDGE_TONE 0.3f              // -          power of the light at which colours are compared,
+#define EDGE_RANGE 0.1f             // experiment and how unlike those are that count little for the slow part,
+#define EDGE_LIKE 0.06f             // experiment and in a window, per channel
+#define EDGE_LEAST 1e-3f            // -          weight that counts
 #define SWEEP_AXIS_MIN 0.5          // -          cosine between the optical axes of photos looked at together
 #define SWEEP_SIGMA_SURE 0.15f      // -          uncertainty of the contrast's growth where the photos agree
 #define SWEEP_SIGMA_UNSURE 0.45f    // -
@@ -92,6 +101,10 @@ enum {
 #define OUTLIERS_FARTHER_T 1.5f     // experiment times as far from points of its own scene as from the other's
 #define OUTLIERS_FARTHER_R 6.0f     // experiment
 #define BEFORE_MOST 0.2f            // -          share of the mirrored seeds; were it more, they would all stay
+#define REAR_SAME 0.015             // -          relative depth within which a point is on a plane
+#define REAR_BEHIND 3.0             // -          points on a plane that one behind it is worth
+#define REAR_LEAST 0.03             // -          of all points that a plane needs
+#define REAR_MOST 3.0               // -          times as far as a seed before it
 #define SURFACE_SAME 0.05f          // -          relative depth within which points are of one surface
 #define SEEDS_COVERED 0.15f         // -          a cell is covered by a seed this near to its surface, relative depth
 #define SEEDS_SURFACE_SHARE 0.7f    // -          of what is left after the points; the rest are copies

@@ -9,6 +9,7 @@
 #include "image/tone.h"
 #include "initialise/constants.h"
 #include "initialise/outliers.h"
+#include "initialise/rear.h"
 
 typedef struct Blob {
     float opacity, size;
@@ -105,6 +106,14 @@ fail:
     return rc;
 }
 
+static int add_rear(const Start *start, ColoredSeeds *p, FsError *err)
+{
+    Rear rear;
+    int rc = fs_rear_find(start->views, start->dense[0], start->seed, &rear, err);
+    if (rc < 0 || !rear.n) return rc;
+    return fs_rear_add(start->views, &rear, p, err);
+}
+
 int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, FsError *err)
 {
     int rc = 0;
@@ -134,7 +143,10 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
         dealt_start.dense[0] = dealt_start.dense[1] = &none;
     }
     TRY(fs_colored_seeds_make(&dealt_start, set->init_count, &colored, err));
-    if (scene->shared_geometry) TRY(drop_before(&dealt_start, &colored, err));
+    if (scene->shared_geometry) {
+        TRY(drop_before(&dealt_start, &colored, err));
+        TRY(add_rear(&dealt_start, &colored, err));
+    }
     TRY(fill_scene(start->views, &colored, scene, err));
     Cloud *T = &scene->cloud[LAYER_T_N];
     if (scene->separation != SEPARATION_FULL) memset(T->field[CLOUD_GAINS], 0, sizeof(float) * (size_t)T->n);

@@ -58,23 +58,18 @@ static void blur(float *px, float *temp, int width, int height, float sigma, int
 typedef struct Prepare {
     const SmallViews *views;
     Image *fine;
-    int slow_sigma;
+    SweepAim aim;
     bool failed; // out of memory
 } Prepare;
 
-static void prepare_job(void *context, int job, int worker)
+static bool take_slow_off(const Image *photo, int sigma, Image *fine)
 {
-    (void)worker;
-    Prepare *w = context;
-    const Image *photo = &w->views->view[job].photo;
-    Image *fine = &w->fine[job];
-    int width = photo->width, height = photo->height, sigma = w->slow_sigma;
+    int width = photo->width, height = photo->height;
     size_t n = (size_t)width * (size_t)height;
     float *slow = malloc(sizeof(float) * (2 * n + (size_t)width + 6 * (size_t)sigma)),
           *trusted = malloc(sizeof(float) * n);
-    if (!slow || !trusted || fs_image_new(fine, width, height, 4, NULL) < 0) {
-        __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
-    } else {
+    bool done = slow && trusted && fs_image_new(fine, width, height, 4, NULL) == 0;
+    if (done) {
         for (size_t i = 0; i < n; i++) {
             const float *p = photo->px + 3 * i;
             if (!isfinite(p[0] + p[1] + p[2])) continue;
@@ -91,12 +86,25 @@ static void prepare_job(void *context, int job, int worker)
     }
     free(slow);
     free(trusted);
+    return done;
 }
 
-int fs_plane_sweep_prepare(const SmallViews *views, bool reflected, SweepPhotos *photos, Threads *threads, FsError *err)
+static void prepare_job(void *context, int job, int worker)
 {
-    *photos = (SweepPhotos){views, reflected, calloc((size_t)views->n + 1, sizeof(Image))};
-    Prepare work = {views, photos->fine, reflected ? SWEEP_SLOW_SIGMA_R : SWEEP_SLOW_SIGMA_T, false};
+    (void)worker;
+    Prepare *w = context;
+    const Image *photo = &w->views->view[job].photo;
+    bool done =
+        w->aim == AIM_EDGES
+            ? fs_edge_windows_fine(photo, &w->fine[job], NULL) == 0
+            : take_slow_off(photo, w->aim == AIM_REFLECTED ? SWEEP_SLOW_SIGMA_R : SWEEP_SLOW_SIGMA_T, &w->fine[job]);
+    if (!done) __atomic_store_n(&w->failed, true, __ATOMIC_RELAXED);
+}
+
+int fs_plane_sweep_prepare(const SmallViews *views, SweepAim aim, SweepPhotos *photos, Threads *threads, FsError *err)
+{
+    *photos = (SweepPhotos){views, aim, calloc((size_t)views->n + 1, sizeof(Image))};
+    Prepare work = {views, photos->fine, aim, false};
     if (photos->fine) fs_threads_for(threads, views->n, prepare_job, &work);
     if (photos->fine && !work.failed) return 0;
     fs_plane_sweep_photos_free(photos);
@@ -125,6 +133,7 @@ typedef struct Work {
     Warp warp[2 * SWEEP_GROUP_R];
     int n_warps, at_once;         // steps of depth in a job
     double middle_m[3], middle_t; // depth in the middle view times q: m . (x, y, 1) + q t
+    EdgeWindows windows;          // of AIM_EDGES
     Sums *sums;                   // per worker (at_once, height, width)
     float *planes;                // per worker, planes_size()
 } Work;
@@ -154,7 +163,7 @@ static void choose_photos(Work *w, int view)
 {
     const SmallViews *views = w->photos->views;
     const SmallView *from = &views->view[view];
-    int most = w->photos->reflected ? SWEEP_GROUP_R : SWEEP_GROUP_T;
+    int most = w->photos->aim == AIM_REFLECTED ? SWEEP_GROUP_R : SWEEP_GROUP_T;
     w->n_warps = 0;
     for (int g = 0; g < 2; g++) {
         double after = -1; // squared distance and number of the one chosen last
@@ -234,9 +243,14 @@ static void add_photo(const Warp *warp, const Image *fine, double q, int y, int 
     }
 }
 
+// Value k of pixel i lies at k * plane + i * pixel.
+typedef struct Pitch {
+    size_t plane, pixel;
+} Pitch;
+
 // Sums -> the ten planes: products of different photos' values, their numbers, own products, their numbers.
 // even: the products in shares of the photos' own, mean, product, and this more; 0: as they are.
-static void spread(const Sums *sums, size_t n, float even, float *planes)
+static void spread(const Sums *sums, size_t n, float even, Pitch pitch, float *planes)
 {
     for (size_t i = 0; i < n; i++) {
         Four N = sums[i].sum[0], F = sums[i].sum[1], NN = N * N - sums[i].own[0], NF = N * F,
@@ -254,7 +268,7 @@ static void spread(const Sums *sums, size_t n, float even, float *planes)
                                share * own[1],
                                N[3],
                                F[3]};
-        for (int k = 0; k < PLANES; k++) planes[(size_t)k * n + i] = value[k];
+        for (size_t k = 0; k < PLANES; k++) planes[k * pitch.plane + i * pitch.pixel] = value[k];
     }
 }
 
@@ -274,10 +288,36 @@ static void score(const float p[PLANES], float depth_odds, float *transmitted, f
     *reflected = coherence * (1 - share);
 }
 
-// Floats per worker: the planes and what blur() wants.
-static size_t planes_size(const Camera *grid)
+// Floats per worker: the planes, and what blur() wants or their sums over windows.
+static size_t planes_size(const Work *w)
 {
-    return ((size_t)grid->height * (PLANES + 1) + 1) * (size_t)grid->width + 2 * SWEEP_BLUR_RADIUS;
+    const Camera *grid = &w->sweep->camera;
+    size_t n = (size_t)grid->width * (size_t)grid->height;
+    size_t size =
+        w->windows.weight ? 2 * EDGE_VALUES * n : (PLANES + 1) * n + (size_t)grid->width + 2 * SWEEP_BLUR_RADIUS;
+    return (size + 15) / 16 * 16;
+}
+
+// The ten planes summed over windows, within a worker's floats.
+static const float *window_planes(const Work *w, const Sums *sums, float *planes, Pitch *pitch)
+{
+    const Camera *grid = &w->sweep->camera;
+    size_t n = (size_t)grid->width * (size_t)grid->height;
+    float lift = fmaxf((float)w->photos->views->lift, 1);
+    float even = w->photos->aim == AIM_REFLECTED ? 0 : SWEEP_EVEN_FLOOR * lift * lift;
+    if (w->windows.weight) {
+        *pitch = (Pitch){1, EDGE_VALUES};
+        memset(planes, 0, sizeof(float) * EDGE_VALUES * n); // two values are not used
+        spread(sums, n, even, *pitch, planes);
+        fs_edge_windows_sum(&w->windows, planes, planes + EDGE_VALUES * n);
+        return planes + EDGE_VALUES * n;
+    }
+    *pitch = (Pitch){n, 1};
+    spread(sums, n, even, *pitch, planes);
+    for (int k = 0; k < PLANES; k++)
+        blur(planes + n * (size_t)k, planes + n * PLANES, grid->width, grid->height, SWEEP_WINDOW_SIGMA,
+             SWEEP_BLUR_RADIUS);
+    return planes;
 }
 
 // A step's sums -> its scores.
@@ -286,14 +326,11 @@ static void score_step(const Work *w, int step, double q, const Sums *sums, floa
     const PlaneSweep *sweep = w->sweep;
     int width = sweep->camera.width, height = sweep->camera.height;
     size_t n = (size_t)width * (size_t)height;
-    float *temp = planes + n * PLANES;
-    float lift = fmaxf((float)w->photos->views->lift, 1);
-    spread(sums, n, w->photos->reflected ? 0 : SWEEP_EVEN_FLOOR * lift * lift, planes);
-    for (int k = 0; k < PLANES; k++)
-        blur(planes + n * (size_t)k, temp, width, height, SWEEP_WINDOW_SIGMA, SWEEP_BLUR_RADIUS);
+    Pitch pitch;
+    const float *value = window_planes(w, sums, planes, &pitch);
     for (size_t i = 0; i < n; i++) {
         float p[PLANES], u = (float)(i % (size_t)width) + 0.5f, v = (float)(i / (size_t)width) + 0.5f;
-        for (int k = 0; k < PLANES; k++) p[k] = planes[n * (size_t)k + i];
+        for (size_t k = 0; k < PLANES; k++) p[k] = value[k * pitch.plane + i * pitch.pixel];
         double z = (w->middle_m[0] * (double)u + w->middle_m[1] * (double)v + w->middle_m[2]) / q + w->middle_t;
         float odds = z > 0 ? fs_classify_depth_odds(w->odds, (float)log(z)) : 0;
         size_t at = i * (size_t)sweep->steps + (size_t)step;
@@ -319,7 +356,7 @@ static void steps_job(void *context, int job, int worker)
                 add_photo(&w->warp[k], &w->photos->fine[w->warp[k].view], q[s], y, width,
                           sums + n * (size_t)s + (size_t)y * (size_t)width);
     for (int s = 0; s < count; s++)
-        score_step(w, first + s, q[s], sums + n * (size_t)s, w->planes + planes_size(&sweep->camera) * (size_t)worker);
+        score_step(w, first + s, q[s], sums + n * (size_t)s, w->planes + planes_size(w) * (size_t)worker);
 }
 
 static void set_middle(Work *w)
@@ -353,13 +390,16 @@ int fs_plane_sweep_run(const SweepPhotos *photos, int view, const DepthRange *ra
     int at_once = range->steps / (int)workers; // so that each worker has a job
     at_once = at_once < 1 ? 1 : at_once > MOST_AT_ONCE ? MOST_AT_ONCE : at_once;
     Work w = {.photos = photos, .odds = odds, .sweep = sweep, .at_once = at_once};
+    if (photos->aim == AIM_EDGES)
+        TRY(fs_edge_windows_new(&photos->views->view[view].photo, width, height, &w.windows, err));
     w.sums = aligned_alloc(64, sizeof *w.sums * n * (size_t)at_once * workers);
-    w.planes = malloc(sizeof(float) * planes_size(&sweep->camera) * workers);
+    w.planes = aligned_alloc(64, sizeof(float) * planes_size(&w) * workers);
     if (!sweep->score[0] || !sweep->score[1] || !w.sums || !w.planes) TRY(fs_error_memory(err));
     choose_photos(&w, view);
     set_middle(&w);
     fs_threads_for(threads, (range->steps + at_once - 1) / at_once, steps_job, &w);
 fail:
+    fs_edge_windows_free(&w.windows);
     free(w.sums);
     free(w.planes);
     if (rc < 0) fs_plane_sweep_free(sweep);

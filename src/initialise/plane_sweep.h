@@ -2,23 +2,30 @@
 // and the mirrored one. The measure is that of cue.h, dense. The mirrored scene is one room seen whole, and the more
 // places it is seen from, the more the other scene averages out. What is behind the pane hides itself: from elsewhere
 // a bright edge covers what lies in the shade behind it, and the window around it takes its depth. So there fewer
-// photos count, the nearest, and every pixel of the window as much, however strong its contrast is.
+// photos count, the nearest, and every pixel of the window as much, however strong its contrast is. Once the mirrored
+// scene is subtracted from the photos, windows that end at edges find it best (edge_windows.h).
 #ifndef FS_INITIALISE_PLANE_SWEEP_H
 #define FS_INITIALISE_PLANE_SWEEP_H
 
 #include "base/threads.h"
 #include "initialise/classify.h"
+#include "initialise/edge_windows.h"
 #include "initialise/small_views.h"
+
+typedef enum SweepAim {
+    AIM_TRANSMITTED,
+    AIM_REFLECTED,
+    AIM_EDGES, // the transmitted scene, by windows that end at edges
+} SweepAim;
 
 // The photos without their slow parts: (height, width, 4), r g b and 1 where trusted.
 typedef struct SweepPhotos {
     const SmallViews *views; // borrowed
-    bool reflected;          // the scene to be looked for
+    SweepAim aim;            // what is looked for
     Image *fine;             // (views->n)
 } SweepPhotos;
 
-int fs_plane_sweep_prepare(const SmallViews *views, bool reflected, SweepPhotos *photos, Threads *threads,
-                           FsError *err);
+int fs_plane_sweep_prepare(const SmallViews *views, SweepAim aim, SweepPhotos *photos, Threads *threads, FsError *err);
 void fs_plane_sweep_photos_free(SweepPhotos *photos);
 
 typedef struct DepthRange {

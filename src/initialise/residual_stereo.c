@@ -10,9 +10,10 @@
 
 // Gives both scenes as found so far colours, subtracts the other one from the photos and looks for this one in what is
 // left: the points with so many votes.
-static int look_again(const Start *start, bool reflected, float lit_odds, int votes, DepthMaps *maps, PointList *found,
+static int look_again(const Start *start, SweepAim aim, float lit_odds, int votes, DepthMaps *maps, PointList *found,
                       FsError *err)
 {
+    bool reflected = aim == AIM_REFLECTED;
     int rc = 0;
     ColoredSeeds seeds = {0};
     SmallViews residual = {0};
@@ -22,7 +23,7 @@ static int look_again(const Start *start, bool reflected, float lit_odds, int vo
     const Seeds *other = reflected ? &seeds.T : &seeds.R;
     const float *without = reflected ? seeds.T_N : seeds.R_color, *with = reflected ? seeds.T_F : seeds.R_color;
     TRY(fs_first_colors_subtract(start->views, other, without, with, &residual, start->threads, err));
-    TRY(fs_stereo_renew(start, &residual, reflected, lit_odds, maps, err));
+    TRY(fs_stereo_renew(start, &residual, aim, lit_odds, maps, err));
     fs_points_list_free(found);
     TRY(fs_stereo_fuse(maps, reflected, votes, found, err));
 fail:
@@ -57,7 +58,7 @@ static unsigned char *kinds_but_dull(const Start *start)
 // A mirrored chair before the pane lies at depths where lit things lie, and its neighbours in space are lit: it is
 // taken for transmitted. Without such dull points the transmitted scene does not explain it, so that it is left in the
 // photos; what nearly all views then agree on is mirrored, wherever it lies. Adds to dense[1], alone: what is between
-// such points and the others is more likely far. maps are used up.
+// such points and the others is more likely far. The transmitted maps are used up.
 static int find_near(const Start *start, DepthMaps *maps, PointList dense[2], FsError *err)
 {
     int rc = 0;
@@ -72,7 +73,7 @@ static int find_near(const Start *start, DepthMaps *maps, PointList dense[2], Fs
     without_dull.points = &points;
     without_dull.dense[0] = &lit;
     int votes = (int)fmaxf(ceilf(NEAR_AGREE * 2 * (float)(maps->n - 1)), STEREO_VOTES);
-    TRY(look_again(&without_dull, true, NEAR_LIT_ODDS, votes, maps, &found, err));
+    TRY(look_again(&without_dull, AIM_REFLECTED, NEAR_LIT_ODDS, votes, maps, &found, err));
     for (int i = 0; i < found.n; i++) {
         const float *xyz = found.xyz + 3 * (size_t)i;
         if (depth_odds(start, xyz) <= NEAR_DEPTH) continue;
@@ -101,10 +102,12 @@ int fs_residual_stereo_find(const Start *start, PointList dense[2], FsError *err
         TRY(fs_outliers_drop(start->points, k, start->threads, &dense[k], err));
     }
     for (int k = 0; k < 2; k++) {
-        TRY(look_again(&with_dense, k, 1, STEREO_VOTES, &maps, &dense[k], err));
+        TRY(look_again(&with_dense, k ? AIM_REFLECTED : AIM_TRANSMITTED, 1, STEREO_VOTES, &maps, &dense[k], err));
         TRY(fs_outliers_drop(start->points, k, start->threads, &dense[k], err));
     }
     TRY(find_near(&with_dense, &maps, dense, err));
+    TRY(look_again(&with_dense, AIM_EDGES, 1, STEREO_VOTES, &maps, &dense[0], err));
+    TRY(fs_outliers_drop(start->points, false, start->threads, &dense[0], err));
 fail:
     fs_stereo_free(&maps);
     if (rc < 0)

@@ -209,6 +209,7 @@ int fs_seeds_make(const SmallViews *views, const PointList *points, int count, u
     for (int i = 0; i < points->n; i++) // as many as wanted, each as likely (Knuth's algorithm S)
         if (fs_rng_below(&rng, points->n - i) < wanted - seeds->n) append(seeds, points->xyz + 3 * (size_t)i);
     int surface = (int)(SEEDS_SURFACE_SHARE * (float)(count - seeds->n));
+    seeds->n_points = seeds->n;
     TRY(cover_all(views, points, seeds->n + surface, seed + 1, seeds, err));
     TRY(add_copies(points, count, &rng, threads, seeds, err));
     TRY(measure_scales(views, threads, seeds, err));

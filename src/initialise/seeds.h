@@ -9,6 +9,7 @@ typedef struct Seeds {
     int n;
     float *xyz;   // (n, 3) world
     float *scale; // (n) radius, world: distance to the nearest others
+    int n_points; // the first so many are points themselves
 } Seeds;
 
 // points of the scene, at least one in front of a camera.

@@ -176,19 +176,19 @@ fail:
 }
 
 // Sweeps the views and matches one scene, in the photos of `views`, with these odds of depths.
-static int sweep_all(const Start *start, const SmallViews *views, const DepthOdds *odds, bool reflected,
-                     DepthMaps *maps, FsError *err)
+static int sweep_all(const Start *start, const SmallViews *views, const DepthOdds *odds, SweepAim aim, DepthMaps *maps,
+                     FsError *err)
 {
     int rc = 0;
     PlaneSweep sweep[STEREO_VIEWS] = {0};
     SweepPhotos photos = {0};
-    TRY(fs_plane_sweep_prepare(views, reflected, &photos, start->threads, err));
+    TRY(fs_plane_sweep_prepare(views, aim, &photos, start->threads, err));
     for (int k = 0; k < maps->n; k++) {
         if (fs_log_cancelled(start->log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "initialise: stopped"));
         if (maps->range[k].steps > 0)
             TRY(fs_plane_sweep_run(&photos, maps->view[k], &maps->range[k], odds, start->threads, &sweep[k], err));
     }
-    Match match = {sweep, maps->map, reflected, false};
+    Match match = {sweep, maps->map, aim == AIM_REFLECTED, false};
     fs_threads_for(start->threads, maps->n, match_job, &match);
     if (match.failed) rc = fs_error_memory(err);
 fail:
@@ -208,20 +208,21 @@ int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
         maps->view[k] = order[k];
         TRY(find_range(start, order[k], &maps->range[k], err));
     }
-    for (int k = 0; k < 2; k++) TRY(sweep_all(start, views, start->odds, k, maps, err)); // R where T was not found
+    TRY(sweep_all(start, views, start->odds, AIM_TRANSMITTED, maps, err));
+    TRY(sweep_all(start, views, start->odds, AIM_REFLECTED, maps, err)); // where T was not found
 fail:
     free(order);
     if (rc < 0) fs_stereo_free(maps);
     return rc;
 }
 
-int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, float lit_odds, DepthMaps *maps,
+int fs_stereo_renew(const Start *start, const SmallViews *residual, SweepAim aim, float lit_odds, DepthMaps *maps,
                     FsError *err)
 {
     DepthOdds odds = *start->odds;
     for (int i = 0; i < DEPTH_ODDS_STEPS; i++)
         if (odds.odds[i] > 0) odds.odds[i] *= lit_odds;
-    return sweep_all(start, residual, &odds, reflected, maps, err);
+    return sweep_all(start, residual, &odds, aim, maps, err);
 }
 
 void fs_stereo_forget_dull(DepthMaps *maps)

@@ -26,7 +26,7 @@ void fs_stereo_free(DepthMaps *maps);
 int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err);
 // Finds one scene's surfaces once more, in photos that the other one was subtracted from. lit_odds: the share that
 // counts of what depths tell for "transmitted".
-int fs_stereo_renew(const Start *start, const SmallViews *residual, bool reflected, float lit_odds, DepthMaps *maps,
+int fs_stereo_renew(const Start *start, const SmallViews *residual, SweepAim aim, float lit_odds, DepthMaps *maps,
                     FsError *err);
 // Takes dull surfaces out of the transmitted ones.
 void fs_stereo_forget_dull(DepthMaps *maps);

@@ -16,6 +16,8 @@
 #include "initialise/seeds.h"
 #include "initialise/start.h"
 #include "initialise/outliers.h"
+#include "initialise/edge_windows.h"
+#include "initialise/rear.h"
 #include "made_capture.h"
 
 static SmallViews views;
@@ -291,6 +293,20 @@ static void test_dim_transmitted(void **state)
     fs_small_views_free(&dim);
 }
 
+// Points of the transmitted maps at the board's depth: [0] on it, [1] beside it.
+static void count_board(const DepthMaps *maps, int count[2])
+{
+    PointList T;
+    assert_int_equal(fs_stereo_fuse(maps, false, STEREO_VOTES, &T, NULL), 0);
+    count[0] = count[1] = 0;
+    for (int i = 0; i < T.n; i++) {
+        const float *p = T.xyz + 3 * (size_t)i;
+        if (fabs((double)p[2] / MADE_DEPTH_BOARD - 1) > 0.04) continue;
+        count[fabs((double)p[0]) >= MADE_BOARD + 0.01]++;
+    }
+    fs_points_list_free(&T);
+}
+
 // A bright board before the transmitted plane: what is seen beside its edges is the plane.
 static void test_beside_edge(void **state)
 {
@@ -298,25 +314,124 @@ static void test_beside_edge(void **state)
     static const Log quiet;
     SmallViews with_board;
     MadeTexture behind = texture_T;
-    PointList T;
+    const MadeTexture dark = {0};
     SparsePoints all = sparse(kinds);
     DepthMaps maps;
+    int count[2];
     behind.board = true;
     assert_int_equal(made_photos(&with_board, &behind, &texture_R, NULL), 0);
     const Start start = {.views = &with_board, .points = &all, .odds = &odds, .log = &quiet};
     assert_int_equal(fs_stereo_find(&start, &maps, NULL), 0);
-    assert_int_equal(fs_stereo_fuse(&maps, false, STEREO_VOTES, &T, NULL), 0);
-    int board = 0, beside = 0;
-    for (int i = 0; i < T.n; i++) {
-        const float *p = T.xyz + 3 * (size_t)i;
-        if (fabs((double)p[2] / MADE_DEPTH_BOARD - 1) > 0.04) continue;
-        *(fabs((double)p[0]) < MADE_BOARD + 0.01 ? &board : &beside) += 1;
-    }
-    assert_true(board > 2500);
-    assert_true(beside < 0.45 * board); // 0.6 where bright pixels of the window count for more
-    fs_stereo_free(&maps);
-    fs_points_list_free(&T);
+    count_board(&maps, count);
+    assert_true(count[0] > 2500);
+    assert_true(count[1] < 0.45 * count[0]); // 0.6 where bright pixels of the window count for more
     fs_small_views_free(&with_board);
+    assert_int_equal(made_photos(&with_board, &behind, &dark, NULL), 0); // once the mirrored scene is subtracted
+    assert_int_equal(fs_stereo_renew(&start, &with_board, AIM_TRANSMITTED, 1, &maps, NULL), 0);
+    count_board(&maps, count);
+    int before = count[1];
+    assert_int_equal(fs_stereo_renew(&start, &with_board, AIM_EDGES, 1, &maps, NULL), 0);
+    count_board(&maps, count);
+    assert_true(count[0] > 2500);
+    assert_true(count[1] < 0.1 * before);
+    fs_stereo_free(&maps);
+    fs_small_views_free(&with_board);
+}
+
+// A bright half beside a dark one, both with a fine texture.
+static void test_edge_windows(void **state)
+{
+    (void)state;
+    enum { W = 40, H = 24, EDGE = W / 2 };
+    Image photo, fine;
+    EdgeWindows windows;
+    assert_int_equal(fs_image_new(&photo, W, H, 3, NULL), 0);
+    for (int y = 0; y < H; y++)
+        for (int x = 0; x < W; x++)
+            for (int c = 0; c < 3; c++)
+                fs_image_at(&photo, x, y)[c] = (x < EDGE ? 0.6f : 0.02f) * (1 + 0.04f * (float)((x + y + c) % 2));
+    fs_image_at(&photo, 30, 12)[1] = NAN;
+    assert_int_equal(fs_edge_windows_fine(&photo, &fine, NULL), 0);
+    for (int y = 0; y < H; y++)
+        for (int x = 0; x < W; x++)
+            for (int c = 0; c < 3; c++) { // no halo: what is left is the texture
+                assert_true(fabsf(fs_image_at(&fine, x, y)[c]) < 0.03f * (x < EDGE ? 0.6f : 0.02f));
+                assert_float_equal(fs_image_at(&fine, x, y)[3], x == 30 && y == 12 ? 0 : 1, 0);
+            }
+    assert_float_equal(fs_image_at(&fine, 30, 12)[0], 0, 0);
+    assert_int_equal(fs_edge_windows_new(&photo, W, H, &windows, NULL), 0);
+    float *values = aligned_alloc(64, sizeof(float) * W * H * EDGE_VALUES), sums[W * H * EDGE_VALUES];
+    for (int i = 0; i < W * H * EDGE_VALUES; i++)
+        values[i] = (float)(i / EDGE_VALUES % W < EDGE ? 1 + i % EDGE_VALUES : 0);
+    fs_edge_windows_sum(&windows, values, sums);
+    for (int i = 0; i < W * H * EDGE_VALUES; i++) {
+        if (i / EDGE_VALUES == 12 * W + 30) continue; // it is taken for bright
+        assert_float_equal(sums[i], values[i], 0.01); // weights sum to 1, and the window ends at the edge
+    }
+    free(values);
+    fs_edge_windows_free(&windows);
+    fs_image_free(&photo);
+    fs_image_free(&fine);
+}
+
+// Inverse depth of a far wall and of a floor in the middle view's direction (x / z, y / z).
+static double wall_and_floor(double x, double y)
+{
+    return fmax(0.3 + 0.05 * x, 1.1 * y);
+}
+
+// A point in the middle view, of this inverse depth.
+static void place(double x, double y, double inverse, float xyz[3])
+{
+    const double ray[3] = {x, y, 1}; // all cameras look along z
+    for (int k = 0; k < 3; k++) xyz[k] = (float)(views.centre[k] + ray[k] / inverse);
+}
+
+static void test_rear(void **state)
+{
+    (void)state;
+    enum { N = 3000, SEEDS = 40, POINTS = 8 };
+    float *xyz = malloc(sizeof(float) * 3 * N), *other = malloc(sizeof(float) * 3 * N);
+    Rng rng = fs_rng_new(5);
+    Rear rear;
+    ColoredSeeds seeds = {.T = {SEEDS, malloc(sizeof(float) * 3 * SEEDS), malloc(sizeof(float) * SEEDS), POINTS}};
+    for (int i = 0; i < N; i++) { // six of ten at the rear, the others before it; a cloud
+        double x = (double)fs_rng_uniform(&rng) - 0.5, y = (double)fs_rng_uniform(&rng) - 0.5;
+        double inverse = wall_and_floor(x, y) * (i % 10 < 6 ? 1 : 1.1 + (double)fs_rng_uniform(&rng));
+        place(x, y, inverse, xyz + 3 * i);
+        place(x, y, 0.2 + (double)fs_rng_uniform(&rng), other + 3 * i);
+    }
+    seeds.T_N = ARENA_NEW(&seeds.arena, float, 3 * SEEDS);
+    seeds.T_F = ARENA_NEW(&seeds.arena, float, 3 * SEEDS);
+    seeds.gain = ARENA_NEW(&seeds.arena, float, SEEDS);
+    for (int i = 0; i < SEEDS; i++) { // every other one at the rear already
+        double x = 0.02 * i - 0.4, y = 0.4 - 0.02 * i;
+        place(x, y, wall_and_floor(x, y) * (i % 2 ? 1 : 1.5), seeds.T.xyz + 3 * i);
+        seeds.T.scale[i] = seeds.gain[i] = (float)i;
+        for (int c = 0; c < 3; c++) seeds.T_N[3 * i + c] = seeds.T_F[3 * i + c] = (float)(3 * i + c);
+    }
+    const PointList cloud = {.n = N, .xyz = other}, scene = {.n = N, .xyz = xyz}, none = {0};
+    assert_int_equal(fs_rear_find(&views, &none, 1, &rear, NULL), 0);
+    assert_int_equal(rear.n, 0);
+    assert_int_equal(fs_rear_find(&views, &cloud, 1, &rear, NULL), 0);
+    assert_int_equal(rear.n, 0);
+    assert_int_equal(fs_rear_find(&views, &scene, 1, &rear, NULL), 0);
+    assert_int_equal(rear.n, 2);
+    assert_int_equal(fs_rear_add(&views, &rear, &seeds, NULL), 0);
+    assert_int_equal(seeds.T.n, SEEDS + (SEEDS - POINTS) / 2);
+    for (int i = SEEDS; i < seeds.T.n; i++) {
+        int from = POINTS + 2 * (i - SEEDS);
+        float uvl[3];
+        assert_true(fs_small_views_direction(&views, seeds.T.xyz + 3 * i, uvl));
+        assert_float_equal(exp(-(double)uvl[2]) / wall_and_floor(uvl[0], uvl[1]), 1, 0.01);
+        assert_float_equal(seeds.T_N[3 * i + 2], 3 * from + 2, 0);
+        assert_float_equal(seeds.T_F[3 * i], 3 * from, 0);
+        assert_float_equal(seeds.gain[i], from, 0);
+        assert_float_equal(seeds.T.scale[i], 1.5 * from, 0.02 * from);
+    }
+    fs_colored_seeds_free(&seeds);
+    free(xyz);
+    free(other);
 }
 
 // Mirrored seeds before what is behind the pane; where they are many they stay.
@@ -474,6 +589,8 @@ int main(void)
         cmocka_unit_test(test_near_mirrored),
         cmocka_unit_test(test_dim_transmitted),
         cmocka_unit_test(test_beside_edge),
+        cmocka_unit_test(test_edge_windows),
+        cmocka_unit_test(test_rear),
         cmocka_unit_test(test_outliers),
         cmocka_unit_test(test_before),
         cmocka_unit_test(test_fill),
