@@ -13,7 +13,7 @@
 
 // What other stages take, in steps of training of a fixed size by scalar kernels (fs_train_reference; these stages
 // hardly have wider ones), measured beside them on the shared scenes and made captures, and bytes.
-#define INITIALISE_STEPS 15.5  // a photo of INITIALISE_PIXELS
+#define INITIALISE_STEPS 19.8  // a photo of INITIALISE_PIXELS
 #define INITIALISE_PIXELS 6e4  // of the photos it works on
 #define INITIALISE_BYTES 110.0 // a pixel of these
 #define POSES_STEPS 80e-6      // a pixel of a picture: its features and points at known poses

@@ -4,69 +4,93 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/arena.h"
+
 typedef float Four __attribute__((vector_size(16)));
 
 enum { AROUND = 2 * SWEEP_SLOW_SIGMA_T }; // pixels that the slow part reaches
 
-static bool trusted(const float rgb[3])
+static float tone_of(float light)
 {
-    return isfinite(rgb[0] + rgb[1] + rgb[2]);
+    return isfinite(light) ? powf(fmaxf(light, 0), EDGE_TONE) : 0;
 }
 
-// Linear light -> where colours are compared: (height, width, 3).
-static float *tones_of(const Image *photo)
-{
-    size_t n = 3 * fs_image_pixels(photo);
-    float *tone = malloc(sizeof *tone * (n + 1));
-    for (size_t i = 0; tone && i < n; i++)
-        tone[i] = isfinite(photo->px[i]) ? powf(fmaxf(photo->px[i], 0), EDGE_TONE) : 0;
-    return tone;
-}
+// A photo's channels apart, each (height, width).
+typedef struct Planes {
+    Arena arena;
+    float *light[3], *tone[3], *trust; // light 0 where not to be trusted, trust 1 or 0
+    float *sum[4];                     // of a row: weighted light, weights
+} Planes;
 
-static float difference2(const float a[3], const float b[3])
+static int planes_of(const Image *photo, Planes *p, FsError *err)
 {
-    float r = a[0] - b[0], g = a[1] - b[1], d = a[2] - b[2];
-    return r * r + g * g + d * d;
-}
-
-// The mean over like pixels around one; the pixel itself is trusted.
-static void slow_at(const Image *photo, const float *tone, const float *near, int x, int y, float mean[3])
-{
-    int x0 = x < AROUND ? 0 : x - AROUND, x1 = x + AROUND >= photo->width ? photo->width - 1 : x + AROUND;
-    int y0 = y < AROUND ? 0 : y - AROUND, y1 = y + AROUND >= photo->height ? photo->height - 1 : y + AROUND;
-    const float *own = tone + 3 * ((size_t)y * (size_t)photo->width + (size_t)x);
-    float sum[4] = {0};
-    for (int v = y0; v <= y1; v++)
-        for (int u = x0; u <= x1; u++) {
-            size_t at = 3 * ((size_t)v * (size_t)photo->width + (size_t)u);
-            const float *rgb = photo->px + at;
-            if (!trusted(rgb)) continue;
-            float unlike = difference2(tone + at, own) / (EDGE_RANGE * EDGE_RANGE);
-            float weight = near[abs(u - x)] * near[abs(v - y)] * expf(-unlike / 2);
-            for (int c = 0; c < 3; c++) sum[c] += weight * rgb[c];
-            sum[3] += weight;
+    size_t n = fs_image_pixels(photo);
+    *p = (Planes){.trust = NULL};
+    for (int c = 0; c < 3; c++) {
+        p->light[c] = ARENA_NEW(&p->arena, float, n);
+        p->tone[c] = ARENA_NEW(&p->arena, float, n);
+    }
+    p->trust = ARENA_NEW(&p->arena, float, n);
+    for (int c = 0; c < 4; c++) p->sum[c] = ARENA_NEW(&p->arena, float, photo->width);
+    if (p->arena.failed) return fs_error_memory(err);
+    for (size_t i = 0; i < n; i++) {
+        const float *rgb = photo->px + 3 * i;
+        bool trusted = isfinite(rgb[0] + rgb[1] + rgb[2]);
+        p->trust[i] = trusted;
+        for (int c = 0; c < 3; c++) {
+            p->light[c][i] = trusted ? rgb[c] : 0;
+            p->tone[c][i] = tone_of(rgb[c]);
         }
-    for (int c = 0; c < 3; c++) mean[c] = sum[c] / sum[3];
+    }
+    return 0;
+}
+
+// Adds what lies (dx, dy) beside each pixel of row y, by how alike it is: about exp(-d^2 / 2 range^2).
+static void add_beside(const Planes *p, int width, int y, int dx, int dy, float near)
+{
+    int from = dx < 0 ? -dx : 0, to = dx > 0 ? width - dx : width;
+    size_t own = (size_t)y * (size_t)width;
+    ptrdiff_t beside = (ptrdiff_t)dy * width + dx;
+    const float *restrict t0 = p->tone[0] + own, *restrict t1 = p->tone[1] + own, *restrict t2 = p->tone[2] + own;
+    const float *restrict l0 = p->light[0] + own, *restrict l1 = p->light[1] + own, *restrict l2 = p->light[2] + own;
+    const float *restrict trust = p->trust + own;
+    float *restrict s0 = p->sum[0], *restrict s1 = p->sum[1], *restrict s2 = p->sum[2], *restrict s3 = p->sum[3];
+    for (ptrdiff_t x = from; x < to; x++) {
+        float a = t0[x + beside] - t0[x], b = t1[x + beside] - t1[x], c = t2[x + beside] - t2[x];
+        float unlike = (a * a + b * b + c * c) / (2 * EDGE_RANGE * EDGE_RANGE);
+        float weight = near * trust[x + beside] / (1 + unlike * (1 + unlike * (0.5f + unlike * (1 / 6.0f))));
+        s0[x] += weight * l0[x + beside];
+        s1[x] += weight * l1[x + beside];
+        s2[x] += weight * l2[x + beside];
+        s3[x] += weight;
+    }
+}
+
+static void fine_row(const Planes *p, int width, int height, int y, Image *fine)
+{
+    for (int c = 0; c < 4; c++) memset(p->sum[c], 0, sizeof(float) * (size_t)width);
+    for (int dy = -AROUND; dy <= AROUND; dy++)
+        for (int dx = -AROUND; dx <= AROUND && y + dy >= 0 && y + dy < height; dx++)
+            add_beside(p, width, y, dx, dy,
+                       expf(-(float)(dx * dx + dy * dy) / (2 * SWEEP_SLOW_SIGMA_T * SWEEP_SLOW_SIGMA_T)));
+    for (int x = 0; x < width; x++) {
+        size_t i = (size_t)y * (size_t)width + (size_t)x;
+        float *out = fs_image_at(fine, x, y);
+        if (!(p->trust[i] > 0)) continue;
+        for (int c = 0; c < 3; c++) out[c] = p->light[c][i] - p->sum[c][x] / p->sum[3][x];
+        out[3] = 1;
+    }
 }
 
 int fs_edge_windows_fine(const Image *photo, Image *fine, FsError *err)
 {
-    float *tone = NULL, near[AROUND + 1];
+    Planes planes = {.trust = NULL};
     int rc = 0;
     TRY(fs_image_new(fine, photo->width, photo->height, 4, err));
-    if (!(tone = tones_of(photo))) TRY(fs_error_memory(err));
-    for (int k = 0; k <= AROUND; k++) near[k] = expf(-(float)(k * k) / (2 * SWEEP_SLOW_SIGMA_T * SWEEP_SLOW_SIGMA_T));
-    for (int y = 0; y < photo->height; y++)
-        for (int x = 0; x < photo->width; x++) {
-            const float *rgb = fs_image_at(photo, x, y);
-            float *out = fs_image_at(fine, x, y), mean[3];
-            if (!trusted(rgb)) continue;
-            slow_at(photo, tone, near, x, y, mean);
-            for (int c = 0; c < 3; c++) out[c] = rgb[c] - mean[c];
-            out[3] = 1;
-        }
+    TRY(planes_of(photo, &planes, err));
+    for (int y = 0; y < photo->height; y++) fine_row(&planes, photo->width, photo->height, y, fine);
 fail:
-    free(tone);
+    fs_arena_free(&planes.arena);
     return rc;
 }
 
@@ -99,7 +123,6 @@ static void fill_window(const EdgeWindows *w, const float *tone, int x, int y)
 int fs_edge_windows_new(const Image *photo, int width, int height, EdgeWindows *windows, FsError *err)
 {
     Image known = {0}, small = {0};
-    float *tone = NULL;
     int rc = 0;
     *windows =
         (EdgeWindows){width, height, malloc(sizeof(float) * (size_t)width * (size_t)height * EDGE_SIDE * EDGE_SIDE)};
@@ -108,13 +131,12 @@ int fs_edge_windows_new(const Image *photo, int width, int height, EdgeWindows *
     for (size_t i = 0; i < fs_image_values(&known); i++) // what is not to be trusted is mostly clipped
         if (!isfinite(known.px[i])) known.px[i] = 1;
     TRY(fs_image_resize_area(&known, width, height, &small, err));
-    if (!(tone = tones_of(&small))) TRY(fs_error_memory(err));
+    for (size_t i = 0; i < fs_image_values(&small); i++) small.px[i] = tone_of(small.px[i]);
     for (int y = 0; y < height; y++)
-        for (int x = 0; x < width; x++) fill_window(windows, tone, x, y);
+        for (int x = 0; x < width; x++) fill_window(windows, small.px, x, y);
 fail:
     fs_image_free(&known);
     fs_image_free(&small);
-    free(tone);
     if (rc < 0) fs_edge_windows_free(windows);
     return rc;
 }

@@ -84,7 +84,8 @@ static const FsOption table[] = {
     FLOAT("brightness", brightness, INITIALISE | TRAIN, "0.62", 0, 1, "X",
           "mean of the photos' tone-mapped values to which darker ones are raised while clouds are fitted to them; 0: "
           "as they are"),
-    INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N", "Gaussians per cloud at the start"),
+    INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N",
+        "Gaussians per cloud at the start; those on T's rear come on top"),
 
     INT("steps", steps, TRAIN, "6800", 1, 1000000, "N", "training steps"),
     FLOAT("minutes", minutes, TRAIN, "0", 0, 1e6, "X",
