@@ -150,7 +150,8 @@ void fs_edge_windows_sum(const EdgeWindows *w, const float *values, float *sums)
             for (int k = 0; k < EDGE_SIDE * EDGE_SIDE; k++) {
                 if (!(weight[k] > 0)) continue;
                 int u = x + k % EDGE_SIDE - SWEEP_BLUR_RADIUS, v = y + k / EDGE_SIDE - SWEEP_BLUR_RADIUS;
-                const Four *other = (const Four *)(values + (size_t)(v * w->width + u) * EDGE_VALUES);
+                Four other[EDGE_VALUES / 4];
+                memcpy(other, values + (size_t)(v * w->width + u) * EDGE_VALUES, sizeof other);
                 for (int c = 0; c < EDGE_VALUES / 4; c++) sum[c] += weight[k] * other[c];
             }
             memcpy(sums, sum, sizeof sum);

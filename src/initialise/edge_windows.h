@@ -18,7 +18,7 @@ typedef struct EdgeWindows {
 // photo: linear rgb, NAN where not to be trusted; area-averaged to the grid.
 int fs_edge_windows_new(const Image *photo, int width, int height, EdgeWindows *windows, FsError *err);
 void fs_edge_windows_free(EdgeWindows *windows);
-// values, sums: (height, width, EDGE_VALUES), 16-byte aligned; the weighted sums over each pixel's window.
+// values, sums: (height, width, EDGE_VALUES); the weighted sums over each pixel's window.
 void fs_edge_windows_sum(const EdgeWindows *windows, const float *values, float *sums);
 
 // Takes the mean over like pixels off a photo: fine (height, width, 4), r g b and 1 where trusted, else 0.

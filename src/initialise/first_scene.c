@@ -106,6 +106,7 @@ fail:
     return rc;
 }
 
+// Begins transmitted Gaussians on the scene's rear, too.
 static int add_rear(const Start *start, ColoredSeeds *p, FsError *err)
 {
     Rear rear;
