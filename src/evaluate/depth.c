@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "base/order.h"
-#include "model/layers.h"
 
 typedef struct Pairs {
     float *truth, *estimate; // metres
@@ -90,12 +89,13 @@ static double relative_error(const Pairs *pairs, size_t first, double scale)
     return median(values, n);
 }
 
-static int view_score(DepthViewScore *view, const TruthView *truth, const char *dir, Pairs *pairs, FsError *err)
+static int view_score(DepthViewScore *view, const TruthView *truth, const char *dir, const char *layer, Pairs *pairs,
+                      FsError *err)
 {
     FilePath path;
     snprintf(view->name, sizeof view->name, "%s", truth->name);
     view->error = view->covered = NAN;
-    view->missing = !fs_truth_find(dir, fs_render_layers[RENDER_DEPTH_T].name, truth->name, "png|tif|tiff", &path);
+    view->missing = !fs_truth_find(dir, layer, truth->name, "png|tif|tiff", &path);
     if (view->missing) return 0;
     size_t first = pairs->n, asked = pairs->asked;
     MUST(collect(pairs, truth->path.text, path.text, err));
@@ -115,20 +115,21 @@ static void summarise(DepthScore *score, const Pairs *pairs)
     score->error_scaled = relative_error(pairs, 0, score->scale);
 }
 
-int fs_depth_score(DepthScore *score, const TruthViews *views, const char *dir, const Log *log, FsError *err)
+int fs_depth_score(DepthScore *score, const char *layer, const TruthViews *views, const char *dir, const Log *log,
+                   FsError *err)
 {
-    *score = (DepthScore){0};
+    *score = (DepthScore){.layer = layer};
     Pairs pairs = {0};
     int rc = 0;
     score->view = calloc((size_t)views->n + 1, sizeof *score->view);
     if (!score->view) return fs_error_memory(err);
     for (int i = 0; i < views->n; i++) {
-        TRY(view_score(&score->view[i], &views->view[i], dir, &pairs, err));
+        TRY(view_score(&score->view[i], &views->view[i], dir, layer, &pairs, err));
         score->missing += score->view[i].missing;
     }
     score->n = views->n - score->missing;
     if (score->missing)
-        fs_log_warn(log, "evaluate: %d of %d views are missing in %s/depth_T", score->missing, views->n, dir);
+        fs_log_warn(log, "evaluate: %d of %d views are missing in %s/%s", score->missing, views->n, dir, layer);
     summarise(score, &pairs);
 fail:
     free(pairs.truth);

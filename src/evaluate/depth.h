@@ -1,4 +1,4 @@
-// Depth of the transmitted scene against the truth's.
+// Depth of a scene against the truth's.
 #pragma once
 
 #include "base/log.h"
@@ -11,6 +11,7 @@ typedef struct DepthViewScore {
 } DepthViewScore;
 
 typedef struct DepthScore {
+    const char *layer; // as "depth_T"; NULL where the truth has none
     int n, missing;
     double error;         // median over all pixels of |depth - truth| / truth
     double scale;         // median of truth / depth: what the scene's unit lacks to a metre
@@ -19,7 +20,8 @@ typedef struct DepthScore {
     DepthViewScore *view; // (n + missing)
 } DepthScore;
 
-// Truth: 16-bit PNG in millimetres, 0 = none. Estimate: <dir>/depth_T/<view>.png in the same form, or a float TIFF in
+// Truth: 16-bit PNG in millimetres, 0 = none. Estimate: <dir>/<layer>/<view>.png in the same form, or a float TIFF in
 // world units, taken for metres. The smaller image's pixel centres are compared with the nearest pixel of the larger.
-int fs_depth_score(DepthScore *score, const TruthViews *views, const char *dir, const Log *log, FsError *err);
+int fs_depth_score(DepthScore *score, const char *layer, const TruthViews *views, const char *dir, const Log *log,
+                   FsError *err);
 void fs_depth_free(DepthScore *score);

@@ -89,15 +89,14 @@ fail:
     return rc;
 }
 
-static int evaluate_depth(Evaluation *e, FsError *err)
+static int evaluate_depth(Evaluation *e, int k, FsError *err)
 {
+    static const RenderLayer depths[FS_EVALUATE_DEPTHS] = {RENDER_DEPTH_T, RENDER_DEPTH_R};
+    const char *name = fs_render_layers[depths[k]].name;
     TruthViews views;
-    int rc =
-        fs_truth_list(e->truth, fs_render_layers[RENDER_DEPTH_T].name, &e->cameras, e->project->set.views, &views, err);
-    for (int i = 0; i < e->n && rc == 0 && views.n; i++) {
-        e->method[i].has_depth = true;
-        rc = fs_depth_score(&e->method[i].depth, &views, e->method[i].dir.text, &e->project->log, err);
-    }
+    int rc = fs_truth_list(e->truth, name, &e->cameras, e->project->set.views, &views, err);
+    for (int i = 0; i < e->n && rc == 0 && views.n; i++)
+        rc = fs_depth_score(&e->method[i].depth[k], name, &views, e->method[i].dir.text, &e->project->log, err);
     fs_truth_free(&views);
     return rc;
 }
@@ -170,13 +169,13 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     TRY(e.context.threads ? 0 : fs_error_memory(err));
     TRY(open_lpips(&e, err));
     for (int l = 0; l < FS_EVALUATE_LAYERS; l++) TRY(evaluate_layer(&e, l, err));
-    TRY(evaluate_depth(&e, err));
+    for (int k = 0; k < FS_EVALUATE_DEPTHS; k++) TRY(evaluate_depth(&e, k, err));
     fs_log_progress(&project->log, "evaluate", FS_EVALUATE_LAYERS * e.n, FS_EVALUATE_LAYERS * e.n, "done");
     TRY(finish(&e, err));
 fail:
     for (int i = 0; i < e.n; i++) {
         for (int l = 0; l < FS_EVALUATE_LAYERS; l++) fs_score_free(&e.method[i].layer[l]);
-        fs_depth_free(&e.method[i].depth);
+        for (int k = 0; k < FS_EVALUATE_DEPTHS; k++) fs_depth_free(&e.method[i].depth[k]);
         free(e.method[i].name);
     }
     free(e.method);

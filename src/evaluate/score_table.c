@@ -86,7 +86,6 @@ static void end_line(FILE *f, char line[LINE], const Log *log)
 
 static void log_method(const MethodScore *method, const Log *log)
 {
-    const DepthScore *d = &method->depth;
     Columns columns = columns_of(method);
     bool any = false;
     for (int l = 0; l < FS_EVALUATE_LAYERS; l++) any |= method->layer[l].n > 0;
@@ -100,11 +99,13 @@ static void log_method(const MethodScore *method, const Log *log)
         if (l >= 0) print_layer(f, &columns, &method->layer[l]);
         end_line(f, line, log);
     }
-    if (d->n)
-        fs_log_info(
-            log,
-            "depth of T, %d views: median relative error %.2f %%; after the scale %.4f, %.2f %%; %.1f %% of pixels",
-            d->n, 100 * d->error, d->scale, 100 * d->error_scaled, 100 * d->covered);
+    for (int k = 0; k < FS_EVALUATE_DEPTHS; k++) {
+        const DepthScore *d = &method->depth[k];
+        if (d->n)
+            fs_log_info(log,
+                        "%s, %d views: median relative error %.2f %%; after the scale %.4f, %.2f %%; %.1f %% of pixels",
+                        d->layer, d->n, 100 * d->error, d->scale, 100 * d->error_scaled, 100 * d->covered);
+    }
 }
 
 // Methods side by side: gain-fitted means.
@@ -191,13 +192,16 @@ int fs_score_table_write(const MethodScore *methods, int n, const char *truth, c
 {
     json_t *all = json_object();
     for (int i = 0; i < n; i++) {
-        json_t *layers = json_object(), *depth = methods[i].has_depth ? depth_json(&methods[i].depth) : NULL;
+        json_t *layers = json_object(), *method = json_object();
+        json_object_set_new(method, "dir", json_string(methods[i].dir.text));
         for (int l = 0; l < FS_EVALUATE_LAYERS; l++)
             if (methods[i].layer[l].layer)
                 json_object_set_new(layers, methods[i].layer[l].layer, layer_json(&methods[i].layer[l]));
-        json_object_set_new(all, methods[i].name,
-                            json_pack("{s:o*, s:o, s:o*}", "dir", json_string(methods[i].dir.text), "layers", layers,
-                                      fs_render_layers[RENDER_DEPTH_T].name, depth));
+        json_object_set_new(method, "layers", layers);
+        for (int k = 0; k < FS_EVALUATE_DEPTHS; k++)
+            if (methods[i].depth[k].layer)
+                json_object_set_new(method, methods[i].depth[k].layer, depth_json(&methods[i].depth[k]));
+        json_object_set_new(all, methods[i].name, method);
     }
     json_t *root =
         json_pack("{s:o*, s:o*, s:o}", "truth", json_string(truth), "views", json_string(views), "methods", all);

@@ -4,14 +4,13 @@
 #include "evaluate/depth.h"
 #include "evaluate/score.h"
 
-#define FS_EVALUATE_LAYERS 5
+enum { FS_EVALUATE_LAYERS = 5, FS_EVALUATE_DEPTHS = 2 };
 
 typedef struct MethodScore {
     char *name;
     FilePath dir;
     LayerScore layer[FS_EVALUATE_LAYERS]; // layer NULL where the truth has none
-    DepthScore depth;
-    bool has_depth; // the truth has depth
+    DepthScore depth[FS_EVALUATE_DEPTHS];
 } MethodScore;
 
 void fs_score_table_log(const MethodScore *methods, int n, const Log *log);

@@ -124,21 +124,20 @@ static int make_view(Synth *s, int number, FsError *err)
     unsigned want = shot->flash ? 1u << TRACE_T_F | 1u << TRACE_R_F : 1u << TRACE_T_N | 1u << TRACE_R_N;
     TraceRequest request = {&shot->camera, NULL, shot->truth ? ALL_LAYERS : want, number};
     Traced traced = {0};
-    Image depth = {0}, beta = {0};
+    Geometry geometry = {0};
     int rc = 0;
     if (shot->truth || !field)
         TRY(fs_trace_view(&s->layout, &s->spec, &s->lighting, request, s->threads, &traced, err));
     if (shot->truth) TRY(fs_truth_files_layers(s->truth.text, shot, &traced, err));
     if (shot->held_out) {
-        TRY(fs_trace_geometry(&s->layout, &s->lighting, &shot->camera, s->threads, &depth, &beta, err));
-        TRY(fs_truth_files_geometry(s->truth.text, shot, &depth, &beta, err));
+        TRY(fs_trace_geometry(&s->layout, &s->lighting, &shot->camera, s->threads, &geometry, err));
+        TRY(fs_truth_files_geometry(s->truth.text, shot, &geometry, err));
     } else {
         TRY(field ? make_field_photo(s, number, &traced, err) : make_ideal_photo(s, number, &traced, err));
     }
 fail:
     fs_trace_free(&traced);
-    fs_image_free(&depth);
-    fs_image_free(&beta);
+    fs_trace_geometry_free(&geometry);
     return rc;
 }
 

@@ -297,7 +297,8 @@ typedef struct Job {
     unsigned want;
     uint64_t seed;
     Traced *traced;
-    Image *depth, *beta, *mask;
+    Image *mask;
+    Geometry *geometry;
     int width;
 } Job;
 
@@ -348,25 +349,38 @@ static void geometry_job(void *context, int y, int worker)
     const View *v = job->view;
     (void)worker;
     for (int x = 0; x < job->width; x++) {
-        Vec d = pixel_ray(v, (float)x + 0.5f, (float)y + 0.5f);
+        Ray ray = {v->eye, pixel_ray(v, (float)x + 0.5f, (float)y + 0.5f)};
         Hit hit = {.t = 1e9f};
-        bool found = fs_bvh_hit(&v->layout->behind.bvh, v->eye, d, &hit);
+        bool found = fs_bvh_hit(&v->layout->behind.bvh, ray.from, ray.d, &hit);
         bool bare = found && fs_world_surface_of(&v->layout->behind, &hit)->in_front;
-        *fs_image_at(job->depth, x, y) = found ? hit.t * vec_dot(d, v->ahead) : 0.0f;
-        GlassShare share = bare ? (GlassShare){0, 0, 1} : glass_along(v, d);
-        *fs_image_at(job->beta, x, y) = share.front + share.rear;
+        float along = vec_dot(ray.d, v->ahead), pane = pane_distance(v, ray);
+        *fs_image_at(&job->geometry->depth_T, x, y) = found ? hit.t * along : 0.0f;
+        GlassShare share = bare ? (GlassShare){0, 0, 1} : glass_along(v, ray.d);
+        *fs_image_at(&job->geometry->beta, x, y) = share.front + share.rear;
+        Ray back = {vec_mad(ray.from, ray.d, pane), vec_reflect(ray.d, v->layout->pane_normal)};
+        bool mirrored = !bare && pane < 1e8f && search(&v->layout->room, back.from, back.d, NOTHING, &hit);
+        *fs_image_at(&job->geometry->depth_R, x, y) = mirrored ? (pane + hit.t) * along : 0.0f;
     }
 }
 
 int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
-                      Image *depth, Image *beta, FsError *err)
+                      Geometry *geometry, FsError *err)
 {
-    MUST(fs_image_new(depth, camera->width, camera->height, 1, err));
-    MUST(fs_image_new(beta, camera->width, camera->height, 1, err));
+    *geometry = (Geometry){0};
+    MUST(fs_image_new(&geometry->depth_T, camera->width, camera->height, 1, err));
+    MUST(fs_image_new(&geometry->depth_R, camera->width, camera->height, 1, err));
+    MUST(fs_image_new(&geometry->beta, camera->width, camera->height, 1, err));
     View view = view_of(layout, lighting, camera);
-    Job job = {.view = &view, .depth = depth, .beta = beta, .width = camera->width};
+    Job job = {.view = &view, .geometry = geometry, .width = camera->width};
     fs_threads_for(threads, camera->height, geometry_job, &job);
     return 0;
+}
+
+void fs_trace_geometry_free(Geometry *geometry)
+{
+    fs_image_free(&geometry->depth_T);
+    fs_image_free(&geometry->depth_R);
+    fs_image_free(&geometry->beta);
 }
 
 static void figures_job(void *context, int y, int worker)

@@ -48,6 +48,11 @@ int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighti
                   Threads *threads, Traced *traced, FsError *err);
 // 1 where a photo shows one of the figures, at pixel centres.
 int fs_trace_figures(const Layout *layout, TraceRequest request, Threads *threads, Image *mask, FsError *err);
-// z-depth of the transmitted scene and reflectance of the pane, at pixel centres.
+// At pixel centres.
+typedef struct Geometry {
+    Image depth_T, depth_R; // z-depth, metres, 0: none; of the mirrored scene where one sees it, behind the pane
+    Image beta;             // reflectance of the pane
+} Geometry;
 int fs_trace_geometry(const Layout *layout, const Lighting *lighting, const Camera *camera, Threads *threads,
-                      Image *depth, Image *beta, FsError *err);
+                      Geometry *geometry, FsError *err);
+void fs_trace_geometry_free(Geometry *geometry);

@@ -59,8 +59,8 @@ fail:
     return rc;
 }
 
-static const RenderLayer folders[] = {RENDER_T_N, RENDER_T_F,     RENDER_R,   RENDER_I_N,
-                                      RENDER_I_F, RENDER_DEPTH_T, RENDER_BETA};
+static const RenderLayer folders[] = {RENDER_T_N, RENDER_T_F,     RENDER_R,       RENDER_I_N,
+                                      RENDER_I_F, RENDER_DEPTH_T, RENDER_DEPTH_R, RENDER_BETA};
 
 int fs_truth_files_cameras(const char *dir, const char *scene, const Shot *shot, int n, const Spec *spec, FsError *err)
 {
@@ -101,10 +101,12 @@ int fs_truth_files_layers(const char *dir, const Shot *shot, const Traced *trace
     return 0;
 }
 
-int fs_truth_files_geometry(const char *dir, const Shot *shot, const Image *depth, const Image *beta, FsError *err)
+int fs_truth_files_geometry(const char *dir, const Shot *shot, const Geometry *geometry, FsError *err)
 {
-    MUST(write_png(dir, RENDER_DEPTH_T, shot->name, depth, NULL, 1000.0f / 65535.0f, err));
-    return write_png(dir, RENDER_BETA, shot->name, beta, NULL, 1, err);
+    const float metre = 1000.0f / 65535.0f; // in millimetres
+    MUST(write_png(dir, RENDER_DEPTH_T, shot->name, &geometry->depth_T, NULL, metre, err));
+    MUST(write_png(dir, RENDER_DEPTH_R, shot->name, &geometry->depth_R, NULL, metre, err));
+    return write_png(dir, RENDER_BETA, shot->name, &geometry->beta, NULL, 1, err);
 }
 
 int fs_truth_files_mask(const char *dir, const Shot *shot, const Image *mask, FsError *err)

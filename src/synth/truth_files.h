@@ -12,4 +12,4 @@ int fs_truth_files_sparse(const char *dir, const Shot *shot, int n, const Spec *
 int fs_truth_files_layers(const char *dir, const Shot *shot, const Traced *traced, FsError *err);
 // <dir>/figures: white where a photo shows people in the mirrored room.
 int fs_truth_files_mask(const char *dir, const Shot *shot, const Image *mask, FsError *err);
-int fs_truth_files_geometry(const char *dir, const Shot *shot, const Image *depth, const Image *beta, FsError *err);
+int fs_truth_files_geometry(const char *dir, const Shot *shot, const Geometry *geometry, FsError *err);

@@ -240,29 +240,42 @@ static void copy_file(const char *from, const char *to)
     free(data);
 }
 
-static void test_depth_tiff(void **state)
+// Of either scene: a float TIFF in world units against the truth's millimetres.
+static void check_depth(void **state, const char *layer)
 {
-    char *dir = fs_file_path("%s/metres/depth_T", (char *)*state), *t_n = fs_file_path("%s/metres/T_N", (char *)*state);
-    char *tiff = fs_file_path("%s/TEST_01.tif", dir), *png = fs_file_path("%s/TEST_01.png", t_n);
-    char *renders = fs_file_path("%s/metres", (char *)*state);
-    assert_int_equal(fs_file_mkdirs(dir, NULL) | fs_file_mkdirs(t_n, NULL), 0);
-    copy_file(FIXTURE "/renders/T_N/TEST_01.png", png);
+    char *at = *state;
+    FilePath truth = fs_file_at("%s/%s truth", at, layer), renders = fs_file_at("%s/%s renders", at, layer);
+    FilePath folder[] = {fs_file_at("%s/T_N", truth.text), fs_file_at("%s/%s", truth.text, layer),
+                         fs_file_at("%s/T_N", renders.text), fs_file_at("%s/%s", renders.text, layer)};
+    for (int i = 0; i < 4; i++) assert_int_equal(fs_file_mkdirs(folder[i].text, NULL), 0);
+    copy_file(FIXTURE "/truth/cameras.json", fs_file_at("%s/cameras.json", truth.text).text);
+    copy_file(FIXTURE "/truth/T_N/TEST_01.png", fs_file_at("%s/TEST_01.png", folder[0].text).text);
+    copy_file(FIXTURE "/truth/depth_T/TEST_01.png", fs_file_at("%s/TEST_01.png", folder[1].text).text);
+    copy_file(FIXTURE "/truth/depth_T/TEST_02.png", fs_file_at("%s/TEST_02.png", folder[1].text).text);
+    copy_file(FIXTURE "/renders/T_N/TEST_01.png", fs_file_at("%s/TEST_01.png", folder[2].text).text);
     Image depth;
     assert_int_equal(fs_png_read(FIXTURE "/truth/depth_T/TEST_01.png", &depth, NULL), 0);
     for (int i = 0; i < depth.width * depth.height; i++) depth.px[i] *= 65.535f * 4; // a unit of 25 cm
     depth.px[100] = NAN;
-    assert_int_equal(fs_tiff_write_float(tiff, &depth, NULL), 0);
+    assert_int_equal(fs_tiff_write_float(fs_file_at("%s/TEST_01.tif", folder[3].text).text, &depth, NULL), 0);
     Said said;
     FsError err;
-    json_t *root = evaluate(*state, FIXTURE "/truth", (const char *[]){"output", renders, NULL}, &said, &err);
-    json_t *found = json_object_get(json_object_get(json_object_get(root, "methods"), "flashsplat"), "depth_T");
+    json_t *root = evaluate(at, truth.text, (const char *[]){"output", renders.text, NULL}, &said, &err);
+    json_t *method = json_object_get(json_object_get(root, "methods"), "flashsplat");
+    json_t *found = json_object_get(method, layer);
     assert_near("error", 3, number(found, "median_relative_error"), 1e-5);
     assert_near("scale", 0.25, number(found, "scale"), 1e-6);
     assert_near("scaled error", 0, number(found, "median_relative_error_scaled"), 1e-5);
     assert_near("missing", 1, number(found, "missing"), 0);
+    assert_null(json_object_get(method, strcmp(layer, "depth_T") ? "depth_T" : "depth_R")); // the truth has none
     json_decref(root);
     fs_image_free(&depth);
-    free(dir), free(t_n), free(tiff), free(png), free(renders);
+}
+
+static void test_depths(void **state)
+{
+    check_depth(state, "depth_T");
+    check_depth(state, "depth_R");
 }
 
 static void test_threads(void **state)
@@ -363,7 +376,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_agrees),         cmocka_unit_test(test_more_metrics),
-        cmocka_unit_test(test_depth_tiff),     cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_depths),         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_errors),         cmocka_unit_test(test_truncated),
         cmocka_unit_test(test_scales),         cmocka_unit_test(test_names_that_begin_alike),
         cmocka_unit_test(test_other_programs),

@@ -13,6 +13,7 @@
 #include "base/process.h"
 #include "image/image.h"
 #include "image/tone.h"
+#include "initialise/small_views.h"
 #include "model/colmap_model.h"
 #include "model/dataset.h"
 #include "synth/sensor.h"
@@ -78,8 +79,9 @@ static void assert_same_file(void **state, const char *a, const char *b)
 
 static void test_threads(void **state)
 {
-    static const char *const folders[] = {"capture/raw", "capture/jpeg", "truth/T_N",  "truth/T_F",     "truth/R",
-                                          "truth/I_N",   "truth/I_F",    "truth/beta", "truth/depth_T", "truth/sparse"};
+    static const char *const folders[] = {"capture/raw",   "capture/jpeg",  "truth/T_N",   "truth/T_F",
+                                          "truth/R",       "truth/I_N",     "truth/I_F",   "truth/beta",
+                                          "truth/depth_T", "truth/depth_R", "truth/sparse"};
     int files = 0;
     assert_int_equal(make(state, "one", NULL, "threads", "1", NULL), 0);
     assert_int_equal(make(state, "three", NULL, "threads", "3", NULL), 0);
@@ -99,7 +101,7 @@ static void test_threads(void **state)
         free(dir);
     }
     assert_same_file(state, "one/truth/cameras.json", "three/truth/cameras.json");
-    assert_true(files >= 4 + 4 + 3 + 5 + 3);
+    assert_true(files >= 4 + 4 + 3 + 5 + 4);
     assert_int_equal(make(state, "other", NULL, "seed", "7", NULL), 0); // another seed, another scene
     Image a = layer(state, "one/truth/T_N/TEST_01.png"), b = layer(state, "other/truth/T_N/TEST_01.png");
     double difference = 0;
@@ -325,6 +327,52 @@ static void test_hard(void **state)
     fs_image_free(&beta);
 }
 
+// Of the points that one view sees of a scene at its depth, in another view's picture, the share that is at its depth.
+static double depth_agrees(void **state, const char *scene, const Dataset *cameras)
+{
+    Image depth[2];
+    const Camera *camera[2] = {NULL, NULL};
+    for (int k = 0; k < 2; k++) {
+        char name[64];
+        snprintf(name, sizeof name, "depths/truth/depth_%s/TEST_0%d.png", scene, k + 1);
+        char *png = in(state, name);
+        assert_int_equal(fs_png_read(png, &depth[k], NULL), 0);
+        free(png);
+        for (int i = 0; i < cameras->n; i++)
+            if (strncmp(cameras->view[i].name, k ? "TEST_02" : "TEST_01", 7) == 0) camera[k] = &cameras->view[i].camera;
+        assert_non_null(camera[k]);
+    }
+    int seen = 0, same = 0;
+    for (int i = 0; i < 72 * 48; i++) {
+        float xyz[3], z = 65.535f * depth[0].px[i];
+        double pixel[2];
+        if (!(z > 0)) continue;
+        fs_small_views_unproject(camera[0], i % 72 + 0.5, i / 72 + 0.5, (double)z, xyz);
+        double there = fs_camera_project(camera[1], (double[3]){xyz[0], xyz[1], xyz[2]}, pixel);
+        if (!(pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < 72 && pixel[1] < 48)) continue;
+        seen++;
+        same += fabs((double)(65.535f * *fs_image_at(&depth[1], (int)pixel[0], (int)pixel[1])) / there - 1) < 0.02;
+    }
+    fs_image_free(&depth[0]);
+    fs_image_free(&depth[1]);
+    assert_true(seen > 72 * 48 / 3);
+    return (double)same / seen;
+}
+
+// Both scenes stand still: the mirrored one, too, as one sees it behind the pane.
+static void test_depths(void **state)
+{
+    Dataset cameras;
+    assert_int_equal(make(state, "depths", NULL, "held-out", "2", NULL), 0);
+    char *path = in(state, "depths/truth/cameras.json");
+    assert_int_equal(fs_dataset_read(&cameras, path, NULL), 0);
+    double t = depth_agrees(state, "T", &cameras), r = depth_agrees(state, "R", &cameras);
+    print_message("depths agree: %.3f of T, %.3f of R\n", t, r);
+    assert_true(t > 0.85 && r > 0.85);
+    fs_dataset_free(&cameras);
+    free(path);
+}
+
 // Share of the pixels whose light is under a limit.
 static double share_below(const Image *image, float limit)
 {
@@ -390,8 +438,8 @@ int main(void)
 {
 #define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, temp_dir_make, temp_dir_remove)
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_threads), IN_FOLDER(test_equation), IN_FOLDER(test_files),
-        IN_FOLDER(test_hard),    IN_FOLDER(test_dark),     IN_FOLDER(test_refusals),
+        IN_FOLDER(test_threads), IN_FOLDER(test_equation), IN_FOLDER(test_files),    IN_FOLDER(test_hard),
+        IN_FOLDER(test_dark),    IN_FOLDER(test_depths),   IN_FOLDER(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
