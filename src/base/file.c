@@ -16,15 +16,29 @@
 #include "base/order.h"
 #include "base/owned.h"
 
+int fs_file_open(const char *path, FILE **f, FsError *err)
+{
+    struct stat st;
+    int rc = 0, fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    *f = NULL;
+    if (fd < 0) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
+    if (fstat(fd, &st) != 0 || !S_ISREG(st.st_mode))
+        rc = fs_error_input(err, "%s: not a regular file", path);
+    else if (!(*f = fdopen(fd, "rb")))
+        rc = fs_error_memory(err);
+    if (rc < 0) close(fd);
+    return rc;
+}
+
 int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, FsError *err)
 {
     *data = NULL;
     *size = 0;
-    FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
+    FILE *f;
     struct stat st;
-    int rc = 0;
-    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) TRY(fs_error_input(err, "%s: not a regular file", path));
+    int rc = fs_file_open(path, &f, err);
+    if (rc < 0) return rc;
+    if (fstat(fileno(f), &st) != 0) TRY(fs_error_input(err, "%s: read failed: %s", path, strerror(errno)));
     if ((size_t)st.st_size > max_size)
         TRY(fs_error_input(err, "%s: %lld bytes, expected at most %zu", path, (long long)st.st_size, max_size));
     *data = malloc((size_t)st.st_size + 1);
@@ -236,12 +250,6 @@ bool fs_file_is_dir(const char *path)
 {
     struct stat st;
     return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
-}
-
-bool fs_file_is_regular(const char *path)
-{
-    struct stat st;
-    return stat(path, &st) == 0 && S_ISREG(st.st_mode);
 }
 
 bool fs_file_is_older(const char *path, const char *than)

@@ -5,6 +5,8 @@
 
 #include "base/error.h"
 
+// Opens a regular file to read; refuses anything else at once: a pipe, say, that nobody writes to. *f: NULL then.
+int fs_file_open(const char *path, FILE **f, FsError *err);
 // Reads a whole file (a 0 byte is appended, not counted). *data is the caller's to free().
 int fs_file_read(const char *path, size_t max_size, char **data, size_t *size, FsError *err);
 // Writes a whole file under a temporary name, then renames. A user's file is not overwritten (owned.h).
@@ -36,7 +38,6 @@ int fs_file_append(const char *path, const char *text, FsError *err); // whole o
 int fs_file_mkdirs(const char *path, FsError *err); // like mkdir -p
 bool fs_file_exists(const char *path);
 bool fs_file_is_dir(const char *path);
-bool fs_file_is_regular(const char *path); // neither folder nor pipe nor device; links are followed
 bool fs_file_is_older(const char *path, const char *than); // where both are there
 void fs_file_remove_tree(const char *path); // whatever it is: for scratch and tests, the rest takes fs_owned_remove
 

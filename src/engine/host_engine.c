@@ -284,7 +284,7 @@ RasterTask *fs_host_engine_task(HostEngine *engine, int task, const PlanPart *pa
     t->first = part->first;
     t->light = part->lit ? &part->light : NULL;
     t->colors = part->channels;
-    t->depth = t->cover = t->train = t->use_d_transmittance = false;
+    t->depth = t->median = t->cover = t->train = t->use_d_transmittance = false;
     return t;
 }
 

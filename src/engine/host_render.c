@@ -35,7 +35,7 @@ static int to_image(const Planes *planes, const Planes *times, Image *image, int
     return 0;
 }
 
-// 0 where there is no such part, or hardly any of it.
+// 0 where there is no such part, or less than half of the light is stopped.
 static int to_depth(const RasterTask *task, const Camera *camera, Image *image, FsError *err)
 {
     if (!task) {
@@ -43,14 +43,7 @@ static int to_depth(const RasterTask *task, const Camera *camera, Image *image, 
         return fs_image_new(image, camera->width, camera->height, 1, err);
     }
     Planes depth = fs_view_images_last(task, &task->feature);
-    int rc = to_image(&depth, NULL, image, 1, err);
-    for (int y = 0; y < depth.height && rc == 0; y++)
-        for (int x = 0; x < depth.width; x++) {
-            float alpha = 1 - fs_planes_row(&task->transmittance, 0, y)[x];
-            float *z = &image->px[(size_t)y * (size_t)depth.width + (size_t)x];
-            *z = alpha >= 0.5f ? *z / alpha : 0;
-        }
-    return rc;
+    return to_image(&depth, NULL, image, 1, err);
 }
 
 static int to_images(const Render *r, const Camera *camera, Renders *renders, FsError *err)
@@ -80,7 +73,7 @@ static RasterTask *add(HostEngine *e, RasterPass *pass, int number, const PlanPa
     static const Cloud empty; // of a part that the scene lacks, where the images need one
     RasterTask *task = fs_host_engine_task(e, number, part);
     if (!task->cloud && !fs_radiance_is(&e->scene.field)) task->cloud = &empty;
-    task->depth = number == TASK_T || number == TASK_R;
+    task->depth = task->median = number == TASK_T || number == TASK_R;
     fs_raster_pass_add(pass, task);
     return task;
 }

@@ -246,7 +246,7 @@ static void backward_job(void *context, int strip, int worker)
     fs_view_images_zero(&s->images, y0, y1);
     for (int k = 0; k < LOSS_TERMS; k++) {
         // What d_P says goes back through the image equation as soon as the photo's terms are done.
-        if (k == LOSS_DSSIM + 1) {
+        if (k == LOSS_CONTRAST + 1) {
             fs_view_images_backward(&s->images, y0, y1, &sums->calibration);
             leave_lamps(s, y0, y1);
         }

@@ -21,6 +21,7 @@ typedef struct RasterTask {
     const ShadeLight *light; // not NULL: colours as lit by the flash
     int colors;              // colour channels to render: the cloud's width of CLOUD_COLORS (3 with light)
     bool depth, cover;       // also render z, or the covers (not both), as the last feature
+    bool median;             // of z not the weighted sum but where half of the light is stopped; not with train
     bool train;              // keep what backward needs
     bool count;              // count pairs
     // results of forward: alpha-weighted sums over splats, and what light passes all of them

@@ -44,7 +44,8 @@ static RasterTile tile_at(const RasterTask *task, const TileEntry *entry, int x0
                         .features = fs_raster_pass_features(task),
                         .t_min = FS_T_MIN,
                         .transmittance_min = FS_TRANSMITTANCE_MIN,
-                        .count = task->count};
+                        .count = task->count,
+                        .median = task->median};
 }
 
 static int forward(const RasterPass *pass, FsError *err)

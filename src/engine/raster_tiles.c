@@ -224,7 +224,8 @@ static RasterTile tile_of(const RasterTask *task, int tile)
                         .features = fs_raster_pass_features(task),
                         .t_min = FS_T_MIN,
                         .transmittance_min = FS_TRANSMITTANCE_MIN,
-                        .count = task->count};
+                        .count = task->count,
+                        .median = task->median};
 }
 
 static void forward_job(void *context, int job, int worker)

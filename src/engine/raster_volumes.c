@@ -34,7 +34,7 @@ typedef struct VolumePass {
     VolumeMarch march;
     RasterTask *task[RASTER_TASKS_MAX], *back[RASTER_TASKS_MAX]; // that show this volume; of those, that have gradients
     int n_tasks, n_back, rays, groups;
-    bool train;
+    bool train, median;
     RayGroup *group;   // (groups), where it trains
     float **scratch;   // by worker
     size_t *floats;    // of a group's samples
@@ -172,7 +172,8 @@ static void sum_ray(const VolumePass *p, const RayGroup *g, int r, int ray)
     k->blend(&colors, pixel.color);
     k->blend(&beta, pixel.color + BETA);
     for (int i = g->begin[r]; i < g->begin[r + 1]; i++) {
-        pixel.z += v->w[i] * v->places.z[i];
+        bool falls = pixel.passes >= 0.5f && pixel.passes - v->w[i] < 0.5f;
+        pixel.z += (p->median ? (float)falls : v->w[i]) * v->places.z[i];
         pixel.passes -= v->w[i];
         pixel.near_s += v->w[i] * v->places.s[i];
         if (p->train) pixel.far_s += v->w_far[i] * v->places.s[i];
@@ -282,6 +283,7 @@ static VolumePass *pass_of(const RasterPass *raster, Volume volume)
         if (task->volume != volume) continue;
         p->task[p->n_tasks++] = task;
         p->train |= task->train;
+        p->median |= task->median;
     }
     return p;
 }

@@ -13,7 +13,7 @@ typedef struct ViewLoss {
     RasterTask *task[LAYERS];              // by the layer whose cloud it renders; NULL: not in this view
     const Planes *photo, *mu, *var;        // of the photo, tone-mapped, and its windows (kernels/photometric.h)
     const Planes *mask;                    // weight of each pixel in this step
-    const RasterTask *other;               // the T of the other lighting, which is only looked at; NULL: none
+    const RasterTask *other;               // the T of the other lighting, for terms on both; NULL: none
     const float *around;                   // of R where somebody hides it (kernels/occlusion.h); NULL: nobody does
     const Planes *T_linear, *other_linear; // both decoded, where there is the other
     const PearsonSums *pearson;            // of the whole image

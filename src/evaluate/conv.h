@@ -17,7 +17,7 @@ typedef struct ConvShape {
     int in, out, kernel, stride, pad;
 } ConvShape;
 
-// Size of the output along one side; 0 or less: the input is too small.
+// Size of the output along one side; 0: the input is too small.
 int fs_conv_side(const ConvShape *shape, int side);
 // weight (out, in, kernel, kernel), bias (out). The same bits for any number of threads.
 int fs_conv_relu(const ConvShape *shape, const float *weight, const float *bias, const Maps *in, Maps *out,

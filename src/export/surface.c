@@ -16,7 +16,7 @@
 #define WIDTH 3          // pixels that a voxel is wide: depth is less sure than they are
 #define MOST_VOXELS 16e6 // 128 MB
 #define AROUND 3         // pixels on each side whose middle depth a pixel has
-#define SEEN_BY 2        // views that must agree
+#define SEEN_BY 3        // views that must agree
 #define SMALLEST 0.005   // piece, as a share of all
 
 typedef struct Fusion {

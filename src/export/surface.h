@@ -13,5 +13,6 @@ typedef struct SurfaceArgs {
     const Development *development;
 } SurfaceArgs;
 
-// Writes export/T_N.<ending> and, where the flash lights T, export/T_F.<ending>: one geometry, two colours.
+// Writes export/T_N.<ending> and export/T_F.<ending>, which are alike where the flash does not light T: one geometry,
+// two colours.
 int fs_surface_run(const SurfaceArgs *args, const char *ending, FsError *err);

@@ -113,8 +113,8 @@ static void decode_tag(Jpeg *s, FILE *f, LightTag *tag)
 // Reads the picture into image, or (image NULL) what its values are.
 static int read_jpeg(const char *path, int enough, Image *image, LightTag *tag, FsError *err)
 {
-    FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
+    FILE *f;
+    MUST(fs_file_open(path, &f, err));
     Jpeg s = {.path = path, .err = err};
     set_handlers(&s);
     s.in.err = &s.manager;

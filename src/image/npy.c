@@ -126,16 +126,17 @@ int fs_npy_read_shape(const char *path, NpyArray *array, FsError *err)
 {
     *array = (NpyArray){0};
     struct stat st;
-    FILE *f = fopen(path, "rb");
+    FILE *f;
+    MUST(fs_file_open(path, &f, err));
     char *head = malloc(MAX_HEADER + 12);
     int rc = 0;
     if (!head) TRY(fs_error_memory(err));
-    if (!f || fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) TRY(bad(path, "it cannot be opened", err));
+    if (fstat(fileno(f), &st) != 0) TRY(bad(path, "it cannot be read", err));
     size_t n = fread(head, 1, MAX_HEADER + 12, f);
     TRY(parse(path, head, n, (size_t)st.st_size > n ? (size_t)st.st_size : n, array, err));
 fail:
     array->data = NULL;
-    if (f) fclose(f);
+    fclose(f);
     free(head);
     return rc;
 }

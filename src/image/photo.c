@@ -40,7 +40,8 @@ PhotoKind fs_photo_kind_inside(const char *path)
 {
     unsigned char head[12] = {0};
     int kind = fs_photo_kind(path);
-    FILE *f = fs_file_is_regular(path) ? fopen(path, "rb") : NULL;
+    FILE *f;
+    fs_file_open(path, &f, NULL);
     size_t n = f ? fread(head, 1, sizeof head, f) : 0;
     if (f) fclose(f);
     if (n < sizeof head) return kind < 0 ? PHOTO_RAW : (PhotoKind)kind;

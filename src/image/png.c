@@ -109,8 +109,8 @@ static void read_tag(Png *s, FILE *f, LightTag *tag)
 // Reads the picture into image, or (image NULL) what its values are.
 static int read_png(const char *path, Image *image, LightTag *tag, FsError *err)
 {
-    FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
+    FILE *f;
+    MUST(fs_file_open(path, &f, err));
     Png s = {.path = path, .err = err};
     errno = 0;
     s.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &s, on_error, on_warning);

@@ -205,7 +205,6 @@ int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds 
     TRY(graph_new(&g, n > 0 ? n : 1, &arena, err));
     for (int i = 0; i < n; i++) {
         points->kind[i] = POINT_UNSURE;
-        points->evidence[i] = 0;
         float *place = g.place + 3 * (size_t)m;
         if (!cue[i].ok || !fs_small_views_direction(views, points->xyz + 3 * (size_t)i, place)) continue;
         g.log_depth[m] = place[2];
@@ -223,7 +222,6 @@ int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds 
     }
     for (int j = 0; j < m; j++) {
         int i = place_of[j];
-        points->evidence[i] = g.evidence[j];
         if (g.evidence[j] > CLASSIFY_SURE) points->kind[i] = POINT_TRANSMITTED;
         // Dull points at depths of clearly lit ones stay out: mirrored, or lit too weakly to tell.
         if (g.evidence[j] < -CLASSIFY_SURE && g.depth_odds[j] <= 0) points->kind[i] = POINT_REFLECTED;

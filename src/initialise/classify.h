@@ -15,7 +15,7 @@ float fs_classify_depth_odds(const DepthOdds *odds, float log_depth);
 // The same for the growth of contrast alone: its logarithm, that logarithm's uncertainty.
 float fs_classify_slope_odds(float log_slope, float sigma);
 
-// Fills in kind and evidence of points with cues; what the depths tell into *depth_odds.
+// Fills in the kind of points with cues; what the depths tell into *depth_odds.
 int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds *depth_odds, Threads *threads,
                        FsError *err);
 

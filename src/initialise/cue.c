@@ -135,7 +135,6 @@ static Cue measure(const SmallViews *views, const float xyz[3], const float *wei
     if (!(slope > 0)) return cue;
     cue.log_slope = clamped_log(slope);
     cue.coherence = (float)coherence;
-    cue.contrast = (float)sqrt(fmax(abc[0], 0) / 3);
     double sum = 0, sum2 = 0;
     for (int i = 0; i < p->n; i++) {
         double x = (double)clamped_log(slope_of(p, i, left_out, &ignored)); // a slope of 0 counts as a very small one

@@ -44,9 +44,9 @@ static void count_bins(const SmallViews *views, const SparsePoints *points, doub
     memset(bin, 0, sizeof *bin * BINS);
     for (int i = 0; i < points->n; i++) {
         Place p = place_of(views, points->xyz + 3 * (size_t)i);
-        int x = (int)floor((p.x / range + 0.5) * SIDE), z = (int)floor(p.z / range * SIDE);
-        if (x < 0 || x >= SIDE || z < 0 || z >= SIDE) continue;
-        bin[z * SIDE + x] += (points->sightings[i][1] >= 2) - (points->sightings[i][0] >= 2);
+        double x = floor((p.x / range + 0.5) * SIDE), z = floor(p.z / range * SIDE);
+        if (!(x >= 0 && x < SIDE && z >= 0 && z < SIDE)) continue;
+        bin[(int)z * SIDE + (int)x] += (points->sightings[i][1] >= 2) - (points->sightings[i][0] >= 2);
     }
     for (int i = 0; i < BINS; i++) bin[i] = copysign(pow(fabs(bin[i]), DEPTH_CUE_POWER), bin[i]);
 }

@@ -147,10 +147,9 @@ fail:
 }
 
 // Without the flash's cues nothing is parted.
-static bool by_depth(const Settings *set)
+static bool parts(const Settings *set)
 {
-    bool lit = strcmp(set->separation, "full") == 0 || strcmp(set->separation, "linear") == 0;
-    return lit && strcmp(set->flash_cue, "depth") == 0;
+    return strcmp(set->separation, "full") == 0 || strcmp(set->separation, "linear") == 0;
 }
 
 // By one depth, which the points of the poses tell.
@@ -178,7 +177,7 @@ static int find_surfaces(const FsProject *project, const Start *start, const Poi
 {
     if (given->xyz)
         MUST(fs_given_points_split(start->points, given, start->threads, dense, err));
-    else if (strcmp(project->set.flash_cue, "contrast") == 0)
+    else if (parts(&project->set) && strcmp(project->set.flash_cue, "contrast") == 0)
         MUST(fs_residual_stereo_find(start, dense, err)); // which goes by the contrast's growth
     fs_log_info(&project->log, "initialise: %d dense points transmitted, %d reflected", dense[0].n, dense[1].n);
     return 0;
@@ -214,7 +213,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
         fs_cue_measure(&views, points.xyz, points.n, points.cue, threads);
         TRY(fs_classify_points(&views, &points, &odds, threads, err));
         TRY(fs_light_fit(&views, &points, &light, err));
-        fs_advise(&views, &points, &light, log);
+        if (parts(&project->set)) fs_advise(&views, &points, &light, log);
     }
     if (field) {
         TRY(fs_first_field_make(&start, &project->set, &scene, err));
@@ -224,7 +223,8 @@ int fs_initialise_run(FsProject *project, FsError *err)
         goto fail;
     }
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
-    if (by_depth(&project->set)) TRY(part_by_depth(project, &views, &points, err));
+    if (parts(&project->set) && strcmp(project->set.flash_cue, "depth") == 0)
+        TRY(part_by_depth(project, &views, &points, err));
     TRY(find_surfaces(project, &start, &given, dense, err));
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
     TRY(fs_first_scene_make(&start, &project->set, &scene, err));

@@ -46,8 +46,9 @@ int fs_outliers_drop(const SparsePoints *points, bool reflected, Threads *thread
         if (count[k] && !tree[k]) TRY(fs_error_memory(err));
     }
     if (!tree[0] || !tree[1]) goto fail;
-    Filter vet = {dense, tree[reflected], tree[!reflected], reflected ? OUTLIERS_FARTHER_R : OUTLIERS_FARTHER_T, drop};
-    fs_threads_for(threads, dense->n, filter_job, &vet);
+    Filter filter = {dense, tree[reflected], tree[!reflected], reflected ? OUTLIERS_FARTHER_R : OUTLIERS_FARTHER_T,
+                     drop};
+    fs_threads_for(threads, dense->n, filter_job, &filter);
     for (int i = 0; i < dense->n; i++)
         if (!drop[i]) memmove(dense->xyz + 3 * (size_t)kept++, dense->xyz + 3 * (size_t)i, sizeof(float) * 3);
     dense->n = kept;

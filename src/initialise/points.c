@@ -25,9 +25,8 @@ int fs_points_new(SparsePoints *points, int n, FsError *err)
     points->xyz = calloc(3 * size, sizeof *points->xyz);
     points->cue = calloc(size, sizeof *points->cue);
     points->kind = calloc(size, sizeof *points->kind);
-    points->evidence = calloc(size, sizeof *points->evidence);
     points->sightings = calloc(size, sizeof *points->sightings);
-    if (points->xyz && points->cue && points->kind && points->evidence && points->sightings) return 0;
+    if (points->xyz && points->cue && points->kind && points->sightings) return 0;
     fs_points_free(points);
     return fs_error_memory(err);
 }
@@ -37,7 +36,6 @@ void fs_points_free(SparsePoints *points)
     free(points->xyz);
     free(points->cue);
     free(points->kind);
-    free(points->evidence);
     free(points->sightings);
     *points = (SparsePoints){0};
 }

@@ -22,7 +22,6 @@ typedef struct Cue { // cue.h
     float log_slope; // log of the contrast's growth
     float sigma;     // its standard deviation, by leaving out one photo at a time
     float coherence; // 0..1: share of the patches' contrast that belongs to this depth
-    float contrast;  // of the point itself, linear light, without flash
     float slope[3];  // growth per colour channel; 0 where unknown
 } Cue;
 
@@ -31,7 +30,6 @@ typedef struct SparsePoints {
     float *xyz;          // (n, 3)
     Cue *cue;            // (n)
     unsigned char *kind; // (n) PointKind
-    float *evidence;     // (n) log of the odds for "transmitted", 0 where the cue says nothing
     int (*sightings)[2]; // (n) photos that found it, without the flash and with it; where depth_cue.h asks for them
 } SparsePoints;
 

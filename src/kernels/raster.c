@@ -44,8 +44,10 @@ static long forward(const RasterTile *tile, float *feature, float *transmittance
             if (!(tile->entry[i].mask >> (p / FS_TILE_W) & 1) || t < (REAL)tile->t_min) continue;
             REAL alpha = (REAL)exp2((double)t);
             if (alpha > (REAL)FS_ALPHA_MAX) alpha = (REAL)FS_ALPHA_MAX;
-            for (int c = 0; c < tile->features; c++) sum[c] += alpha * T * (REAL)s->feature[c];
-            T -= alpha * T;
+            REAL w = alpha * T, last = tile->median ? T >= (REAL)0.5 && T - w < (REAL)0.5 : w;
+            for (int c = 0; c < tile->features; c++)
+                sum[c] += (c == tile->features - 1 ? last : w) * (REAL)s->feature[c];
+            T -= w;
             pairs++;
         }
         for (int c = 0; c < tile->features; c++) feature[c * FS_TILE_PIXELS + p] = (float)sum[c];

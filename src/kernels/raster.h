@@ -5,6 +5,9 @@
 //   T_1 = 1, T_{i+1} = T_i (1 - alpha_i), stops when T < transmittance_min      (3DGS, Kerbl et al. 2023, eq. 3)
 //   feature = sum_i f_i alpha_i T_i                                              black background
 //
+// or, of the last feature where `median` says so, f_i of the splat at which T falls under a half: of depths the place
+// where half of the light is stopped, not drawn away from it by what else is on the ray. It has no gradient.
+//
 // Backward goes front to back too, from the finished sums: with g_i = sum_c d_c f_ic and S_i the part of
 // sum_c d_c feature_c that lies behind splat i,
 //   d alpha_i = T_i g_i - (S_i + d_T T_end) / (1 - alpha_i),       d t_i = ln 2 alpha_i d alpha_i (0 where clamped)
@@ -55,6 +58,7 @@ typedef struct RasterTile {
     float t_min;             // FS_T_MIN
     float transmittance_min; // FS_TRANSMITTANCE_MIN
     bool count;              // whether forward counts pairs
+    bool median;             // whether the last feature is the median, 0 where T stays above a half; not for backward
 } RasterTile;
 
 typedef struct RasterKernels {

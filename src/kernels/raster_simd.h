@@ -258,11 +258,12 @@ INLINE vf alpha_at(const Batched *s, int v, vf y, vf t_min) // 0 where t < t_min
 }
 
 // Two rows of pixels through their list; returns whether any is still open.
-INLINE bool forward_pair(Forward *f, int step, const int nf, const bool count)
+INLINE bool forward_pair(Forward *f, int step, const int nf, const bool count, const bool median)
 {
     const Batched *splat = f->batch->splat;
     float *feature = f->feature + 2 * FS_TILE_W * step, *transmittance = f->transmittance + 2 * FS_TILE_W * step;
     const vf t_min = v_set(f->tile->t_min), T_min = v_set(f->tile->transmittance_min), most = v_set(FS_ALPHA_MAX);
+    const vf half = v_set(0.5f);
     vf T[PAIR_VECTORS], sum[FS_FEATURES_MAX][PAIR_VECTORS], y[PAIR_VECTORS], ready[BATCH][PAIR_VECTORS];
     vm open[PAIR_VECTORS], any = v_lt(v_set(0), v_set(0));
     vi n_pairs = v_seti(0);
@@ -283,7 +284,9 @@ INLINE bool forward_pair(Forward *f, int step, const int nf, const bool count)
         for (int v = 0; v < PAIR_VECTORS; v++) {
             vf alpha = ALPHAS_FIRST ? ready[i][v] : v_min(alpha_at(s, v % STEP_VECTORS, y[v], t_min), most);
             vf w = v_where(open[v], alpha * T[v]);
-            for (int k = 0; k < nf; k++) sum[k][v] = v_fma(w, v_set(s->feature[k]), sum[k][v]);
+            const vm falls = vm_and(v_le(half, T[v]), v_lt(T[v] - w, half));
+            const vf last = median ? v_where(falls, v_set(1)) : w;
+            for (int k = 0; k < nf; k++) sum[k][v] = v_fma(k == nf - 1 ? last : w, v_set(s->feature[k]), sum[k][v]);
             if (count) n_pairs = count_lanes(n_pairs, vm_and(v_lt(v_set(0), alpha), open[v]));
             T[v] = T[v] - w;
             open[v] = v_le(T_min, T[v]);
@@ -298,7 +301,8 @@ INLINE bool forward_pair(Forward *f, int step, const int nf, const bool count)
     return vm_any(any);
 }
 
-INLINE long forward_n(const RasterTile *tile, float *feature, float *transmittance, const int nf, const bool count)
+INLINE long forward_n(const RasterTile *tile, float *feature, float *transmittance, const int nf, const bool count,
+                      const bool median)
 {
     Batch batch;
     Forward f = {.tile = tile, .batch = &batch, .feature = feature, .transmittance = transmittance};
@@ -309,26 +313,28 @@ INLINE long forward_n(const RasterTile *tile, float *feature, float *transmittan
         fill_batch(tile, alive, 2, BATCH, &batch, NULL);
         fill_lists(&batch, f.list);
         for (int s = 0; s < PAIRS; s++)
-            if (f.list[s] && !forward_pair(&f, s, nf, count)) alive &= ~(1u << (2 * s));
+            if (f.list[s] && !forward_pair(&f, s, nf, count, median)) alive &= ~(1u << (2 * s));
     }
     return f.pairs;
+}
+
+INLINE long forward_of(const RasterTile *tile, float *feature, float *transmittance, const int nf)
+{
+    if (tile->median) {
+        long pairs = forward_n(tile, feature, transmittance, nf, true, true);
+        return tile->count ? pairs : 0;
+    }
+    return tile->count ? forward_n(tile, feature, transmittance, nf, true, false)
+                       : forward_n(tile, feature, transmittance, nf, false, false);
 }
 
 static long forward(const RasterTile *tile, float *feature, float *transmittance)
 {
     switch (tile->features) {
-    case 1:
-        return tile->count ? forward_n(tile, feature, transmittance, 1, true)
-                           : forward_n(tile, feature, transmittance, 1, false);
-    case 2:
-        return tile->count ? forward_n(tile, feature, transmittance, 2, true)
-                           : forward_n(tile, feature, transmittance, 2, false);
-    case 3:
-        return tile->count ? forward_n(tile, feature, transmittance, 3, true)
-                           : forward_n(tile, feature, transmittance, 3, false);
-    default:
-        return tile->count ? forward_n(tile, feature, transmittance, 4, true)
-                           : forward_n(tile, feature, transmittance, 4, false);
+    case 1: return forward_of(tile, feature, transmittance, 1);
+    case 2: return forward_of(tile, feature, transmittance, 2);
+    case 3: return forward_of(tile, feature, transmittance, 3);
+    default: return forward_of(tile, feature, transmittance, 4);
     }
 }
 

@@ -173,13 +173,13 @@ fail:
 int fs_cloud_ply_read(Cloud *cloud, const char *path, FsError *err)
 {
     *cloud = (Cloud){0};
-    FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_input(err, "%s: cannot open: %s", path, strerror(errno));
+    FILE *f;
+    MUST(fs_file_open(path, &f, err));
     int rc;
     Cloud like = {0};
     Header h;
     struct stat st;
-    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) TRY(fs_error_input(err, "%s: not a regular file", path));
+    if (fstat(fileno(f), &st) != 0) TRY(fs_error_input(err, "%s: read failed: %s", path, strerror(errno)));
     TRY(read_header(f, path, &h, err));
     TRY(widths_of(path, &h.layout, like.width, err));
     long long body = (long long)st.st_size - (long long)ftello(f);

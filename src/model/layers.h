@@ -23,7 +23,7 @@ typedef enum RenderLayer {
     RENDER_BETA,
     RENDER_I_N, // composites
     RENDER_I_F,
-    RENDER_DEPTH_T, // z, world units, divided by the accumulated alpha; 0 where alpha is under a half
+    RENDER_DEPTH_T, // z, world units, where half of the light is stopped; 0 where less is
     RENDER_DEPTH_R,
     RENDER_LAYERS
 } RenderLayer;

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+
 #define MAX_LINE 512
 #define MAX_LINES 1000
 
@@ -72,8 +74,8 @@ static int read_line(const char *path, const char *line, PlyHeader *ply, FsError
 int fs_ply_header_read(const char *path, PlyHeader *ply, FsError *err)
 {
     *ply = (PlyHeader){0};
-    FILE *f = fopen(path, "rb");
-    if (!f) return fs_error_input(err, "%s: cannot open", path);
+    FILE *f;
+    MUST(fs_file_open(path, &f, err));
     char line[MAX_LINE];
     int rc = 0;
     if (!fgets(line, sizeof line, f) || strncmp(line, "ply", 3) != 0 || !strchr("\r\n", line[3]))

@@ -11,7 +11,7 @@
 #include "image/image.h"
 #include "model/project.h"
 
-#define MAX_PHOTOS 100000
+#define MAX_PHOTOS 46000 // their pairs are numbered (fs_match_pair)
 
 void fs_capture_free(Capture *capture)
 {
@@ -85,7 +85,8 @@ fail:
 static int picture_size(const char *folder, Photo *photo, FsError *err)
 {
     FilePath path = fs_file_at("%s/%s", folder, photo->picture);
-    FILE *f = fopen(path.text, "rb");
+    FILE *f;
+    fs_file_open(path.text, &f, NULL);
     unsigned char head[24] = {0};
     size_t got = f ? fread(head, 1, sizeof head, f) : 0;
     if (f) fclose(f);

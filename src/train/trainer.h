@@ -75,7 +75,7 @@ int fs_pane_look(Trainer *trainer, FsError *err); // completes the scene; the en
 int fs_bars_decide(Trainer *trainer, const Cloud *learned, FsError *err);
 
 // photographer.c: who is mirrored too, where the setting of that name looks for them
-int fs_photographer_steps(const Settings *set, int photos); // that a look takes where nobody is there; 0: none is had
+int fs_photographer_steps(const Settings *set, int photos); // of a look where nobody is there, mostly; 0: none is had
 int fs_photographer_find(Trainer *trainer, FsError *err);   // the engine has the scene; it is to have it again
 int fs_photographer_up(Trainer *trainer, FsError *err);     // to all photos that the engine has
 int fs_photographer_down(Trainer *trainer, FsError *err);

@@ -120,6 +120,11 @@ class Captures(FolderTest):
         for words in (["check", self.photos], ["info", self.photos], ["ingest", self.photos, "-o", self.out]):
             process = run(*words, *(FLASH if words[0] != "info" else []), timeout=60)
             self.assertIn("F_99.jpg: not a regular file", process.stderr)
+        for name in ("x.json", "x.ply", "x.npy", "x.png"):
+            os.mkfifo(self.dir / name)
+            self.assert_fails(run("info", self.dir / name, timeout=60), 1, name, "not a regular file")
+        self.assert_fails(run("ingest", self.photos, "-o", self.out, "--flash-list", self.dir / "x.json", timeout=60),
+                          1, "x.json", "not a regular file")
 
     def test_damaged_list(self):
         pictures.photos(self.photos, 3)

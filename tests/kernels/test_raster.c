@@ -77,6 +77,46 @@ static double difference(const float *a, const float *b, int n)
     return most / size;
 }
 
+// The last feature of the splat at which half of the light is stopped; another one where that is by rounding alone.
+static void compare_median(int features)
+{
+    Case *ref = malloc(sizeof *ref), *c = malloc(sizeof *c), *sums = malloc(sizeof *sums);
+    if (!ref || !c || !sums) abort();
+    make(ref, SPLATS, features, false);
+    make(sums, SPLATS, features, false);
+    ref->k = sums->k = &fs_raster_scalar;
+    for (int i = 0; i < SPLATS; i++) ref->splats[i].l = sums->splats[i].l = -1.5f;
+    ref->tile.median = true;
+    run_forward(ref);
+    run_forward(sums);
+    const float *median = ref->feature + (features - 1) * FS_TILE_PIXELS;
+    int found = 0, kept = (features - 1) * FS_TILE_PIXELS;
+    for (int p = 0; p < FS_TILE_PIXELS; p++) found += median[p] > 0;
+    CHECK(found > FS_TILE_PIXELS / 4, "%d medians of %d", found, FS_TILE_PIXELS);
+    for (int p = 0; p < FS_TILE_PIXELS; p++)
+        CHECK((median[p] > 0) == (ref->transmittance[p] < 0.5f), "pixel %d: %g passes, median %g", p,
+              (double)ref->transmittance[p], (double)median[p]);
+    CHECK(memcmp(ref->feature, sums->feature, sizeof(float) * (size_t)kept) == 0, "others are sums");
+    FOR_LEVELS(level)
+    {
+        make(c, SPLATS, features, false);
+        for (int i = 0; i < SPLATS; i++) c->splats[i].l = -1.5f;
+        c->tile.median = true;
+        c->k = fs_kernels_at(level).raster;
+        run_forward(c);
+        int other = 0;
+        for (int p = 0; p < FS_TILE_PIXELS; p++) other += c->feature[kept + p] != median[p];
+        CHECK(other <= 1, "%s features %d: %d medians differ", fs_cpu_name(level), features, other);
+        CHECK(difference(ref->feature, c->feature, kept + 1) < 2e-5, "%s features %d: sums", fs_cpu_name(level),
+              features);
+        CHECK(c->pairs == ref->pairs, "%s pairs %ld, scalar %ld", fs_cpu_name(level), c->pairs, ref->pairs);
+        drop(c);
+    }
+    drop(ref);
+    drop(sums);
+    free(ref), free(c), free(sums);
+}
+
 static void compare(int n, int features, bool cut)
 {
     Case *ref = malloc(sizeof *ref), *c = malloc(sizeof *c);
@@ -153,6 +193,7 @@ int main(int argc, char **argv)
 {
     check_begin(argc, argv);
     check_cover();
+    for (int features = 1; features <= FS_FEATURES_MAX; features++) compare_median(features);
     for (int features = 1; features <= FS_FEATURES_MAX; features++)
         for (int cut = 0; cut < 2; cut++) {
             compare(0, features, cut);

@@ -11,7 +11,7 @@
 enum { DRAWN_MOST = 32 }; // Gaussians of a cloud
 
 typedef struct Drawn {
-    double color[4], transmittance, depth, cover; // sums of alpha T times each
+    double color[4], transmittance, depth, cover; // sums of alpha T times each; of depth the median, or NAN
 } Drawn;
 
 typedef struct Flat { // a splat
@@ -89,7 +89,9 @@ static Drawn draw(const Scene *s, const Cloud *cloud, const Camera *cam, double 
         double alpha = fmin(flat[i].opacity * exp(-q / 2), 0.99);
         if (alpha < 1 / 255.0) continue;
         for (int c = 0; c < channels; c++) d.color[c] += alpha * d.transmittance * flat[i].color[c];
-        d.depth += alpha * d.transmittance * flat[i].z;
+        double after = d.transmittance * (1 - alpha);
+        if (fabs(after - 0.5) < 1e-3) d.depth = NAN; // this one or the next, by rounding
+        if (d.transmittance >= 0.5 && after < 0.5 && !isnan(d.depth)) d.depth = flat[i].z;
         d.cover += alpha * d.transmittance * flat[i].cover;
         d.transmittance *= 1 - alpha;
     }
@@ -128,8 +130,8 @@ static void all_layers(const Scene *s, const Camera *cam, int x, int y, double w
         want[RENDER_I_F][c] = want[RENDER_T_F][c] + beta * decode(R_F.color[c]);
     }
     want[RENDER_BETA][0] = beta;
-    want[RENDER_DEPTH_T][0] = T.transmittance <= 0.5 ? T.depth / (1 - T.transmittance) : 0;
-    want[RENDER_DEPTH_R][0] = R.transmittance <= 0.5 ? R.depth / (1 - R.transmittance) : 0;
+    want[RENDER_DEPTH_T][0] = T.depth;
+    want[RENDER_DEPTH_R][0] = R.depth;
 }
 
 #endif

@@ -103,13 +103,11 @@ static SparsePoints sparse(unsigned char *kind)
 
 static void classify(Threads *threads, unsigned char *kind)
 {
-    float evidence[ALL];
     scatter(points, SIDE, MADE_DEPTH_T, 4);
     scatter(points + 3 * SIDE, SIDE, MADE_DEPTH_R, 5);
     scatter(points + 6 * SIDE, ODD, 2.8, 6); // in neither scene
     fs_cue_measure(&views, points, ALL, cues, threads);
     SparsePoints all = sparse(kind);
-    all.evidence = evidence;
     assert_int_equal(fs_classify_points(&views, &all, &odds, threads, NULL), 0);
 }
 

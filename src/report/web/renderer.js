@@ -42,7 +42,7 @@ class Renderer {
     }
 
     // pose: { turn, centre }; lens: fx, fy, cx, cy in pixels of size; light: { gain, at }.
-    blend(layer, pose, lens, size, { light, whole, what, only, rough }) {
+    blend(layer, pose, lens, size, { light, whole, what, only, rough, far }) {
         const gl = this.gl, { at, program } = this.splat, scene = this.scene;
         const cloud = this.clouds.find(c => c.layer === layer);
         const target = this.target(layer + (what ? ` ${what}` : ''), ...size, whole);
@@ -63,6 +63,7 @@ class Renderer {
         gl.uniform4fv(at.lens, lens);
         gl.uniform2fv(at.size, size);
         gl.uniform1f(at.near, this.near);
+        gl.uniform1f(at.far, far || 1e30);
         gl.uniform1f(at.dilation, this.dilation(lens));
         gl.uniform3fv(at.flash, light ? light.at : pose.centre);
         gl.uniform3fv(at.tint, scene.gain_color.map(g => light ? g * light.gain : 0));
@@ -141,12 +142,25 @@ class Renderer {
         gl.bindVertexArray(null);
     }
 
-    // The depth of T at a pixel of a picture of that size; 0 where there is none.
+    // The depth of T at a pixel of a picture of that size, where half of the light is stopped; 0 where less is.
     depthAt(pose, lens, size, pixel) {
         const gl = this.gl, x = Math.floor(pixel[0]), y = size[1] - 1 - Math.floor(pixel[1]);
-        this.blend('T_N', pose, lens, size, { what: 'depth', whole: this.canBlendWhole, only: [x, y, 1, 1] });
-        const sum = new Float32Array(4);
-        gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, sum);
-        return sum[3] >= 0.5 ? sum[0] / sum[3] : 0;
+        const stopped = far => { // by what is nearer than that
+            this.blend('T_N', pose, lens, size, { what: 'depth', whole: this.canBlendWhole, only: [x, y, 1, 1], far });
+            const sum = new Float32Array(4);
+            gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, sum);
+            return { share: sum[3], mean: sum[0] / sum[3] };
+        };
+        const all = stopped();
+        if (!(all.share >= 0.5)) return 0;
+        let low = all.mean, high = all.mean;
+        while (stopped(low).share >= 0.5) low /= 2;
+        while (stopped(high).share < 0.5) high *= 2;
+        for (; high > 1.001 * low;) {
+            const middle = Math.sqrt(low * high);
+            if (stopped(middle).share < 0.5) low = middle;
+            else high = middle;
+        }
+        return high;
     }
 }

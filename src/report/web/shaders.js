@@ -10,7 +10,7 @@ uniform mat3 turn;            // columns: the camera's rows
 uniform vec3 centre;
 uniform vec4 lens;            // fx, fy, cx, cy
 uniform vec2 size;            // of the picture
-uniform float near, dilation; // pixels squared
+uniform float near, far, dilation; // the last in pixels squared
 uniform vec3 flash, tint;     // where it is; its gain, 0 without it
 uniform float fall;           // distance at which it falls off by 1, squared; 0: it does not
 uniform int what;             // 0 colour, 1 depth, 2 cover
@@ -26,7 +26,7 @@ void main() {
     vec4 b = texelFetch(data, ivec2(x + 2, y), 0), c = texelFetch(data, ivec2(x + 3, y), 0);
     gl_Position = vec4(2, 2, 2, 1);
     vec3 p = (a.xyz - centre) * turn;
-    if (p.z < near) return;
+    if (p.z < near || p.z > far) return;
     vec2 limit = 0.65 * size / lens.xy, t = clamp(p.xy / p.z, -limit, limit), j = lens.xy / p.z;
     mat3 rows = mat3(turn[0], turn[1], turn[2]);
     vec3 w0 = j.x * (rows[0] - t.x * rows[2]), w1 = j.y * (rows[1] - t.y * rows[2]);
