@@ -78,6 +78,13 @@ static int unknown_option(const Command *command, const char *word, size_t lengt
     return usage_error(err, "--%s is not an option of '%s'", name, command->name);
 }
 
+static int set_value(const Invocation *in, const FsOption *option, const char *value, FsError *err)
+{
+    if (!*value && option->type == FS_OPTION_STRING) // a variable that is not set, say
+        return usage_error(err, "--%s needs a value: %s", option->name, option->argument);
+    return fs_settings_set(in->settings, option->name, value, err);
+}
+
 // One "--name", "--name=value", "--name value" or "--no-name"; *i is moved over a value of its own.
 static int parse_long(int argc, char **argv, int *i, Invocation *in, FsError *err)
 {
@@ -86,11 +93,11 @@ static int parse_long(int argc, char **argv, int *i, Invocation *in, FsError *er
     unsigned stages = in->command->stages;
     const FsOption *option = find_option(word, length);
     if (option && option->stages & stages) {
-        if (equals) return fs_settings_set(in->settings, option->name, equals + 1, err);
+        if (equals) return set_value(in, option, equals + 1, err);
         if (option->type == FS_OPTION_BOOL) return fs_settings_set(in->settings, option->name, "true", err);
         if (*i + 1 >= argc || strncmp(argv[*i + 1], "--", 2) == 0)
             return usage_error(err, "--%s needs a value: %s", option->name, option->argument);
-        return fs_settings_set(in->settings, option->name, argv[++*i], err);
+        return set_value(in, option, argv[++*i], err);
     }
     if (length > 3 && strncmp(word, "no-", 3) == 0 && !equals) {
         option = find_option(word + 3, length - 3);

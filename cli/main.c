@@ -112,5 +112,5 @@ int main(int argc, char **argv)
     int lost = cli_terminal_close();
     if (!lost) return code;
     fprintf(stderr, "flashsplat: cannot write to standard output: %s\n", strerror(lost));
-    return code ? code : EXIT_FAILED;
+    return code == EXIT_USAGE || code == EXIT_CANCELLED ? code : EXIT_FAILED;
 }

@@ -157,15 +157,16 @@ static int check_named(const FsProject *project, FsError *err)
     const Settings *set = &project->set;
     CpuLevel cpu;
     const struct {
-        const char *option, *path, *stage;
-    } named[] = {{"flash-list", set->flash_list, "ingest"},
-                 {"masks", set->masks, "ingest"},
-                 {"poses", set->poses, "poses"},
-                 {"points", set->points, "initialise"},
-                 {"cameras", set->cameras, "render"},
-                 {"originals", set->originals, "export"}};
+        const char *option, *path;
+        unsigned stage;
+    } named[] = {{"flash-list", set->flash_list, FS_STAGE_INGEST},
+                 {"masks", set->masks, FS_STAGE_INGEST},
+                 {"poses", set->poses, FS_STAGE_POSES},
+                 {"points", set->points, FS_STAGE_INITIALISE},
+                 {"cameras", set->cameras, FS_STAGE_RENDER},
+                 {"originals", set->originals, FS_STAGE_EXPORT}};
     for (size_t i = 0; i < sizeof named / sizeof *named; i++) {
-        bool done = fs_file_exists(fs_file_at("%s/done/%s.json", project->out, named[i].stage).text);
+        bool done = fs_project_done_with(project, named[i].stage, named[i].option, named[i].path);
         if (*named[i].path && !done && !fs_file_exists(named[i].path))
             return fs_error_input(err, "%s: no such file or folder, or it cannot be read; --%s names it", named[i].path,
                                   named[i].option);

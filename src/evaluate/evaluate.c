@@ -109,9 +109,9 @@ static int finish(const Evaluation *e, FsError *err)
         for (int l = 0; l < FS_EVALUATE_LAYERS; l++) measured += e->method[i].layer[l].n;
     if (!measured)
         return fs_error_input(err,
-                              "%s: no picture of the truth at %s views has a render in %s: check --views and the "
-                              "folder's <layer>/<view>.png",
-                              e->truth, set->views, e->method[0].dir.text);
+                              "%s: no picture of the truth at %s views has a render in %s: first run `flashsplat "
+                              "render %s --cameras %s/cameras.json`, or check --views and --output",
+                              e->truth, set->views, e->method[0].dir.text, e->project->out, e->truth);
     fs_score_table_log(e->method, e->n, &e->project->log);
     FilePath path = fs_file_at("%s/evaluate.json", e->project->out);
     MUST(fs_score_table_write(e->method, e->n, e->truth, set->views, path.text, err));

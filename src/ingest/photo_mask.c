@@ -24,12 +24,18 @@ fail:
 int fs_photo_mask_apply(const char *path, Image *photo, Image *trusted, Image *mask, FsError *err)
 {
     Image read = {0};
+    size_t left = 0;
     MUST(read_mask(path, photo, &read, err));
     for (size_t i = 0; i < fs_image_pixels(&read); i++) {
         read.px[i] = read.px[i] > 0.999f;
+        left += read.px[i] != 0;
         if (read.px[i] != 0) continue;
         for (int c = 0; c < photo->channels; c++) photo->px[i * (size_t)photo->channels + (size_t)c] = 0;
         if (trusted) trusted->px[i] = 0;
+    }
+    if (!left) {
+        fs_image_free(&read);
+        return fs_error_input(err, "%s: leaves nothing of its photo: only what is not to be used is black", path);
     }
     if (mask) {
         fs_image_free(mask);

@@ -107,6 +107,15 @@ bool fs_project_done(FsProject *project, unsigned stage)
     return done;
 }
 
+bool fs_project_done_with(const FsProject *project, unsigned stage, const char *option, const char *value)
+{
+    json_t *root = json_load_file(mark_path(project, stage).text, 0, NULL);
+    const char *was = json_string_value(json_object_get(json_object_get(root, "settings"), option));
+    bool same = was && strcmp(was, value) == 0;
+    json_decref(root);
+    return same;
+}
+
 const char *fs_project_fingerprint(FsProject *project, unsigned stage)
 {
     if (project->fingerprint_stage == stage && project->fingerprint) return project->fingerprint;
@@ -334,13 +343,45 @@ static void clear(const FsProject *project, const ProjectStage *stage)
     }
 }
 
+// A stage was not done since one that it follows from was, though there is something of it.
+static bool is_stale(const FsProject *project, const ProjectStage *row, const char **since)
+{
+    bool there = false;
+    *since = NULL;
+    for (int k = 0; k < PROJECT_OUTPUTS && row->output[k]; k++)
+        there |=
+            !strpbrk(row->output[k], "%&*") && fs_file_exists(fs_file_at("%s/%s", project->out, row->output[k]).text);
+    if (!there || fs_file_exists(mark_path(project, row->stage).text)) return false;
+    for (int k = 0; k < PROJECT_STAGES; k++)
+        if ((row->after & fs_project_stages[k].stage) &&
+            fs_file_exists(mark_path(project, fs_project_stages[k].stage).text))
+            *since = fs_project_stages[k].name;
+    return *since != NULL;
+}
+
+// What a stage reads must not be of other photos or poses than those that are there now.
+static int check_earlier(const FsProject *project, const ProjectStage *stage, FsError *err)
+{
+    const char *since;
+    for (int i = 0; i < PROJECT_STAGES; i++) {
+        const ProjectStage *row = &fs_project_stages[i];
+        if ((stage->after & row->stage & INITIALISE) && is_stale(project, row, &since))
+            return fs_error_input(err,
+                                  "%s: %s was not done since %s was: first run `flashsplat %s %s`, or all with "
+                                  "`flashsplat run`",
+                                  project->out, row->name, since, row->name, project->out);
+    }
+    return 0;
+}
+
 int fs_project_begin(FsProject *project, unsigned stage, const char *const *view, int n, FsError *err)
 {
     Names names = {view, n};
     const char **ingested = NULL;
     FilePath path = fs_file_at("%s/ingest.json", project->out);
     json_t *root = view ? NULL : json_load_file(path.text, 0, NULL), *photos = json_object_get(root, "photos");
-    int rc = fs_owned_open(project->out, "project", err);
+    int rc = check_earlier(project, fs_project_stage(stage), err);
+    if (rc == 0) rc = fs_owned_open(project->out, "project", err);
     if (rc == 0 && json_array_size(photos)) {
         ingested = calloc(json_array_size(photos), sizeof *ingested);
         for (size_t i = 0; ingested && i < json_array_size(photos); i++) {

@@ -64,9 +64,12 @@ int fs_project_lock(FsProject *project, FsError *err);
 // True when <out>/done/<stage>.json exists, setting "force" is off, and the stage's settings and inputs are those it
 // was made from; logs that the stage is skipped. A change makes it false and says which.
 bool fs_project_done(FsProject *project, unsigned stage);
+// Whether a stage's mark says that it was done with this text of an option.
+bool fs_project_done_with(const FsProject *project, unsigned stage, const char *option, const char *value);
 int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err);
 void fs_project_unmark(const FsProject *project, unsigned stage); // and the stages that read its results
-// At the start of a stage's work, before it touches anything: checks that nothing of the user's is where this stage and
+// At the start of a stage's work, before it touches anything: checks that the stages whose results it reads were done
+// since those that they follow from, and that nothing of the user's is where this stage and
 // those planned after it will write, then unmarks the stage and removes what it left. view: the names of the n views;
 // NULL: those that were ingested.
 int fs_project_begin(FsProject *project, unsigned stage, const char *const *view, int n, FsError *err);

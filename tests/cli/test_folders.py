@@ -434,7 +434,7 @@ class Layouts(FolderTest):
     def test_gone_inputs(self):
         """Photos and the model may go once they are used; a name that nothing was made of is a slip."""
         self.works(self.job())
-        self.refuses(self.job("--masks", self.dir / "marks"), "marks", "no mask of these photos")
+        self.refuses(self.job("--masks", self.dir / "marks"), "marks", "no such file or folder")
         self.works(self.job())
         link = self.dir / "link"
         link.symlink_to(self.photos)

@@ -126,6 +126,19 @@ class Captures(FolderTest):
         self.assert_fails(run("ingest", self.photos, "-o", self.out, "--flash-list", self.dir / "x.json", timeout=60),
                           1, "x.json", "not a regular file")
 
+    def test_masks_of_nothing(self):
+        masks = self.dir / "masks"
+        masks.mkdir()
+        for photo in pictures.photos(self.photos, 5).iterdir():
+            (masks / (photo.name + ".png")).write_bytes(pictures.png(48, 32, lambda x, y: (0, 0, 0)))
+        self.refuses("leaves nothing of its photo", options=[*FLASH, "--masks", masks])
+
+    def test_empty_values(self):
+        """A variable of a script that is not set is not silently COLMAP."""
+        pictures.photos(self.photos, 3)
+        for words in (["--poses", ""], ["--poses="], ["--masks", ""]):
+            self.assert_fails(run("run", self.photos, "-o", self.out, *words), 2, "needs a value")
+
     def test_damaged_list(self):
         pictures.photos(self.photos, 3)
         (self.out / ".flashsplat").mkdir(parents=True)
@@ -229,7 +242,7 @@ class Finished(FolderTest):
             self.assert_fails(run(stage, self.out, *options, "--force"), 1, f"{where}: is missing", f"`flashsplat {made}",
                               "--force")
             (self.out / "done" / f"{made.split()[0]}.json").unlink()
-            self.assert_fails(run(stage, self.out, *options, "--force"), 1, f"{where}: is not there: first run")
+            self.assert_fails(run(stage, self.out, *options, "--force"), 1, f"first run `flashsplat {made}")
             shutil.rmtree(self.out)
             shutil.copytree(self.done, self.out)
             self.assertEqual(path.read_bytes(), data)

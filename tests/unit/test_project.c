@@ -151,6 +151,26 @@ static void test_a_torn_checkpoint_goes(void **state)
     free(dir);
 }
 
+// What poses or the start left of other photos is not gone on from.
+static void test_stale_results(void **state)
+{
+    Fixture *f = *state;
+    FsError err = {0};
+    FilePath start = fs_file_at("%s/start", f->out), model = fs_file_at("%s/start/model.json", f->out);
+    assert_int_equal(fs_file_mkdirs(start.text, NULL) | fs_file_write(model.text, "{}", 2, NULL), 0);
+    assert_int_equal(fs_project_begin(f->project, FS_STAGE_TRAIN, NULL, 0, &err), 0); // somebody's own
+    mark(f, FS_STAGE_INGEST);
+    mark(f, FS_STAGE_POSES);
+    mark(f, FS_STAGE_INITIALISE);
+    assert_int_equal(fs_project_begin(f->project, FS_STAGE_TRAIN, NULL, 0, &err), 0);
+    fs_project_unmark(f->project, FS_STAGE_POSES);
+    mark(f, FS_STAGE_POSES);
+    assert_int_equal(fs_project_begin(f->project, FS_STAGE_TRAIN, NULL, 0, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, "initialise was not done since poses was: first run `flashsplat initialise"));
+    assert_int_equal(fs_project_begin(f->project, FS_STAGE_EXPORT, NULL, 0, &err), FS_ERR_INPUT);
+    assert_int_equal(fs_project_begin(f->project, FS_STAGE_INITIALISE, NULL, 0, &err), 0);
+}
+
 static void test_broken_marks(void **state)
 {
     Fixture *f = *state;
@@ -322,6 +342,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_settings_that_do_not_change_results, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rerun_takes_later_marks, setup, teardown),
         cmocka_unit_test_setup_teardown(test_a_torn_checkpoint_goes, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_stale_results, setup, teardown),
         cmocka_unit_test_setup_teardown(test_broken_marks, setup, teardown),
         cmocka_unit_test_setup_teardown(test_changed_inputs_are_named, setup, teardown),
         cmocka_unit_test_setup_teardown(test_photos_and_models, setup, teardown),
