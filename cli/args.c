@@ -81,7 +81,7 @@ static int unknown_option(const Command *command, const char *word, size_t lengt
 static int set_value(const Invocation *in, const FsOption *option, const char *value, FsError *err)
 {
     if (!*value && option->type == FS_OPTION_STRING) // a variable that is not set, say
-        return usage_error(err, "--%s needs a value: %s", option->name, option->argument);
+        return usage_error(err, "--%s is empty: it needs a value: %s", option->name, option->argument);
     return fs_settings_set(in->settings, option->name, value, err);
 }
 
