@@ -161,7 +161,7 @@ static void check_found(float off, double steep, int kept)
     assert_int_equal(fs_pane_veil_check(&found, "veil", NULL), 0);
     v3_cross(found.right, found.down, n);
     v3_cross(truth.right, truth.down, true_n);
-    assert_true(v3_dot(n, true_n) > cos(0.1));
+    assert_true(v3_dot(n, true_n) > cos(0.12));
     for (int i = 0; i < PHOTOS; i++) {
         Camera c = camera_of(i);
         fs_camera_centre(&c, centre);
