@@ -37,6 +37,14 @@ static void child(const char *const argv[], const char *log_path)
     _exit(127);
 }
 
+// The program that is meant, where env runs it.
+static const char *program_of(const char *const *argv)
+{
+    if (strcmp(argv[0], "env") != 0) return argv[0];
+    for (argv++; argv[0] && argv[1] && strchr(argv[0], '=');) argv++;
+    return argv[0] ? argv[0] : "env";
+}
+
 int fs_process_run(const char *const argv[], const char *log_path, const Log *log, FsError *err)
 {
     pid_t self = getpid(), pid = fork();
@@ -51,7 +59,8 @@ int fs_process_run(const char *const argv[], const char *log_path, const Log *lo
     for (;;) {
         pid_t done = waitpid(pid, &status, WNOHANG);
         if (done == pid) break;
-        if (done < 0 && errno != EINTR) return fs_error_set(err, FS_ERR_IO, "%s: lost: %s", argv[0], strerror(errno));
+        if (done < 0 && errno != EINTR)
+            return fs_error_set(err, FS_ERR_IO, "%s: lost: %s", program_of(argv), strerror(errno));
         if (!cancelled && fs_log_cancelled(log)) {
             cancelled = true;
             kill(-pid, SIGKILL);
@@ -59,9 +68,10 @@ int fs_process_run(const char *const argv[], const char *log_path, const Log *lo
         }
         nanosleep(&(struct timespec){.tv_nsec = 20 * 1000 * 1000}, NULL);
     }
-    if (cancelled) return fs_error_set(err, FS_ERR_CANCELLED, "stopped while %s ran", argv[0]);
+    if (cancelled) return fs_error_set(err, FS_ERR_CANCELLED, "stopped while %s ran", program_of(argv));
     if (WIFSIGNALED(status))
-        return fs_error_input(err, "%s died of signal %d (its output: %s)", argv[0], WTERMSIG(status), log_path);
+        return fs_error_input(err, "%s died of signal %d (its output: %s)", program_of(argv), WTERMSIG(status),
+                              log_path);
     if (WEXITSTATUS(status) == 127 && !fs_process_found(argv[0]))
         return fs_error_input(err, "%s: program not found; install it (Debian: apt-get install %s)", argv[0], argv[0]);
     return WEXITSTATUS(status);

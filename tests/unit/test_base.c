@@ -168,6 +168,9 @@ static void test_process(void **state)
     time_t begin = time(NULL);
     assert_int_equal(fs_process_run((const char *[]){"sleep", "60", NULL}, log, &(Log){.cancelled = yes}, &err),
                      FS_ERR_CANCELLED);
+    const char *under_env[] = {"env", "A=1", "sleep", "60", NULL};
+    assert_int_equal(fs_process_run(under_env, log, &(Log){.cancelled = yes}, &err), FS_ERR_CANCELLED);
+    assert_string_equal(err.message, "stopped while sleep ran");
     assert_true(time(NULL) - begin < 30);
     assert_true(fs_process_found("sh"));
     assert_false(fs_process_found("flashsplat-no-such-program"));
