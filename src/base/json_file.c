@@ -49,3 +49,17 @@ bool fs_json_file_matrix(const json_t *rows, double m[12])
     }
     return true;
 }
+
+json_t *fs_json_file_floats(const float *x, int n)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < n; i++) json_array_append_new(list, json_real((double)x[i]));
+    return list;
+}
+
+json_t *fs_json_file_doubles(const double *x, int n)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < n; i++) json_array_append_new(list, json_real(x[i]));
+    return list;
+}

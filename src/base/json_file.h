@@ -11,5 +11,7 @@ int fs_json_file_write(const char *path, json_t *root, size_t flags, FsError *er
 // 0 when path may be written: nothing is there, or a file of ours (owned.h) that holds an object, or a
 // list whose first is one, with that key.
 int fs_json_file_check(const char *path, const char *key, FsError *err);
+json_t *fs_json_file_floats(const float *x, int n); // lists
+json_t *fs_json_file_doubles(const double *x, int n);
 // The first three rows of a list of rows of four numbers; false where there are none such.
 bool fs_json_file_matrix(const json_t *rows, double m[12]);

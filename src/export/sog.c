@@ -7,6 +7,7 @@
 #include <string.h>
 #include <webp/encode.h>
 
+#include "base/json_file.h"
 #include "export/codebook.h"
 #include "export/formats.h"
 #include "export/zip.h"
@@ -95,21 +96,14 @@ static int encode(const Sog *sog, int picture, ZipEntry *entry, FsError *err)
     return fs_error_set(err, FS_ERR_INPUT, "%s: libwebp fails with error %d", names[picture], code);
 }
 
-static json_t *numbers(const float *value, int n)
-{
-    json_t *array = json_array();
-    for (int k = 0; k < n; k++) json_array_append_new(array, json_real((double)value[k]));
-    return array;
-}
-
 static int make_meta(const Sog *sog, ZipEntry *entry, FsError *err)
 {
     json_t *root =
         json_pack("{s:i, s:i, s:b, s:{s:o, s:o, s:[ss]}, s:{s:o, s:[s]}, s:{s:[s]}, s:{s:o, s:[s]}}", "version", 2,
-                  "count", sog->splats->n, "antialias", 0, "means", "mins", numbers(sog->least, 3), "maxs",
-                  numbers(sog->greatest, 3), "files", names[MEANS_LOW], names[MEANS_HIGH], "scales", "codebook",
-                  numbers(sog->scales, CODEBOOK), "files", names[SCALES], "quats", "files", names[QUATS], "sh0",
-                  "codebook", numbers(sog->colors, CODEBOOK), "files", names[COLORS]);
+                  "count", sog->splats->n, "antialias", 0, "means", "mins", fs_json_file_floats(sog->least, 3), "maxs",
+                  fs_json_file_floats(sog->greatest, 3), "files", names[MEANS_LOW], names[MEANS_HIGH], "scales",
+                  "codebook", fs_json_file_floats(sog->scales, CODEBOOK), "files", names[SCALES], "quats", "files",
+                  names[QUATS], "sh0", "codebook", fs_json_file_floats(sog->colors, CODEBOOK), "files", names[COLORS]);
     char *text = root ? json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(root);
     if (!text) return fs_error_memory(err);

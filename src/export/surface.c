@@ -54,19 +54,6 @@ typedef struct Probe {
     size_t n, capacity;
 } Probe;
 
-static int longer_side(const Camera *camera)
-{
-    return camera->width > camera->height ? camera->width : camera->height;
-}
-
-static void put_in_world(const Camera *camera, const double in_camera[3], double world[3])
-{
-    const double *m = camera->w2c;
-    double v[3];
-    for (int a = 0; a < 3; a++) v[a] = in_camera[a] - m[4 * a + 3];
-    for (int a = 0; a < 3; a++) world[a] = m[a] * v[0] + m[4 + a] * v[1] + m[8 + a] * v[2];
-}
-
 static int probe_view(Fusion *f, const Camera *camera, void *context, FsError *err)
 {
     Probe *probe = context;
@@ -78,13 +65,13 @@ static int probe_view(Fusion *f, const Camera *camera, void *context, FsError *e
         probe->value[k] = grown;
         if (k == 3) probe->capacity = 2 * most;
     }
-    int photo = longer_side(&f->args->photos->view[0].camera);
-    double finer = (double)longer_side(camera) / (photo < EDGE ? photo : EDGE);
+    int photo = fs_camera_longer_side(&f->args->photos->view[0].camera);
+    double finer = (double)fs_camera_longer_side(camera) / (photo < EDGE ? photo : EDGE);
     for (int y = 0; y < depth->height; y++)
         for (int x = 0; x < depth->width; x++) {
             double z = (double)*fs_image_at(depth, x, y), world[3];
             if (!(z > 0) || !isfinite(z)) continue;
-            put_in_world(
+            fs_camera_to_world(
                 camera,
                 (const double[3]){(x + 0.5 - camera->cx) / camera->fx * z, (y + 0.5 - camera->cy) / camera->fy * z, z},
                 world);

@@ -12,7 +12,7 @@ static RadianceShape shape_of(Separation separation, const SmallViews *views)
 {
     const Camera *camera = &views->view[0].camera;
     return fs_radiance_shape(separation == SEPARATION_FULL, separation != SEPARATION_NONE,
-                             camera->width > camera->height ? camera->width : camera->height);
+                             fs_camera_longer_side(camera));
 }
 
 enum { PARTS = 200, FEWEST_OF_KIND = 10 };

@@ -108,7 +108,8 @@ bool fs_small_views_sample(const SmallView *view, double x, double y, float rgb[
 
 void fs_small_views_unproject(const Camera *camera, double x, double y, double z, float xyz[3])
 {
-    const double *m = camera->w2c;
-    double p[3] = {(x - camera->cx) / camera->fx * z - m[3], (y - camera->cy) / camera->fy * z - m[7], z - m[11]};
-    for (int k = 0; k < 3; k++) xyz[k] = (float)(m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2]);
+    double world[3];
+    fs_camera_to_world(
+        camera, (const double[3]){(x - camera->cx) / camera->fx * z, (y - camera->cy) / camera->fy * z, z}, world);
+    for (int k = 0; k < 3; k++) xyz[k] = (float)world[k];
 }

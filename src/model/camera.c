@@ -159,3 +159,16 @@ void fs_camera_relative(const Camera *from, const Camera *to, double rotation[9]
         }
     }
 }
+
+int fs_camera_longer_side(const Camera *camera)
+{
+    return camera->width > camera->height ? camera->width : camera->height;
+}
+
+void fs_camera_to_world(const Camera *camera, const double in_camera[3], double world[3])
+{
+    const double *m = camera->w2c;
+    double p[3];
+    for (int k = 0; k < 3; k++) p[k] = in_camera[k] - m[4 * k + 3];
+    for (int k = 0; k < 3; k++) world[k] = m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2];
+}

@@ -16,11 +16,13 @@ Camera fs_camera_resized(const Camera *camera, int width, int height);
 Camera fs_camera_long_edge(const Camera *camera, int long_edge);
 // The same view with the longer side at most long_edge pixels (0: unchanged); never enlarges.
 Camera fs_camera_limited(const Camera *camera, int long_edge);
+int fs_camera_longer_side(const Camera *camera);               // pixels
 void fs_camera_centre(const Camera *camera, double centre[3]); // -R^T t
 // The mean of n cameras' centres, and the largest distance from it. stride: bytes from one camera to the next.
 double fs_camera_extent(const Camera *camera, size_t stride, int n, double centre[3]);
 // Projects a world point; returns depth z (pixel written when z > 0).
 double fs_camera_project(const Camera *camera, const double world[3], double pixel[2]);
+void fs_camera_to_world(const Camera *camera, const double in_camera[3], double world[3]);
 // A rotation within `slack`: rows (the first three of each four) of unit length, at right angles, right-handed.
 bool fs_camera_is_rotation(const double m[12], double slack);
 void fs_camera_quat_to_rotation(const double quat_wxyz[4], double rotation[9]); // normalises

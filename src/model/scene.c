@@ -105,13 +105,6 @@ static const struct {
 };
 #define N_SHAPE (sizeof shape_numbers / sizeof *shape_numbers)
 
-static json_t *numbers_to_json(const double *x, int n)
-{
-    json_t *list = json_array();
-    for (int k = 0; k < n; k++) json_array_append_new(list, json_real(x[k]));
-    return list;
-}
-
 static json_t *field_to_json(const Radiance *field)
 {
     const RadianceFrame *f = &field->frame;
@@ -119,9 +112,9 @@ static json_t *field_to_json(const Radiance *field)
     for (size_t i = 0; i < N_SHAPE; i++)
         json_object_set_new(shape, shape_numbers[i].name,
                             json_integer(*(const int *)((const char *)&field->shape + shape_numbers[i].offset)));
-    return json_pack("{s:o, s:o, s:o, s:o, s:f, s:f, s:f}", "shape", shape, "w2c", numbers_to_json(f->w2c, 12), "low",
-                     numbers_to_json(f->low, 2), "high", numbers_to_json(f->high, 2), "near", f->near, "far", f->far,
-                     "parts", f->parts);
+    return json_pack("{s:o, s:o, s:o, s:o, s:f, s:f, s:f}", "shape", shape, "w2c", fs_json_file_doubles(f->w2c, 12),
+                     "low", fs_json_file_doubles(f->low, 2), "high", fs_json_file_doubles(f->high, 2), "near", f->near,
+                     "far", f->far, "parts", f->parts);
 }
 
 static json_t *to_json(const Scene *scene)

@@ -84,11 +84,8 @@ static int choose_others(const Work *w, int a, int *others)
 
 static void point_on_ray(const Camera *c, const float ray[2], double inverse_z, double xyz[3])
 {
-    double z = 1 / fmax(inverse_z, 1e-9), p[3] = {ray[0] * z, ray[1] * z, z};
-    for (int k = 0; k < 3; k++) {
-        xyz[k] = 0;
-        for (int i = 0; i < 3; i++) xyz[k] += c->w2c[4 * i + k] * (p[i] - c->w2c[4 * i + 3]);
-    }
+    double z = 1 / fmax(inverse_z, 1e-9);
+    fs_camera_to_world(c, (const double[3]){ray[0] * z, ray[1] * z, z}, xyz);
 }
 
 typedef struct Seed {

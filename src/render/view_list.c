@@ -7,11 +7,6 @@
 
 #include "model/cameras_file.h"
 
-static int longer_side(const Camera *camera)
-{
-    return camera->width > camera->height ? camera->width : camera->height;
-}
-
 // At the size that a capture with working images of width x height wants.
 static Camera fit(const Camera *camera, int width, int height)
 {
@@ -24,7 +19,7 @@ static Camera fit(const Camera *camera, int width, int height)
 
 static int check_size(const char *file, const View *view, FsError *err)
 {
-    if (longer_side(&view->camera) <= MAX_SIDE) return 0;
+    if (fs_camera_longer_side(&view->camera) <= MAX_SIDE) return 0;
     return fs_error_input(err, "%s: view '%s' would be rendered at %d x %d, at most %d; give --long-edge", file,
                           view->name, view->camera.width, view->camera.height, MAX_SIDE);
 }
@@ -57,7 +52,8 @@ static const Camera *largest_of(const Dataset *photos)
 {
     const Camera *largest = &photos->view[0].camera;
     for (int i = 1; i < photos->n; i++)
-        if (longer_side(&photos->view[i].camera) > longer_side(largest)) largest = &photos->view[i].camera;
+        if (fs_camera_longer_side(&photos->view[i].camera) > fs_camera_longer_side(largest))
+            largest = &photos->view[i].camera;
     return largest;
 }
 

@@ -17,13 +17,6 @@
 
 // ---- what stands in words ----
 
-static json_t *numbers(const double *x, int n)
-{
-    json_t *list = json_array();
-    for (int i = 0; i < n; i++) json_array_append_new(list, json_real(x[i]));
-    return list;
-}
-
 static json_t *range(const PackRange *r)
 {
     return json_pack("[f, f, i]", r->low, r->high, r->bits);
@@ -33,10 +26,10 @@ static json_t *describe_cloud(const Pack *pack, Layer layer)
 {
     return json_pack("{s:s, s:i, s:i, s:i, s:i, s:o, s:f, s:o, s:f, s:i, s:o, s:o, s:o, s:o, s:o}", "layer",
                      fs_layers[layer].name, "n", pack->n, "colors", pack->colors, "gains", pack->gains, "covers",
-                     pack->covers, "centre", numbers(pack->centre, 3), "reach", pack->reach, "low",
-                     numbers(pack->low, 3), "step", pack->step, "bits", pack->bits, "size", range(&pack->size), "turn",
-                     range(&pack->turn), "opacity", range(&pack->opacity), "color", range(&pack->color), "gain",
-                     range(&pack->gain));
+                     pack->covers, "centre", fs_json_file_doubles(pack->centre, 3), "reach", pack->reach, "low",
+                     fs_json_file_doubles(pack->low, 3), "step", pack->step, "bits", pack->bits, "size",
+                     range(&pack->size), "turn", range(&pack->turn), "opacity", range(&pack->opacity), "color",
+                     range(&pack->color), "gain", range(&pack->gain));
 }
 
 static json_t *describe_view(const View *view, int photo)
@@ -44,7 +37,7 @@ static json_t *describe_view(const View *view, int photo)
     const Camera *c = &view->camera;
     return json_pack("{s:s, s:b, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:o}", "name", view->name, "flash", view->flash,
                      "photo", photo, "width", c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx,
-                     "cy", c->cy, "w2c", numbers(c->w2c, 12));
+                     "cy", c->cy, "w2c", fs_json_file_doubles(c->w2c, 12));
 }
 
 // photo: the number of the view's picture, 0 where there is none.
@@ -64,10 +57,10 @@ static json_t *describe_scene(const Scene *scene, double metres_per_unit, float 
 {
     return json_pack("{s:i, s:b, s:b, s:b, s:o, s:f, s:f, s:f, s:f, s:o, s:b, s:f, s:f}", "version", VERSION, "lit",
                      fs_scene_lit(scene), "even", scene->separation == SEPARATION_LINEAR, "pane", scene->pane_beta,
-                     "normal", numbers(scene->pane.normal, 3), "f0", scene->pane.f0, "dimming", scene->pane.dimming,
-                     "flash_distance", scene->flash_distance, "flash_return", scene->flash_return, "gain_color",
-                     numbers(scene->gain_color, 3), "shared", scene->shared_geometry, "metres_per_unit",
-                     metres_per_unit, "exposure", (double)exposure);
+                     "normal", fs_json_file_doubles(scene->pane.normal, 3), "f0", scene->pane.f0, "dimming",
+                     scene->pane.dimming, "flash_distance", scene->flash_distance, "flash_return", scene->flash_return,
+                     "gain_color", fs_json_file_doubles(scene->gain_color, 3), "shared", scene->shared_geometry,
+                     "metres_per_unit", metres_per_unit, "exposure", (double)exposure);
 }
 
 // Metres in a unit, as the renders have it: what was given now or then, or what the scene says; 0: not known.

@@ -7,13 +7,6 @@
 
 enum { CURVE_SAMPLES = 64 };
 
-static json_t *numbers(const float *value, int n)
-{
-    json_t *list = json_array();
-    for (int i = 0; i < n; i++) json_array_append_new(list, json_real((double)value[i]));
-    return list;
-}
-
 static json_t *photo_json(const PhotoNuisance *p, const Shot *shot)
 {
     const Exposure *e = &p->exposure;
@@ -21,7 +14,7 @@ static json_t *photo_json(const PhotoNuisance *p, const Shot *shot)
                      "flash", shot->flash, "shutter", 1.0 / e->shutter, "iso", e->iso, "fnumber", e->f_number,
                      "exposure_ambient", (double)p->ambient, "exposure_flash", (double)p->flash, "gain_flash",
                      (double)p->gain_flash, "gain_T", (double)p->gain_behind, "gain_R", (double)p->gain_room,
-                     "white_balance", numbers(e->balance, 3), "blur_px", (double)p->blur_px, "blur_deg",
+                     "white_balance", fs_json_file_floats(e->balance, 3), "blur_px", (double)p->blur_px, "blur_deg",
                      (double)p->blur_degrees, "focus_m", (double)p->focus_m, "clipped", p->clipped);
 }
 
@@ -32,8 +25,8 @@ static json_t *style_json(const CameraStyle *s)
         float light = powf((float)i / (CURVE_SAMPLES - 1), 2.2f);
         json_array_append_new(curve, json_pack("[ff]", (double)light, (double)fs_style_curve(s, light)));
     }
-    return json_pack("{s:o, s:o, s:f}", "curve", curve, "matrix", s->own ? numbers(s->matrix, 9) : json_null(),
-                     "sharpening", (double)s->sharpen);
+    return json_pack("{s:o, s:o, s:f}", "curve", curve, "matrix",
+                     s->own ? fs_json_file_floats(s->matrix, 9) : json_null(), "sharpening", (double)s->sharpen);
 }
 
 static json_t *lens_json(const Lens *lens)
@@ -60,8 +53,9 @@ int fs_nuisance_write(const Nuisance *u, const char *dir, const char *scene, con
         "vignetting keeps 1 + k0 r^2 + k1 r^4 + k2 r^6 of it, r = 1 in the corner; jpeg: value = curve(matrix * light "
         "* "
         "white_balance), then sharpened",
-        "tint", numbers(&u->tint.x, 3), "second_pane_m", (double)u->gap, "vignetting", numbers(u->vignetting, 3),
-        "distortion", lens_json(&u->lens), "jpeg", style_json(&u->style), "photos", photos);
+        "tint", fs_json_file_floats(&u->tint.x, 3), "second_pane_m", (double)u->gap, "vignetting",
+        fs_json_file_floats(u->vignetting, 3), "distortion", lens_json(&u->lens), "jpeg", style_json(&u->style),
+        "photos", photos);
     return fs_json_file_write(fs_file_at("%s/nuisance.json", dir).text, root, JSON_INDENT(1) | JSON_REAL_PRECISION(9),
                               err);
 }

@@ -129,21 +129,14 @@ static int each_passer(Trainer *trainer, const char *dir, bool write, FsError *e
     return each_array(dir, "passers", (void **)&trainer->passers, cells, write, err);
 }
 
-static json_t *numbers(const float *x, int n)
-{
-    json_t *list = json_array();
-    for (int i = 0; i < n; i++) json_array_append_new(list, json_real(x[i]));
-    return list;
-}
-
 static int write_state(const Trainer *trainer, const char *dir, FsError *err)
 {
     const char *made_from = fs_project_fingerprint(trainer->project, FS_STAGE_TRAIN);
-    json_t *root =
-        json_pack("{s:i,s:f,s:s?,s:o,s:o,s:o}", "step", trainer->step, "seconds",
-                  trainer->seconds + fs_clock_seconds() - trainer->begin, "made_from", made_from, "global_m",
-                  numbers(trainer->state.m, ENGINE_NUMBERS), "global_v", numbers(trainer->state.v, ENGINE_NUMBERS),
-                  "smoothed", numbers(trainer->smoothed, LOSS_TERMS));
+    json_t *root = json_pack("{s:i,s:f,s:s?,s:o,s:o,s:o}", "step", trainer->step, "seconds",
+                             trainer->seconds + fs_clock_seconds() - trainer->begin, "made_from", made_from, "global_m",
+                             fs_json_file_floats(trainer->state.m, ENGINE_NUMBERS), "global_v",
+                             fs_json_file_floats(trainer->state.v, ENGINE_NUMBERS), "smoothed",
+                             fs_json_file_floats(trainer->smoothed, LOSS_TERMS));
     return fs_json_file_write(fs_file_at("%s/state.json", dir).text, root, JSON_INDENT(1) | JSON_REAL_PRECISION(17),
                               err);
 }

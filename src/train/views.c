@@ -11,11 +11,6 @@ static bool wanted(const View *view, const char *lighting)
     return !view->held_out && (strcmp(lighting, "both") == 0 || view->flash == (strcmp(lighting, "flash") == 0));
 }
 
-static int long_edge_of(const Camera *camera)
-{
-    return camera->width > camera->height ? camera->width : camera->height;
-}
-
 // The photo as a camera of fewer pixels takes it: light is averaged. A pixel is trusted where all of it is.
 static int shrink(Image *photo, Image *mask, const Camera *to, FsError *err)
 {
@@ -34,7 +29,7 @@ int fs_views_photo(const Trainer *trainer, int number, int halvings, Camera *cam
                    FsError *err)
 {
     const View *view = trainer->views[number];
-    *camera = fs_camera_limited(&view->camera, long_edge_of(&view->camera) >> halvings);
+    *camera = fs_camera_limited(&view->camera, fs_camera_longer_side(&view->camera) >> halvings);
     MUST(fs_dataset_load_view(trainer->project->out, view, photo, mask, err));
     return halvings ? shrink(photo, mask, camera, err) : 0;
 }
@@ -85,7 +80,7 @@ static void add_view(Trainer *trainer, const View *view)
     const Camera *camera = &view->camera;
     trainer->views[trainer->n_views++] = view;
     int budget = fs_schedule_budget(trainer->set, (double)camera->width * camera->height);
-    if (long_edge_of(camera) > trainer->long_edge) trainer->long_edge = long_edge_of(camera);
+    if (fs_camera_longer_side(camera) > trainer->long_edge) trainer->long_edge = fs_camera_longer_side(camera);
     if (budget > trainer->budget) trainer->budget = budget;
 }
 
