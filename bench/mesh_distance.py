@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""How far the vertices of a mesh are from the true surface, and how much of that they cover: bench/mesh_distance.py MESH.ply TRUTH
+"""How far the vertices of a mesh are from the true surface, and how much of that they cover:
+bench/mesh_distance.py MESH.ply TRUTH
 
 TRUTH is that of a made or rendered capture (cameras.json, depth_T/*.png in millimetres), MESH of a run with its poses.
 A vertex's distance is the least along the rays of the views that see its place. Covered is a place of the surface, one
@@ -60,7 +61,8 @@ def main():
         covered += there.sum()
     known = nearest[np.isfinite(nearest)]
     print(f"{len(xyz)} vertices, {len(known)} in view of the truth: distance median {np.median(known):.4f}, "
-          f"90 % under {np.percentile(known, 90):.4f}, mean {known.mean():.4f} metres; {100 * covered / places:.1f} % of the surface covered")
+          f"90 % under {np.percentile(known, 90):.4f}, mean {known.mean():.4f} metres; "
+          f"{100 * covered / places:.1f} % of the surface covered")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "export/export.h"
 #include "ingest/ingest.h"
+#include "initialise/initialise.h"
 #include "poses/poses.h"
 #include "train/train.h"
 
@@ -15,6 +16,7 @@
 // hardly have wider ones), measured beside them on the shared scenes and made captures, and bytes.
 #define INITIALISE_STEPS 19.8  // a photo of INITIALISE_PIXELS
 #define INITIALISE_PIXELS 6e4  // of the photos it works on
+#define INITIALISE_PLAIN 0.05  // share of that where it does not look for surfaces
 #define INITIALISE_BYTES 110.0 // a pixel of these
 #define POSES_STEPS 80e-6      // a pixel of a picture: its features and points at known poses
 #define POSES_BYTES 4.0        // a pixel of a picture, of all photos: features
@@ -88,6 +90,7 @@ static int find_seconds(const FsProject *project, Estimate *e, double begin, dou
     MUST(fs_train_reference(project, &step, err));
     step = fmin(step, early);
     e->initialise.seconds = step * INITIALISE_STEPS * n * initialise_pixels(&e->size) / INITIALISE_PIXELS;
+    if (!fs_initialise_looks(&project->set)) e->initialise.seconds *= INITIALISE_PLAIN;
     e->poses.seconds = step * n * POSES_STEPS * fs_poses_pixels(project, &e->size);
     if (!*project->set.poses) e->poses.seconds += step * threads * COLMAP_STEPS * n * fmax(1, n / 100);
     double spent = e->ingest.seconds + e->poses.seconds + e->initialise.seconds;

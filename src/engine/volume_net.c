@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+_Static_assert((int)FS_HASHGRID_FEATURES == (int)RADIANCE_FEATURES, "a row of a table is what the kernel takes");
+
 // Added to the logarithm of a step's optical thickness, so that fields begin as thin fog. Of two fields, T begins in
 // the near half of what there is and R in the far one: photos hardly tell which scene is which, and of fog that is both
 // each takes some colours.

@@ -171,14 +171,20 @@ fail:
     return rc;
 }
 
+bool fs_initialise_looks(const Settings *set)
+{
+    bool field = strcmp(set->model, "field") == 0, contrast = strcmp(set->flash_cue, "contrast") == 0;
+    return !field && !*set->points && contrast && parts(set); // it goes by the contrast's growth
+}
+
 // given: the rest of a cloud of --points, or nothing.
 static int find_surfaces(const FsProject *project, const Start *start, const PointList *given, PointList dense[2],
                          FsError *err)
 {
     if (given->xyz)
         MUST(fs_given_points_split(start->points, given, start->threads, dense, err));
-    else if (parts(&project->set) && strcmp(project->set.flash_cue, "contrast") == 0)
-        MUST(fs_residual_stereo_find(start, dense, err)); // which goes by the contrast's growth
+    else if (fs_initialise_looks(&project->set))
+        MUST(fs_residual_stereo_find(start, dense, err));
     fs_log_info(&project->log, "initialise: %d dense points transmitted, %d reflected", dense[0].n, dense[1].n);
     return 0;
 }

@@ -128,12 +128,12 @@ static int probe_depth(Run *run, FsError *err)
         fs_log_warn(&run->project->log, "render: the transmitted scene is empty at every photo looked at");
         run->look.nearest = run->look.farthest = (float)(run->scene.extent > 0 ? run->scene.extent : 1);
     }
-    if ((run->wanted[RENDER_DEPTH_T] || run->wanted[RENDER_DEPTH_R]) &&
-        (double)run->look.farthest * run->scene.metres_per_unit > 65.535)
+    double farthest = (double)run->look.farthest * run->scene.metres_per_unit; // metres
+    if ((run->wanted[RENDER_DEPTH_T] || run->wanted[RENDER_DEPTH_R]) && 1000 * farthest > SAVE_DEPTH_MM)
         fs_log_warn(&run->project->log,
                     "render: depth goes on to %.0f m; in 16-bit PNGs of millimetres what is beyond 65.5 m is 0: is "
                     "--metres-per-unit right?",
-                    (double)run->look.farthest * run->scene.metres_per_unit);
+                    farthest);
 fail:
     fs_image_free(&all);
     fs_engine_renders_free(&small);

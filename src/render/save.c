@@ -6,8 +6,6 @@
 #include "base/owned.h"
 #include "image/tone.h"
 
-#define DEPTH_MAX_MM 65535.0
-
 int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err)
 {
     return fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[layer].name).text, err);
@@ -59,7 +57,7 @@ static void depth_to_png(Image *image, double metres_per_unit)
 {
     for (size_t i = 0; i < fs_image_values(image); i++) {
         double mm = (double)image->px[i] * metres_per_unit * 1000;
-        image->px[i] = mm > 0 && mm <= DEPTH_MAX_MM ? (float)(floor(mm + 0.5) / DEPTH_MAX_MM) : 0;
+        image->px[i] = mm > 0 && mm <= SAVE_DEPTH_MM ? (float)(floor(mm + 0.5) / SAVE_DEPTH_MM) : 0;
     }
 }
 

@@ -9,6 +9,8 @@
 #include "base/file.h"
 #include "engine/engine.h"
 
+#define SAVE_DEPTH_MM 65535.0 // the most that 16 bits hold; what is beyond is 0
+
 typedef struct SaveScale {
     double metres_per_unit; // 0: unknown
     float white;            // light that is 255 in a PNG (fs_scene_white)

@@ -145,21 +145,19 @@ class Renderer {
     // The depth of T at a pixel of a picture of that size, where half of the light is stopped; 0 where less is.
     depthAt(pose, lens, size, pixel) {
         const gl = this.gl, x = Math.floor(pixel[0]), y = size[1] - 1 - Math.floor(pixel[1]);
-        const stopped = far => { // by what is nearer than that
+        const half = far => { // by what is nearer than that
             this.blend('T_N', pose, lens, size, { what: 'depth', whole: this.canBlendWhole, only: [x, y, 1, 1], far });
             const sum = new Float32Array(4);
             gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, sum);
-            return { share: sum[3], mean: sum[0] / sum[3] };
+            return sum[3] >= 0.5;
         };
-        const all = stopped();
-        if (!(all.share >= 0.5)) return 0;
-        let low = all.mean, high = all.mean;
-        while (stopped(low).share >= 0.5) low /= 2;
-        while (stopped(high).share < 0.5) high *= 2;
-        for (; high > 1.001 * low;) {
+        if (!half()) return 0;
+        let low = this.near, high = 2 * low;
+        while (!half(high)) [low, high] = [high, 2 * high];
+        while (high > 1.001 * low) {
             const middle = Math.sqrt(low * high);
-            if (stopped(middle).share < 0.5) low = middle;
-            else high = middle;
+            if (half(middle)) high = middle;
+            else low = middle;
         }
         return high;
     }
