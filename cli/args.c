@@ -145,6 +145,26 @@ static int assign_words(Invocation *in, const char *const *words, int n, FsError
     return 0;
 }
 
+// Whether a setting is other than its default.
+static bool is_used(const FsSettings *settings, const char *name)
+{
+    char value[16];
+    const FsOption *option = find_option(name, strlen(name));
+    return fs_settings_get(settings, name, value, sizeof value) == 0 && strcmp(value, option->initial) != 0;
+}
+
+// Options that only say how another does its work.
+static int check_companions(const FsSettings *settings, FsError *err)
+{
+    static const struct {
+        const char *option, *of;
+    } row[] = {{"dataset-of", "dataset"}, {"originals", "clean"}, {"port", "serve"}, {"method-encoding", "method"}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        if (is_used(settings, row[i].option) && !is_used(settings, row[i].of))
+            return usage_error(err, "--%s does nothing without --%s", row[i].option, row[i].of);
+    return 0;
+}
+
 int cli_args_parse(int argc, char **argv, Invocation *in, FsError *err)
 {
     const char *words[4]; // one more than any command takes
@@ -167,5 +187,7 @@ int cli_args_parse(int argc, char **argv, Invocation *in, FsError *err)
             rc = usage_error(err, "%s is not an option of '%s'", word, in->command->name);
         if (rc < 0) return rc;
     }
-    return in->help ? 0 : assign_words(in, words, n, err);
+    if (in->help) return 0;
+    int rc = check_companions(in->settings, err);
+    return rc < 0 ? rc : assign_words(in, words, n, err);
 }

@@ -148,29 +148,46 @@ static int rank_of(const char *name)
     return strcmp(name, "preset") == 0 ? 0 : strcmp(name, "steps") == 0 ? 2 : 1;
 }
 
-bool fs_fingerprint_differs(const char *was_text, const char *now_text, char *text, size_t size)
+static bool settings_differ(const json_t *was, const json_t *now, char *text, size_t size)
+{
+    const char *name;
+    json_t *value;
+    for (int rank = 0; rank < 3; rank++) json_object_foreach((json_t *)now, name, value)
+        {
+            const json_t *then = json_object_get(was, name);
+            if (rank_of(name) != rank || is_same_setting(name, then, value)) continue;
+            say_setting(text, size, name, then, value);
+            return true;
+        }
+    return false;
+}
+
+static bool inputs_differ(const json_t *was, const json_t *now, char *text, size_t size)
+{
+    const char *name;
+    json_t *value;
+    json_object_foreach((json_t *)now, name, value)
+    {
+        if (json_is_null(value) || json_equal(value, json_object_get(was, name))) continue;
+        snprintf(text, size, "%s changed", name);
+        return true;
+    }
+    return false;
+}
+
+unsigned fs_fingerprint_differs(const char *was_text, const char *now_text, char *text, size_t size)
 {
     json_t *was = was_text ? json_loads(was_text, 0, NULL) : NULL,
            *now = now_text ? json_loads(now_text, 0, NULL) : NULL;
-    json_t *settings = json_object_get(was, "settings"), *inputs = json_object_get(was, "inputs"), *value;
-    bool differs = !now || !json_is_object(settings) || !json_is_object(inputs);
-    const char *name;
-    snprintf(text, size, "nothing says what it was made from");
-    for (int rank = 0; rank < 3 && !differs; rank++) json_object_foreach(json_object_get(now, "settings"), name, value)
-        {
-            const json_t *then = json_object_get(settings, name);
-            if (rank_of(name) != rank || is_same_setting(name, then, value)) continue;
-            say_setting(text, size, name, then, value);
-            differs = true;
-            break;
-        }
-    if (!differs) json_object_foreach(json_object_get(now, "inputs"), name, value)
-        {
-            if (json_is_null(value) || json_equal(value, json_object_get(inputs, name))) continue;
-            snprintf(text, size, "%s changed", name);
-            differs = true;
-            break;
-        }
+    const json_t *settings = json_object_get(was, "settings"), *inputs = json_object_get(was, "inputs");
+    unsigned differs = 0;
+    if (!now || !json_is_object(settings) || !json_is_object(inputs)) {
+        snprintf(text, size, "nothing says what it was made from");
+        differs = FINGERPRINT_SETTINGS | FINGERPRINT_INPUTS;
+    } else { // settings last: they explain most
+        if (inputs_differ(inputs, json_object_get(now, "inputs"), text, size)) differs |= FINGERPRINT_INPUTS;
+        if (settings_differ(settings, json_object_get(now, "settings"), text, size)) differs |= FINGERPRINT_SETTINGS;
+    }
     json_decref(was);
     json_decref(now);
     return differs;

@@ -79,6 +79,28 @@ static void say_done(const FsProject *project, const char *stage, const char *ma
     json_decref(root);
 }
 
+// Whether an export wrote of what is there now, and this one of something else goes beside it.
+static bool adds(FsProject *project, unsigned stage)
+{
+    char what[400], *was = NULL;
+    size_t size;
+    if (stage != FS_STAGE_EXPORT || project->set.force ||
+        fs_file_read(mark_path(project, stage).text, MAX_MARK_BYTES, &was, &size, NULL) < 0)
+        return false;
+    const char *now = fs_project_fingerprint(project, stage);
+    bool same = !(fs_fingerprint_differs(was, now, what, sizeof what) & FINGERPRINT_INPUTS);
+    free(was);
+    return same;
+}
+
+// What people look at may have been removed to have it made again.
+static bool is_there(const FsProject *project, const ProjectStage *stage)
+{
+    const char *pattern = stage->output[0] + (*stage->output[0] == '=');
+    FilePath first = fs_file_at("%s/%.*s", project->out, (int)strcspn(pattern, "/"), pattern);
+    return !(stage->after & FS_STAGE_TRAIN) || fs_file_exists(first.text);
+}
+
 static bool is_done(FsProject *project, const ProjectStage *stage)
 {
     const char *now = fs_project_fingerprint(project, stage->stage);
@@ -90,10 +112,14 @@ static bool is_done(FsProject *project, const ProjectStage *stage)
     if (fs_file_exists(path.text)) {
         done = fs_file_read(path.text, MAX_MARK_BYTES, &was, &size, NULL) == 0 &&
                !fs_fingerprint_differs(was, now, what, sizeof what);
-        if (done)
+        bool there = is_there(project, stage);
+        if (done && there)
             say_done(project, stage->name, was);
         else
-            fs_log_info(&project->log, "%s: done again, %s", stage->name, was ? what : "its mark cannot be read");
+            fs_log_info(&project->log, "%s: done %s, %s", stage->name,
+                        adds(project, stage->stage) ? "beside what is there" : "again",
+                        !was ? "its mark cannot be read" : done ? "what it wrote is gone" : what);
+        done = done && there;
     }
     free(was);
     return done;
@@ -394,8 +420,9 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
     unsigned from_here = stage | (project->planned & ~(stage - 1)); // the bits are in the order of the stages
     if (rc == 0) rc = check_plan(project, from_here, &names, err);
     if (rc == 0) {
+        bool beside = adds(project, stage);
         fs_project_unmark(project, stage);
-        clear(project, fs_project_stage(stage));
+        if (!beside) clear(project, fs_project_stage(stage));
     }
     json_decref(root);
     free(ingested);

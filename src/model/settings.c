@@ -199,8 +199,8 @@ static const FsOption table[] = {
          "what --dataset writes: T at the photos' poses, or the photos as they are (8-bit sRGB) and pairs of them, for "
          "programs that separate"),
     FLOAT("pane-distance", pane_distance, EXPORT, "0", 0, 1e9, "X",
-          "from the middle of the photos' places to the pane, in units of the poses, for --unmirror; 0: to what is "
-          "nearest behind it"),
+          "from the middle of the photos' places to the pane, in units of the poses, for --unmirror and the pane in GLB; "
+          "0: to what is nearest behind it"),
 
     STRING("method", methods, EVALUATE, "", "NAME=DIR[,NAME=DIR...]",
            "other programs' output folders to compare; see docs/compare.md"),

@@ -216,6 +216,23 @@ class Export(common.FolderTest):
             if abs(v["x"]) > 0.15:
                 self.assertEqual(v["red"] > v["green"], v["x"] > 0)
 
+    def test_adds_up(self):
+        """What was exported of the same clouds stays beside what another call writes; what is gone is made again."""
+        there = lambda: sorted(p.suffix for p in (self.out / "export").glob("T_N.*"))
+        self.export("ply")
+        self.assertIn("beside what is there", self.export("spz").stdout)
+        self.assertEqual(there(), [".ply", ".spz"])
+        shutil.rmtree(self.out / "export")
+        self.assertIn("gone", self.export("spz").stdout)
+        self.assertEqual(there(), [".spz"])
+        with open(self.out / "clouds/model.json", "a") as f:
+            f.write("\n")
+        self.assertIn("done again", self.export("splat").stdout)  # of other clouds
+        self.assertEqual(there(), [".splat"])
+        self.assertIn("done already", self.export("splat").stdout)
+        self.export("ply", "--force")
+        self.assertEqual(there(), [".ply"])
+
     def test_dataset(self):
         """COLMAP reads the model; its one photo is T as the camera sees it, in the colours of the clouds."""
         out = self.dir / "wall"
@@ -317,7 +334,7 @@ class Export(common.FolderTest):
         self.export("ply,spz", "--threads", 3, "--force")
         again = {p.name: hashlib.sha256(p.read_bytes()).digest() for p in (self.out / "export").iterdir()}
         self.assertEqual(first, again)
-        self.export("splat")
+        self.export("splat", "--force")
         self.assertEqual({p.suffix for p in (self.out / "export").iterdir()}, {".splat"})
         self.assert_fails(self.export("ply,psd", code=2), 2, "--formats", "'psd'")
 

@@ -161,7 +161,8 @@ class Captures(FolderTest):
     def test_what_options_name(self):
         pictures.photos(self.photos, 3)
         for option in ("--poses", "--points", "--cameras", "--originals", "--masks"):
-            self.refuses("nosuch", option, options=[*FLASH, option, self.dir / "nosuch"])
+            beside = ["--clean", "jpeg"] if option == "--originals" else []
+            self.refuses("nosuch", option, options=[*FLASH, option, self.dir / "nosuch", *beside])
 
     def test_all_photos_damaged(self):
         for path in pictures.photos(self.photos, 3).iterdir():

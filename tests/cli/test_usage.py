@@ -94,6 +94,11 @@ class Usage(FolderTest):
         self.assert_fails(run("train", self.dir, "--steps", "--force"), 2, "--steps needs a value")
         self.assert_fails(run("synth", "-o"), 2, "-o needs a name")
 
+    def test_option_without_what_it_is_about(self):
+        for words in (["export", "out", "--dataset-of", "photos"], ["run", "photos", "-o", "out", "--originals", "photos"],
+                      ["view", "out", "--port", 0], ["evaluate", "out", "truth", "--method-encoding", "srgb"]):
+            self.assert_fails(run(*words), 2, next(w for w in words if str(w).startswith("--")), "nothing without")
+
     def test_wrong_values(self):
         for value in ("0", "-1", "abc", "1.5", "nan", "inf", "1e99", "", "3x", "99999999999999999999"):
             self.assert_fails(run("train", self.dir, f"--steps={value}"), 2, "--steps", "whole number")

@@ -129,7 +129,11 @@ static void test_rerun_takes_later_marks(void **state)
     mark(f, FS_STAGE_EXPORT);
     fs_project_unmark(f->project, FS_STAGE_RENDER); // export does not read renders
     assert_false(fs_project_done(f->project, FS_STAGE_RENDER));
+    char *dir = fs_file_path("%s/export", f->out);
+    assert_false(fs_project_done(f->project, FS_STAGE_EXPORT)); // what it wrote is gone
+    assert_int_equal(fs_file_mkdirs(dir, NULL), 0);
     assert_true(fs_project_done(f->project, FS_STAGE_EXPORT));
+    free(dir);
     fs_project_unmark(f->project, FS_STAGE_TRAIN);
     assert_true(fs_project_done(f->project, FS_STAGE_INGEST));
     assert_false(fs_project_done(f->project, FS_STAGE_TRAIN));
