@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/groups.h"
 
 void fs_mesh_free(Mesh *mesh)
 {
@@ -15,28 +16,22 @@ void fs_mesh_free(Mesh *mesh)
 
 // ---- pieces ----
 
-static uint32_t piece_of(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
 // Keeps the triangles of pieces with enough of them; size: of the piece whose first vertex it is.
-static void keep_large(Mesh *mesh, uint32_t *parent, const int *size, double least)
+static void keep_large(Mesh *mesh, int *parent, const int *size, double least)
 {
     int kept = 0;
     for (int t = 0; t < mesh->triangles; t++) {
         const uint32_t *corner = mesh->corner + 3 * (size_t)t;
-        if ((double)size[piece_of(parent, corner[0])] < least) continue;
+        if ((double)size[fs_group_of(parent, (int)corner[0])] < least) continue;
         memmove(mesh->corner + 3 * (size_t)kept++, corner, 3 * sizeof *corner);
     }
     mesh->triangles = kept;
 }
 
 // Drops the vertices that no triangle has; index: scratch (N).
-static void drop_unused(Mesh *mesh, uint32_t *index)
+static void drop_unused(Mesh *mesh, int *index)
 {
-    uint32_t kept = 0;
+    int kept = 0;
     memset(index, 0, sizeof *index * (size_t)mesh->n);
     for (size_t c = 0; c < 3 * (size_t)mesh->triangles; c++) index[mesh->corner[c]] = 1;
     for (size_t v = 0; v < (size_t)mesh->n; v++) {
@@ -45,22 +40,19 @@ static void drop_unused(Mesh *mesh, uint32_t *index)
         memmove(mesh->rgb + 3 * (size_t)kept, mesh->rgb + 3 * v, 3);
         index[v] = kept++;
     }
-    for (size_t c = 0; c < 3 * (size_t)mesh->triangles; c++) mesh->corner[c] = index[mesh->corner[c]];
-    mesh->n = (int)kept;
+    for (size_t c = 0; c < 3 * (size_t)mesh->triangles; c++) mesh->corner[c] = (uint32_t)index[mesh->corner[c]];
+    mesh->n = kept;
 }
 
 int fs_mesh_drop_pieces(Mesh *mesh, double share, FsError *err)
 {
-    uint32_t *parent = malloc(sizeof *parent * ((size_t)mesh->n + 1));
+    int *parent = malloc(sizeof *parent * ((size_t)mesh->n + 1));
     int *size = calloc((size_t)mesh->n + 1, sizeof *size), rc = 0;
     if (!parent || !size) TRY(fs_error_memory(err));
-    for (int v = 0; v < mesh->n; v++) parent[v] = (uint32_t)v;
+    for (int v = 0; v < mesh->n; v++) parent[v] = v;
     for (size_t t = 0; t < (size_t)mesh->triangles; t++)
-        for (int k = 1; k < 3; k++) {
-            uint32_t a = piece_of(parent, mesh->corner[3 * t]), b = piece_of(parent, mesh->corner[3 * t + (size_t)k]);
-            parent[a > b ? a : b] = a > b ? b : a;
-        }
-    for (size_t t = 0; t < (size_t)mesh->triangles; t++) size[piece_of(parent, mesh->corner[3 * t])]++;
+        for (size_t k = 1; k < 3; k++) fs_group_join(parent, (int)mesh->corner[3 * t], (int)mesh->corner[3 * t + k]);
+    for (size_t t = 0; t < (size_t)mesh->triangles; t++) size[fs_group_of(parent, (int)mesh->corner[3 * t])]++;
     keep_large(mesh, parent, size, share * mesh->triangles);
     drop_unused(mesh, parent);
 fail:

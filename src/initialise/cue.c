@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "base/order.h"
 #include "initialise/constants.h"
 
 enum { SAMPLES = CUE_SIDE * CUE_SIDE, VIEWS_MAX = 2 * CUE_GROUP_MAX };
@@ -61,9 +62,8 @@ static void gather(const SmallViews *views, const float xyz[3], const float *wei
     int n_group[2] = {views->n - views->n_flash, views->n_flash}, seen[2] = {0};
     for (int i = 0; i < views->n; i++) {
         const SmallView *view = &views->view[i];
-        int g = view->flash, at = seen[g]++;
-        int most = n_group[g] < CUE_GROUP_MAX ? n_group[g] : CUE_GROUP_MAX;
-        if (at && at * most / n_group[g] == (at - 1) * most / n_group[g]) continue;
+        int g = view->flash;
+        if (!fs_order_is_some(seen[g]++, n_group[g], CUE_GROUP_MAX)) continue;
         if (!sample_patch(view, origin, right, down, weight, patches->value[patches->n])) continue;
         patches->flash[patches->n++] = view->flash;
         patches->n_flash += view->flash;

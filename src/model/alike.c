@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "image/blur.h"
 
 #define TWIN_SIGMA 1.0f   // pixels of the small picture
@@ -238,16 +239,10 @@ static double alikeness(const Structure *a, const Structure *b)
 
 typedef struct Places {
     Structure *at; // (n) of each photo
-    int *group;    // (n) of each photo: another one of the group, itself for one of them
+    int *group;    // (n) groups.h
     int n, most;   // the largest group
     int pairs_left;
 } Places;
-
-static int group_of(int *group, int i)
-{
-    while (group[i] != i) i = group[i] = group[group[i]];
-    return i;
-}
 
 static bool are_alike(Places *p, const Structure *a, const Structure *b)
 {
@@ -264,9 +259,9 @@ static void join(Places *p)
     }
     for (int step = 1; step < n && groups > 1; step++)
         for (int i = 0; i + step < n && groups > 1; i++) {
-            int a = group_of(p->group, i), b = group_of(p->group, i + step);
+            int a = fs_group_of(p->group, i), b = fs_group_of(p->group, i + step);
             if (a == b || !p->at[i].sum || !p->at[i + step].sum || !are_alike(p, &p->at[i], &p->at[i + step])) continue;
-            p->group[b] = a;
+            fs_group_join(p->group, a, b);
             groups--;
         }
 }
@@ -286,7 +281,7 @@ static int is_turned(Places *p, const Image *small, bool *found, FsError *err)
         TRY(fs_image_orient(&turned, turns[k], err));
         TRY(make_structure(&turned, &t, err)); // one on its side is no narrower
         for (int i = 0; i < p->n && !*found; i++)
-            *found = group_of(p->group, i) == p->most && are_alike(p, &t, &p->at[i]);
+            *found = fs_group_of(p->group, i) == p->most && are_alike(p, &t, &p->at[i]);
     }
 fail:
     free_structure(&t);
@@ -302,13 +297,13 @@ static int find_strangers(Photos *photos, FsError *err)
     for (int i = 0; i < n; i++) TRY(make_structure(&photos->photo[i].look.small, &p.at[i], err));
     int *size = p.group + n;
     join(&p);
-    for (int i = 0; i < n; i++) size[group_of(p.group, i)]++;
+    for (int i = 0; i < n; i++) size[fs_group_of(p.group, i)]++;
     for (int i = 0; i < n; i++)
         if (size[i] > size[p.most]) p.most = i;
     for (int i = 0; i < n; i++) {
         PhotoFile *photo = &photos->photo[i];
         bool turned = false;
-        photo->stranger = p.at[i].sum && size[p.most] >= PLACE_SHARE * n && group_of(p.group, i) != p.most;
+        photo->stranger = p.at[i].sum && size[p.most] >= PLACE_SHARE * n && fs_group_of(p.group, i) != p.most;
         if (photo->stranger) TRY(is_turned(&p, &photo->look.small, &turned, err));
         photo->stranger &= !turned;
     }

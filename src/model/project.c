@@ -118,7 +118,9 @@ static bool is_done(FsProject *project, const ProjectStage *stage)
         else
             fs_log_info(&project->log, "%s: done %s, %s", stage->name,
                         adds(project, stage->stage) ? "beside what is there" : "again",
-                        !was ? "its mark cannot be read" : done ? "what it wrote is gone" : what);
+                        !was   ? "its mark cannot be read"
+                        : done ? "what it wrote is gone"
+                               : what);
         done = done && there;
     }
     free(was);

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "base/knn.h"
 #include "base/linalg.h"
 #include "train/train_constants.h"
@@ -33,12 +34,6 @@ static void even_out(float *x, float *y, const int *neighbour, int n)
     }
 }
 
-static int root_of(int *parent, int i)
-{
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
 // parent (n): of those above the edge, joined with their neighbours above it.
 static void join(int *parent, const float *x, const int *neighbour, int n)
 {
@@ -46,7 +41,7 @@ static void join(int *parent, const float *x, const int *neighbour, int n)
     for (int i = 0; i < n; i++)
         for (int k = 0; k < K && x[i] > BARS_EDGE; k++) {
             int j = neighbour[i * K + k];
-            if (x[j] > BARS_EDGE) parent[root_of(parent, i)] = root_of(parent, j);
+            if (x[j] > BARS_EDGE) fs_group_join(parent, j, i);
         }
 }
 
@@ -68,12 +63,12 @@ static int groups(float *covers, const float *farther, const int *neighbour, int
         join(parent, x, neighbour, n);
         for (int i = 0; i < n; i++) {
             if (x[i] <= BARS_SURE) continue;
-            Group *g = &group[root_of(parent, i)];
+            Group *g = &group[fs_group_of(parent, i)];
             g->sure++;
             g->farther += (double)farther[i];
         }
         for (int i = 0; i < n; i++) {
-            const Group *g = &group[root_of(parent, i)];
+            const Group *g = &group[fs_group_of(parent, i)];
             covers[i] = x[i] > BARS_EDGE && g->sure >= BARS_LEAST * n && g->farther < 0;
             found += covers[i] > 0;
         }

@@ -6,22 +6,28 @@
 #include <string.h>
 
 #include "base/linalg.h"
+#include "base/order.h"
 #include "engine/dirt.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
+
+int fs_pane_look_step(Trainer *trainer, int step, StepArgs *args, FsError *err)
+{
+    if (fs_log_cancelled(&trainer->project->log))
+        return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again", trainer->set->steps);
+    fs_schedule_step(trainer->set, &trainer->scene, step, args);
+    args->learn = trainer->learn;
+    args->view = fs_views_at_step(trainer, step);
+    return 0;
+}
 
 static int steps(Trainer *trainer, int n, FsError *err)
 {
     for (int step = 0; step < n; step++) {
         StepArgs args;
         StepResult result;
-        if (fs_log_cancelled(&trainer->project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again",
-                                trainer->set->steps);
-        fs_schedule_step(trainer->set, &trainer->scene, step, &args);
+        MUST(fs_pane_look_step(trainer, step, &args, err));
         args.rate[CLOUD_COVERS] = RATE_COVERS;
-        args.learn = trainer->learn;
-        args.view = fs_views_at_step(trainer, step);
         MUST(fs_engine_step(trainer->engine, &args, &result, err));
     }
     return 0;
@@ -37,8 +43,8 @@ static int load_small(const Trainer *trainer, DirtPhoto *photo, FsError *err)
     while (trainer->long_edge >> halvings > DIRT_SIDE) halvings++;
     for (int v = 0; v < trainer->n_views; v++) all[trainer->views[v]->flash]++;
     for (int v = 0; v < trainer->n_views; v++) {
-        int of = trainer->views[v]->flash, most = all[of] < DIRT_PHOTOS ? all[of] : DIRT_PHOTOS, i = seen[of]++;
-        if (i && i * most / all[of] == (i - 1) * most / all[of]) continue;
+        int of = trainer->views[v]->flash;
+        if (!fs_order_is_some(seen[of]++, all[of], DIRT_PHOTOS)) continue;
         DirtPhoto *p = &photo[n++];
         p->view = trainer->views[v];
         p->state = state[v];

@@ -214,13 +214,8 @@ static int steps(Trainer *trainer, Portrait *p, int from, int to, FsError *err)
     for (int step = from; step < to; step++) {
         StepArgs args;
         StepResult result;
-        if (fs_log_cancelled(&trainer->project->log))
-            return fs_error_set(err, FS_ERR_CANCELLED, "stopped before step 1 of %d; run it again",
-                                trainer->set->steps);
-        fs_schedule_step(trainer->set, &trainer->scene, step, &args);
+        MUST(fs_pane_look_step(trainer, step, &args, err));
         weigh(args.weight);
-        args.learn = trainer->learn;
-        args.view = fs_views_at_step(trainer, step);
         show(p, trainer, args.view);
         MUST(fs_engine_occlusion_up(trainer->engine, args.view, &trainer->occlusion[args.view], err));
         MUST(fs_engine_step(trainer->engine, &args, &result, err));
