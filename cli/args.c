@@ -99,10 +99,11 @@ static int parse_long(int argc, char **argv, int *i, Invocation *in, FsError *er
             return usage_error(err, "--%s needs a value: %s", option->name, option->argument);
         return set_value(in, option, argv[++*i], err);
     }
-    if (length > 3 && strncmp(word, "no-", 3) == 0 && !equals) {
+    if (length > 3 && strncmp(word, "no-", 3) == 0) {
         option = find_option(word + 3, length - 3);
         if (option && option->stages & stages && option->type == FS_OPTION_BOOL)
-            return fs_settings_set(in->settings, option->name, "false", err);
+            return equals ? usage_error(err, "--no-%s takes no value", option->name)
+                          : fs_settings_set(in->settings, option->name, "false", err);
     }
     return unknown_option(in->command, word, length, err);
 }

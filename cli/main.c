@@ -71,7 +71,8 @@ static int one_too_many(const char *word)
 
 static int help(int argc, char **argv)
 {
-    if (argc < 1 || (argc == 1 && (is_help(argv[0]) || strcmp(argv[0], "help") == 0))) {
+    if (argc < 1 ||
+        (argc == 1 && (is_help(argv[0]) || strcmp(argv[0], "help") == 0 || strcmp(argv[0], "version") == 0))) {
         cli_help_usage(stdout);
         return EXIT_OK;
     }

@@ -61,7 +61,7 @@ class Help(unittest.TestCase):
             self.assertEqual(run(word, "--help").stdout, run("help").stdout)
 
     def test_help_of_help(self):
-        for words in (["help", "--help"], ["help", "-h"], ["help", "help"], ["--help", "--help"]):
+        for words in (["help", "--help"], ["help", "-h"], ["help", "help"], ["--help", "--help"], ["help", "version"]):
             process = run(*words)
             self.assertEqual((process.returncode, process.stdout), (0, run("help").stdout), words)
         for words in (["help", "train", "--help"], ["--help", "train"]):
@@ -115,6 +115,7 @@ class Usage(FolderTest):
         self.assertFalse((self.dir / "out").exists())
         self.assert_fails(run("train", self.dir, "--force=maybe"), 2, "--force", "true or false")
         self.assert_fails(run("train", self.dir, "--no-steps"), 2, "--no-steps")
+        self.assert_fails(run("train", self.dir, "--no-bars=1"), 2, "--no-bars", "no value")
         self.assert_fails(run("train", self.dir, "--no-force=true"), 2, "--no-force")
 
     def test_faults_are_told(self):
