@@ -2,7 +2,10 @@
 //
 // The only public header. A project is a folder (OUT) that the stages fill one after the other;
 // every stage reads what the stages before it left there, so each can be rerun alone.
-// No call prints, exits or throws: a fallible call returns 0 (fs_check: or FS_DOUBTS) or a negative FsStatus and fills FsError.
+// No call prints, exits or throws: a fallible call returns 0 (fs_check: or FS_DOUBTS) or a negative FsStatus and fills
+// FsError. callbacks and err may be NULL, and what is freed or closed; nothing else. Texts that are given are copied or
+// not needed after the call; those of options and presets live as long as the program. One thread at a time may use a
+// project or settings.
 #ifndef FLASHSPLAT_H
 #define FLASHSPLAT_H
 

@@ -28,11 +28,16 @@
 #include "train/train.h"
 #include "view/view.h"
 
+static int need(const char *path, const char *what, FsError *err)
+{
+    return path && *path ? 0 : fs_error_set(err, FS_ERR_USAGE, "%s has no name", what);
+}
+
 int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
                     FsError *err)
 {
     *project = NULL;
-    if (!out || !*out) return fs_error_set(err, FS_ERR_USAGE, "the output folder has no name");
+    MUST(need(out, "the output folder", err));
     int rc = 0;
     FsProject *p = calloc(1, sizeof *p);
     if (!p) return fs_error_memory(err);
@@ -70,6 +75,7 @@ static unsigned begin_stage(FsProject *project, const char *stage)
 
 int fs_ingest(FsProject *project, const char *photos, FsError *err)
 {
+    MUST(need(photos, "the folder of photos", err));
     MUST(fs_project_lock(project, err));
     unsigned failures = begin_stage(project, "ingest");
     return fs_memory_end(failures, fs_ingest_run(project, photos, err), err);
@@ -128,6 +134,7 @@ int fs_render(FsProject *project, FsError *err)
 
 int fs_evaluate(FsProject *project, const char *truth, FsError *err)
 {
+    MUST(need(truth, "the folder of the truth", err));
     MUST(fs_project_lock(project, err));
     unsigned failures = begin_stage(project, "evaluate");
     fs_warnings_forget(project->out, "evaluate"); // it always measures anew
@@ -182,6 +189,7 @@ int fs_run(FsProject *project, const char *photos, FsError *err)
     ReportLive *live = NULL;
     FsError why = {0};
     if (!err) err = &why; // the page says it
+    MUST(need(photos, "the folder of photos", err));
     project->planned = FS_STAGE_ALL & ~(unsigned)FS_STAGE_EVALUATE;
     TRY(fs_project_lock(project, err));
     unsigned failures = fs_memory_begin();
@@ -205,6 +213,7 @@ fail:
 
 int fs_synth(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
+    MUST(need(out, "the output folder", err));
     unsigned failures = fs_memory_begin();
     return fs_memory_end(failures, fs_synth_run(out, settings, callbacks, err), err);
 }
@@ -212,6 +221,9 @@ int fs_synth(const char *out, const FsSettings *settings, const FsCallbacks *cal
 int fs_pair(const char *flash, const char *noflash, const char *out, const FsSettings *settings,
             const FsCallbacks *callbacks, FsError *err)
 {
+    MUST(need(flash, "the flash photo", err));
+    MUST(need(noflash, "the photo without flash", err));
+    MUST(need(out, "the output file", err));
     unsigned failures = fs_memory_begin();
     return fs_memory_end(failures, fs_pair_run(flash, noflash, out, settings, callbacks, err), err);
 }
@@ -224,6 +236,7 @@ int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *
 int fs_check(const char *photos, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
     static const FsCallbacks none;
+    MUST(need(photos, "the folder of photos", err));
     unsigned failures = fs_memory_begin();
     int rc = fs_check_run(photos, settings, callbacks ? callbacks : &none, err);
     return rc < 0 ? rc : fs_memory_end(failures, 0, err) < 0 ? FS_ERR_MEMORY : rc;
@@ -232,6 +245,7 @@ int fs_check(const char *photos, const FsSettings *settings, const FsCallbacks *
 int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
     (void)settings;
+    MUST(need(path, "what to describe", err));
     unsigned failures = fs_memory_begin();
     return fs_memory_end(failures, fs_info_run(path, callbacks, err), err);
 }
@@ -239,6 +253,7 @@ int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *cal
 int fs_view(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
     static const FsCallbacks none;
+    MUST(need(out, "the output folder", err));
     unsigned failures = fs_memory_begin();
     return fs_memory_end(failures, fs_view_run(out, settings, callbacks ? callbacks : &none, err), err);
 }

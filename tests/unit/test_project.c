@@ -311,6 +311,11 @@ static void test_open_refuses(void **state)
     FsProject *project;
     assert_int_equal(fs_project_open(&project, "", f->settings, NULL, &err), FS_ERR_USAGE);
     assert_null(project);
+    assert_int_equal(fs_synth("", f->settings, NULL, NULL), FS_ERR_USAGE); // not into the root
+    assert_int_equal(fs_pair("a", "", "b", f->settings, NULL, NULL), FS_ERR_USAGE);
+    assert_int_equal(fs_check(NULL, f->settings, NULL, NULL), FS_ERR_USAGE);
+    assert_int_equal(fs_run(f->project, "", &err), FS_ERR_USAGE);
+    assert_non_null(strstr(err.message, "photos"));
     char *file = fs_file_path("%s/file", f->out);
     assert_int_equal(fs_file_write(file, "x", 1, NULL), 0);
     assert_int_equal(fs_project_open(&project, file, f->settings, NULL, &err), FS_ERR_IO);
