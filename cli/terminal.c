@@ -16,7 +16,7 @@
 #define SECONDS_BETWEEN_LINES 10.0
 #define BAR_WIDTH 24
 
-static volatile sig_atomic_t stop_asked;
+static volatile sig_atomic_t stop_asked, saves; // saves: what is done so far is kept to go on from
 static int stdout_error; // errno of the first line that could not be written
 
 static void on_signal(int signal_number)
@@ -24,8 +24,11 @@ static void on_signal(int signal_number)
     (void)signal_number;
     if (stop_asked) _exit(EXIT_CANCELLED);
     stop_asked = 1;
-    static const char text[] = "\nstopping: saving what is done (once more: at once)\n";
-    if (write(STDERR_FILENO, text, sizeof text - 1) < 0) stop_asked = 1;
+    static const char saving[] = "\nstopping: saving what is done (once more: at once)\n",
+                      stopping[] = "\nstopping (once more: at once)\n";
+    ssize_t written = saves ? write(STDERR_FILENO, saving, sizeof saving - 1)
+                            : write(STDERR_FILENO, stopping, sizeof stopping - 1);
+    (void)written; // nothing can be done where nothing can be said
 }
 
 static double now(void)
@@ -147,6 +150,7 @@ void cli_terminal_start(Terminal *terminal, const Invocation *in)
     const char *term = getenv("TERM");
     *terminal = (Terminal){.quiet = in->quiet, .verbose = in->verbose, .prints = in->command->prints};
     terminal->tty = isatty(STDERR_FILENO) && term && strcmp(term, "dumb") != 0;
+    saves = (in->command->stages & FS_STAGE_TRAIN) != 0;
     struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
     sigemptyset(&action.sa_mask);
     static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
