@@ -46,6 +46,17 @@ static inline float made_texture_at(const MadeTexture *t, int c, double x, doubl
     return fmaxf(v, 0.01f);
 }
 
+// n points on a plane, within the view of all cameras.
+static inline void made_scatter(float *xyz, int n, double depth, uint64_t seed)
+{
+    Rng rng = fs_rng_new(seed);
+    for (int i = 0; i < n; i++) {
+        xyz[3 * i] = (fs_rng_uniform(&rng) - 0.5f) * 0.4f * (float)depth;
+        xyz[3 * i + 1] = (fs_rng_uniform(&rng) - 0.5f) * 0.25f * (float)depth;
+        xyz[3 * i + 2] = (float)depth;
+    }
+}
+
 static inline float made_photo_at(const Camera *camera, const MadeTexture *T, const MadeTexture *R, bool flash, int c,
                                   double x, double y)
 {
