@@ -122,7 +122,7 @@ typedef struct StepArgs {
     double field_rate;         // Adam's learning rate of radiance fields (fs_radiance_parts); 0: they stay
     bool blind;                // colours of fields are taken to be the same from everywhere
     int every;                 // of the samples along a ray of fields, only one of so many; 0: all
-    double darkest[LAYERS];    // least tone-mapped colour of a Gaussian
+    double darkest[LAYERS];    // least tone-mapped colour of a Gaussian; least beta of one of beta's
     bool lamps_mirrored;       // T learns nothing of what photos without the flash show clipped, where both lightings
                                // are of the same Gaussians (Scene.shared_geometry)
     bool statistics;           // keep CloudState.screen

@@ -131,7 +131,11 @@ static void adam_job(void *context, int job, int worker)
     if (cloud->width[CLOUD_GAINS]) clamp_field(cloud->field[CLOUD_GAINS] + r.begin, n, GAIN_MIN, GAIN_MAX);
     if (cloud->width[CLOUD_COVERS]) clamp_field(cloud->field[CLOUD_COVERS] + r.begin, n, 0, 1);
     if (enter) k->shade->leave(&jobs->light, &shade, seen, r.begin, r.end);
-    if (r.layer != LAYER_BETA) clamp_field(shade.colors + 3 * r.begin, 3 * n, (float)args->darkest[r.layer], COLOR_MAX);
+    double darkest = args->darkest[r.layer];
+    if (r.layer == LAYER_BETA)
+        clamp_field(shade.colors + r.begin, n, (float)log(darkest / (1 - darkest)), INFINITY);
+    else
+        clamp_field(shade.colors + 3 * r.begin, 3 * n, (float)darkest, COLOR_MAX);
     if (args->explore > 0) explore(jobs, &r);
     if (args->statistics) keep_statistics(&r);
 }

@@ -149,6 +149,8 @@ static const FsOption table[] = {
           "least slope of the tone curve in gradients, so that a black layer can brighten"),
     FLOAT("darkest", darkest, TRAIN, "0.2", 0, 1, "X",
           "darkest tone-mapped colour of a Gaussian of R; of T half of it"),
+    FLOAT("least-beta", least_beta, TRAIN, "0", 0, 0.5, "X",
+          "least beta of a Gaussian of a beta cloud; 0.5 as in the paper's code, where it is the sigmoid of a colour"),
     FLOAT("rate-scale", rate_scale, TRAIN, "2", 0, 100, "X",
           "factor on 3DGS's learning rates of rotations, colours and gains"),
     FLOAT("scales-rate", scales_rate, TRAIN, "0.02", 0, 1, "X", "learning rate of the scales' logarithms"),

@@ -110,4 +110,5 @@ void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArg
     args->blind = two || step < FIELD_BLIND * set->steps;
     args->every = step < coarse ? 4 : step < 2 * coarse ? 2 : 1;
     for (int l = 0; l < LAYERS; l++) args->darkest[l] = l == LAYER_R ? set->darkest : set->darkest / 2;
+    args->darkest[LAYER_BETA] = set->least_beta;
 }

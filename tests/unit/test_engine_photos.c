@@ -1,4 +1,4 @@
-// What every device must do: what of a photo is unseen, left over or clipped.
+// What every device must do: what of a photo is unseen, left over or clipped, and how dark colours get.
 #include "engines.h"
 
 // Hidden in the left half of the photo, R becomes what it is in the right half, and nothing else is touched.
@@ -126,12 +126,41 @@ static void test_lamps(void **state)
     }
 }
 
+// A step leaves no colour darker, and no beta less, than it is told.
+static void test_darkest(void **state)
+{
+    (void)state;
+    FOR_DEVICES(d) for (int bound = 0; bound < 2; bound++)
+    {
+        Scene scene = make_scene(&kinds[3]), after = {0};
+        const Camera camera = make_camera();
+        StepResult result;
+        Engine *engine = open_engine(devices[d], &scene);
+        StepArgs args = make_args(&scene);
+        args.rate[CLOUD_COLORS] = 0.01;
+        args.darkest[LAYER_R] = bound ? 0.6 : 0;
+        args.darkest[LAYER_BETA] = bound ? 0.5 : 0;
+        load_photo(engine, &camera, false);
+        assert_int_equal(fs_engine_step(engine, &args, &result, NULL), 0);
+        assert_int_equal(fs_engine_scene_down(engine, 1u << LAYER_R | 1u << LAYER_BETA, &after, NULL), 0);
+        const Cloud *R = &after.cloud[LAYER_R], *beta = &after.cloud[LAYER_BETA];
+        int dark = 0, little = 0;
+        for (int i = 0; i < 3 * R->n; i++) dark += R->field[CLOUD_COLORS][i] < 0.6f;
+        for (int i = 0; i < beta->n; i++) little += beta->field[CLOUD_COLORS][i] < 0; // a logit
+        assert_true(bound ? dark == 0 && little == 0 : dark > 0 && little > 0);
+        fs_engine_free(engine);
+        fs_scene_free(&scene);
+        fs_scene_free(&after);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_unseen_is_what_is_around),
         cmocka_unit_test(test_residual),
         cmocka_unit_test(test_lamps),
+        cmocka_unit_test(test_darkest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

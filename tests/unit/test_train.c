@@ -38,7 +38,7 @@ static void test_schedule(void **state)
     assert_true(late.rate[CLOUD_COLORS] == first.rate[CLOUD_COLORS]);
     assert_true(fabs(last.rate[CLOUD_COLORS] - 0.1 * first.rate[CLOUD_COLORS]) < 1e-9); // settled
     assert_true(first.explore > 0 && first.statistics);
-    assert_true(first.darkest[LAYER_T_N] == 0.1 && first.darkest[LAYER_R] == 0.2);
+    assert_true(first.darkest[LAYER_T_N] == 0.1 && first.darkest[LAYER_R] == 0.2 && first.darkest[LAYER_BETA] == 0);
     scene.separation = SEPARATION_LINEAR;
     fs_schedule_step(set, &scene, 0, &first);
     assert_true(first.rate[CLOUD_GAINS] == 0);
