@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "base/linalg.h"
+#include "base/owned.h"
 #include "engine/engine.h"
 #include "export/splats.h"
 #include "image/tone.h"
@@ -158,6 +159,7 @@ int fs_trainer_dataset_run(const TrainerArgs *args, FsError *err)
     if (!args->photos->n || (!cloud && !t.photos))
         return fs_error_input(err, "%s/views.json: missing or without photos, or there is no T_N: no dataset without",
                               args->project->out);
+    fs_owned_remove(dir.text); // one of the other kind would be mixed with it
     if (!t.photos) TRY(fs_engine_new(&t.engine, set->device, set->cpu, set->threads, err));
     if (!t.photos) TRY(fs_engine_scene_up(t.engine, args->scene, err));
     TRY(write_photos(&t, err));

@@ -79,18 +79,17 @@ static void say_done(const FsProject *project, const char *stage, const char *ma
     json_decref(root);
 }
 
-// Whether an export wrote of what is there now, and this one of something else goes beside it.
-static bool adds(FsProject *project, unsigned stage)
+// FINGERPRINT_* by which a stage's mark differs from what it would say now, and how. was: the mark, which the caller
+// frees; NULL: none that can be read.
+static unsigned mark_differs(FsProject *project, const ProjectStage *stage, char **was, char what[400])
 {
-    char what[400], *was = NULL;
     size_t size;
-    if (stage != FS_STAGE_EXPORT || project->set.force ||
-        fs_file_read(mark_path(project, stage).text, MAX_MARK_BYTES, &was, &size, NULL) < 0)
-        return false;
-    const char *now = fs_project_fingerprint(project, stage);
-    bool same = !(fs_fingerprint_differs(was, now, what, sizeof what) & FINGERPRINT_INPUTS);
-    free(was);
-    return same;
+    const char *now = fs_project_fingerprint(project, stage->stage);
+    *was = NULL;
+    if (fs_file_read(mark_path(project, stage->stage).text, MAX_MARK_BYTES, was, &size, NULL) == 0)
+        return fs_fingerprint_differs(*was, now, what, 400);
+    snprintf(what, 400, "its mark cannot be read");
+    return FINGERPRINT_SETTINGS | FINGERPRINT_INPUTS;
 }
 
 // What people look at may have been removed to have it made again.
@@ -101,28 +100,26 @@ static bool is_there(const FsProject *project, const ProjectStage *stage)
     return !(stage->after & FS_STAGE_TRAIN) || fs_file_exists(first.text);
 }
 
+// Whether an export goes beside one of the same clouds.
+static bool adds(FsProject *project, const ProjectStage *stage)
+{
+    char what[400], *was;
+    if (stage->stage != FS_STAGE_EXPORT || project->set.force || !is_there(project, stage)) return false;
+    bool same = !(mark_differs(project, stage, &was, what) & FINGERPRINT_INPUTS);
+    free(was);
+    return same;
+}
+
 static bool is_done(FsProject *project, const ProjectStage *stage)
 {
-    const char *now = fs_project_fingerprint(project, stage->stage);
-    if (project->set.force) return false;
-    FilePath path = mark_path(project, stage->stage);
-    char *was = NULL, what[400];
-    size_t size;
-    bool done = false;
-    if (fs_file_exists(path.text)) {
-        done = fs_file_read(path.text, MAX_MARK_BYTES, &was, &size, NULL) == 0 &&
-               !fs_fingerprint_differs(was, now, what, sizeof what);
-        bool there = is_there(project, stage);
-        if (done && there)
-            say_done(project, stage->name, was);
-        else
-            fs_log_info(&project->log, "%s: done %s, %s", stage->name,
-                        adds(project, stage->stage) ? "beside what is there" : "again",
-                        !was   ? "its mark cannot be read"
-                        : done ? "what it wrote is gone"
-                               : what);
-        done = done && there;
-    }
+    char what[400], *was;
+    unsigned differs = mark_differs(project, stage, &was, what);
+    bool done = !project->set.force && !differs && is_there(project, stage);
+    if (done)
+        say_done(project, stage->name, was);
+    else if (!project->set.force && fs_file_exists(mark_path(project, stage->stage).text))
+        fs_log_info(&project->log, "%s: done %s, %s", stage->name,
+                    adds(project, stage) ? "beside what is there" : "again", differs ? what : "what it wrote is gone");
     free(was);
     return done;
 }
@@ -197,13 +194,15 @@ bool fs_project_take_steps(FsProject *project)
     return taken;
 }
 
-int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err)
+// whole: all is there that the settings ask for. Else what is there is of these inputs, and that is all that is told.
+static int write_mark(FsProject *project, unsigned stage, bool whole, FsError *err)
 {
     int rc = 0;
     const char *name = fs_project_stage(stage)->name, *now = fs_project_fingerprint(project, stage);
     json_t *mark = json_pack("{s:s, s:s}", "stage", name, "version", fs_version());
     json_t *fingerprint = now ? json_loads(now, 0, NULL) : NULL;
     if (!mark || json_object_update(mark, fingerprint) < 0) TRY(fs_error_memory(err));
+    if (!whole && json_object_set_new(mark, "settings", json_object()) < 0) TRY(fs_error_memory(err));
     if (fs_error_memory_failures() != project->memory_failures) // something may have been left out for it
         TRY(fs_error_memory(err));
     TRY(fs_file_mkdirs(fs_file_at("%s/done", project->out).text, err));
@@ -214,6 +213,11 @@ fail:
     json_decref(fingerprint);
     json_decref(mark);
     return rc;
+}
+
+int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err)
+{
+    return write_mark(project, stage, true, err);
 }
 
 static void remove_in(const FsProject *project, const char *name)
@@ -421,10 +425,11 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
     }
     unsigned from_here = stage | (project->planned & ~(stage - 1)); // the bits are in the order of the stages
     if (rc == 0) rc = check_plan(project, from_here, &names, err);
-    if (rc == 0) {
-        bool beside = adds(project, stage);
+    if (rc == 0 && adds(project, fs_project_stage(stage))) {
+        rc = write_mark(project, stage, false, err);
+    } else if (rc == 0) {
         fs_project_unmark(project, stage);
-        if (!beside) clear(project, fs_project_stage(stage));
+        clear(project, fs_project_stage(stage));
     }
     json_decref(root);
     free(ingested);

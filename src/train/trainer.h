@@ -71,7 +71,8 @@ int fs_densify_neighbours(Trainer *trainer, FsError *err); // finds and sends up
 int fs_pane_look_steps(const Settings *set);      // that a look takes; 0: none is had
 int fs_pane_look_halvings(int long_edge);         // of the photos that it looks at
 int fs_pane_look(Trainer *trainer, FsError *err); // completes the scene; the engine is to have it again
-int fs_pane_look_step(Trainer *trainer, int step, StepArgs *args, FsError *err); // of any look: what all do
+// The arguments of a step of any look, also the photographer's; an error where it is cancelled.
+int fs_pane_look_step(Trainer *trainer, int step, StepArgs *args, FsError *err);
 // bars.c: by what covers were learned to be, T keeps some or none
 int fs_bars_decide(Trainer *trainer, const Cloud *learned, FsError *err);
 

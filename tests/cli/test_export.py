@@ -222,6 +222,11 @@ class Export(common.FolderTest):
         self.export("ply")
         self.assertIn("beside what is there", self.export("spz").stdout)
         self.assertEqual(there(), [".ply", ".spz"])
+        (self.out / "views.json").unlink()
+        self.export("points", "--dataset", code=1)  # ended early: no photos are known
+        self.assertIn("beside what is there", self.export("spz").stdout)
+        self.assertIn(".ply", there())
+        self.assertIn("done already", self.export("spz").stdout)
         shutil.rmtree(self.out / "export")
         self.assertIn("gone", self.export("spz").stdout)
         self.assertEqual(there(), [".spz"])
@@ -280,6 +285,8 @@ class Export(common.FolderTest):
             self.assertEqual(pictures.read_png(data / f"images/{v['name']}.png"), [row] * 3)
         points = struct.unpack_from("<QQ3d3B", (data / "sparse/0/points3D.bin").read_bytes())
         self.assertEqual(points, (1, 1, 1, 2, 3, 9, 8, 7))
+        self.assertEqual(common.run("export", out, "--formats", "ply", "--dataset").returncode, 0)
+        self.assertFalse((data / "pairs.txt").exists())  # they are of the photos
 
     def test_points(self):
         self.export("ply,points")
