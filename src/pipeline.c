@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/clock.h"
 #include "base/cpu.h"
@@ -45,6 +46,7 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
     TRY(fs_settings_copy(&p->set, settings, err));
     if (!p->out) TRY(fs_error_memory(err));
     for (size_t n = strlen(p->out); n > 1 && p->out[n - 1] == '/'; n--) p->out[n - 1] = 0;
+    p->made_out = !fs_file_exists(p->out);
     TRY(fs_file_mkdirs(p->out, err));
     fs_owned_open(p->out, "project", NULL); // what is only read need not be ours; a stage that writes asks again
     TRY(fs_warnings_new(&p->warnings, p->out, callbacks, &p->log, err));
@@ -59,6 +61,7 @@ void fs_project_close(FsProject *project)
 {
     if (!project) return;
     if (project->out) fs_owned_leave(project->out, &project->lock);
+    if (project->made_out) rmdir(project->out); // an empty one
     fs_lock_release(&project->lock);
     fs_warnings_free(project->warnings);
     fs_settings_clear(&project->set);

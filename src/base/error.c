@@ -43,6 +43,13 @@ int fs_error_about(int rc, const char *what, FsError *err)
     return fs_error_set(err, rc, "%s: %s", what, inner.message);
 }
 
+int fs_error_then(int rc, const char *remedy, FsError *err)
+{
+    if (rc != FS_ERR_INPUT || !err) return rc;
+    FsError inner = *err;
+    return fs_error_set(err, rc, "%s; %s", inner.message, remedy);
+}
+
 unsigned fs_error_memory_failures(void)
 {
     return atomic_load(&memory_failures);

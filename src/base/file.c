@@ -235,7 +235,9 @@ int fs_file_mkdirs(const char *path, FsError *err)
         *p = c;
         if (!c || rc < 0) break;
     }
-    if (rc == 0 && !fs_file_is_dir(path)) rc = fs_error_set(err, FS_ERR_IO, "%s: is a file, expected a folder", path);
+    if (rc == 0 && !fs_file_is_dir(path))
+        rc = fs_error_set(err, FS_ERR_IO, "%s: is %s, expected a folder", path,
+                          fs_file_exists(path) ? "a file" : "a link to what is not there");
     free(copy);
     return rc;
 }

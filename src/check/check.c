@@ -152,6 +152,9 @@ int fs_check_run(const char *folder, const FsSettings *settings, const Log *log,
     Findings findings = {0};
     int rc;
     if (*settings->json) MUST(fs_json_file_check(settings->json, "verdict", err));
+    if (*settings->flash_list && !fs_file_exists(settings->flash_list))
+        return fs_error_input(err, "%s: no such file, or it cannot be read; --flash-list names it",
+                              settings->flash_list);
     TRY(fs_photos_scan(&photos, folder, log, err));
     TRY(fs_photos_levels(&photos.npy, settings, err));
     TRY(look_at_all(&photos, settings->threads, log, err));

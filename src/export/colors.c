@@ -7,8 +7,9 @@
 
 const Cloud *fs_colors_cloud(const Scene *scene, Layer layer)
 {
-    const Cloud *cloud = &scene->cloud[layer == LAYER_T_F && scene->shared_geometry ? LAYER_T_N : layer];
-    return cloud->n ? cloud : NULL;
+    bool of_T_N = layer == LAYER_T_F && scene->shared_geometry;
+    const Cloud *cloud = &scene->cloud[of_T_N ? LAYER_T_N : layer];
+    return cloud->n && !(of_T_N && !fs_scene_lit(scene)) ? cloud : NULL;
 }
 
 static double eye_distance2(const Development *development, const float mean[3])

@@ -15,7 +15,8 @@ typedef struct Development {
     bool room;     // R is the mirrored room itself, before the pane dims it
 } Development;
 
-// The cloud a layer is shown by (T_F of shared geometry: T_N's); NULL when the scene has none for it.
+// The cloud a layer is shown by (T_F of shared geometry: T_N's, where the flash makes a difference); NULL when
+// the scene has none for it.
 const Cloud *fs_colors_cloud(const Scene *scene, Layer layer);
 // Linear camera RGB (N, 3) of that cloud, as the layer is seen in a photo (beta: the reflectance, grey).
 void fs_colors_linear(const Scene *scene, Layer layer, const Development *development, float *linear);

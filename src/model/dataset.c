@@ -201,7 +201,10 @@ int fs_dataset_read(Dataset *dataset, const char *path, FsError *err)
             err,
             "%s: is not there: `flashsplat poses OUT` makes views.json (--force: again), and a truth has cameras.json",
             path));
-    TRY(fs_json_file_read(path, (size_t)1 << 30, &root, err));
+    rc = fs_json_file_read(path, (size_t)1 << 30, &root, err);
+    if (strcmp(fs_file_name(path), "views.json") == 0)
+        rc = fs_error_then(rc, "remove it, and `flashsplat poses OUT --force` makes it again", err);
+    TRY(rc);
     const json_t *views = json_object_get(root, "views");
     if (!views) views = json_object_get(root, "images");
     if (!json_is_array(views) || json_array_size(views) > MAX_VIEWS)

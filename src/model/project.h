@@ -36,6 +36,7 @@ struct FsProject {
     char *out;
     Settings set;
     Log log;
+    bool made_out;              // out was not there
     Lock lock;                  // held from the first call that may write into out
     unsigned memory_failures;   // of the process, when the stage began
     Warnings *warnings;         // what log keeps for the report; NULL: nothing is kept

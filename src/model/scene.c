@@ -210,7 +210,7 @@ static int read_model(Scene *scene, json_t **root, const char *path, FsError *er
     json_t *version = json_object_get(*root, "version");
     if (!json_is_integer(version) || json_integer_value(version) != VERSION)
         return fs_error_input(
-            err, "%s: expected \"version\": %d; made by another version of the program: run that stage again", path,
+            err, "%s: expected \"version\": %d; made by another version of the program", path,
             VERSION);
     MUST(read_flag(*root, "shared_geometry", &scene->shared_geometry, path, err));
     MUST(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
@@ -292,13 +292,24 @@ static int check_there(const char *dir, const char *file, FsError *err)
                           path.text);
 }
 
+// rc; where a file of a stage's is damaged, what makes it again goes after the words.
+static int check_whole(int rc, const char *dir, FsError *err)
+{
+    const char *folder = fs_file_name(dir);
+    if (strcmp(folder, "start") == 0)
+        return fs_error_then(rc, "remove it, and `flashsplat initialise OUT --force` makes it again", err);
+    if (strcmp(folder, "clouds") == 0)
+        return fs_error_then(rc, "remove it, and `flashsplat train OUT --force` makes it again", err);
+    return rc;
+}
+
 static int read_cloud(Scene *scene, int layer, const json_t *clouds, const char *dir, FsError *err)
 {
     json_t *count = json_object_get(clouds, fs_layers[layer].name);
     if (!count) return 0;
     FilePath path = fs_file_at("%s/%s.ply", dir, fs_layers[layer].name);
     MUST(check_there(dir, fs_file_name(path.text), err));
-    MUST(fs_cloud_ply_read(&scene->cloud[layer], path.text, err));
+    MUST(check_whole(fs_cloud_ply_read(&scene->cloud[layer], path.text, err), dir, err));
     if (json_is_integer(count) && json_integer_value(count) == scene->cloud[layer].n)
         return cloud_check(scene, layer, path.text, err);
     return fs_error_input(
@@ -311,7 +322,7 @@ static int read_veil(Scene *scene, const char *dir, FsError *err)
     if (!fs_pane_veil_is(&scene->veil)) return 0;
     FilePath path = fs_file_at("%s/veil.tif", dir);
     MUST(check_there(dir, "veil.tif", err));
-    MUST(fs_tiff_read(path.text, &scene->veil.light, err));
+    MUST(check_whole(fs_tiff_read(path.text, &scene->veil.light, err), dir, err));
     return veil_check(scene, path.text, err);
 }
 
@@ -358,7 +369,7 @@ int fs_scene_read(Scene *scene, const char *dir, FsError *err)
     FilePath model = fs_file_at("%s/model.json", dir);
     int rc;
     TRY(check_there(dir, "model.json", err));
-    TRY(read_model(scene, &root, model.text, err));
+    TRY(check_whole(read_model(scene, &root, model.text, err), dir, err));
     json_t *clouds = json_object_get(root, "clouds");
     int n = 0;
     for (int l = 0; l < LAYERS; l++) TRY(read_cloud(scene, l, clouds, dir, err));

@@ -60,7 +60,8 @@ static int read_word(Field *field, const char *word, size_t length, FsError *err
 {
     const char *equals = memchr(word, '=', length);
     size_t name = equals ? (size_t)(equals - word) : length;
-    bool all = name == 3 && !equals && strncmp(word, "all", 3) == 0, found = all;
+    bool all = name == 3 && strncmp(word, "all", 3) == 0, found = all;
+    if (all && equals) return fs_error_set(err, FS_ERR_USAGE, "--field: all takes no strength; name faults that do");
     for (int i = 0; i < FIELD_FAULTS; i++) {
         bool named = strlen(faults[i].name) == name && strncmp(faults[i].name, word, name) == 0;
         if (all || named) field->strength[i] = faults[i].usual;

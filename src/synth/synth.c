@@ -19,6 +19,7 @@ typedef struct Synth {
     Shot *shot;
     int n;
     Nuisance nuisance;
+    Lock lock; // one program makes a capture there
     const Log *log;
 } Synth;
 
@@ -38,11 +39,13 @@ static int prepare(Synth *s, FsError *err)
 }
 
 // An earlier capture in the same folder is replaced, anything else there is left alone.
-static int make_folders(const Synth *s, FsError *err)
+static int make_folders(Synth *s, FsError *err)
 {
     static const char *const folders[] = {"capture", "truth", "capture/raw", "capture/jpeg"};
     for (int i = 0; i < 2; i++) MUST(fs_owned_check_tree(fs_file_at("%s/%s", s->out, folders[i]).text, err));
     for (int i = 0; i < 2; i++) MUST(fs_owned_open(fs_file_at("%s/%s", s->out, folders[i]).text, "capture", err));
+    if (!fs_owned_lock(fs_file_at("%s/truth", s->out).text, &s->lock))
+        return fs_error_input(err, "%s: another flashsplat makes a capture there: wait until that is done", s->out);
     for (int i = 0; i < 2; i++) fs_owned_remove(fs_file_at("%s/%s/.", s->out, folders[i]).text);
     for (int i = 0; i < 4; i++) MUST(fs_file_mkdirs(fs_file_at("%s/%s", s->out, folders[i]).text, err));
     MUST(fs_truth_files_cameras(s->truth.text, s->layout.name, s->shot, s->n, &s->spec, err));
@@ -162,6 +165,7 @@ int fs_synth_run(const char *out, const FsSettings *settings, const Log *log, Fs
     fs_log_info(log, "synth: %d photos in %s/capture/raw and jpeg, ground truth in %s", s.spec.photos, out,
                 s.truth.text);
 fail:
+    fs_lock_release(&s.lock);
     fs_threads_free(s.threads);
     fs_layout_free(&s.layout);
     fs_nuisance_free(&s.nuisance);
