@@ -3,7 +3,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/clock.h"
 #include "base/cpu.h"
@@ -60,8 +59,7 @@ fail:
 void fs_project_close(FsProject *project)
 {
     if (!project) return;
-    if (project->out) fs_owned_leave(project->out, &project->lock);
-    if (project->made_out) rmdir(project->out); // an empty one
+    if (project->out) fs_owned_leave(project->out, project->made_out, &project->lock);
     fs_lock_release(&project->lock);
     fs_warnings_free(project->warnings);
     fs_settings_clear(&project->set);

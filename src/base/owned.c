@@ -466,7 +466,7 @@ void fs_owned_remove(const char *path)
     free_place(&place);
 }
 
-void fs_owned_leave(const char *dir, Lock *lock)
+static void take_mark_away(const char *dir, Lock *lock)
 {
     char *list = NULL;
     FilePath own = fs_file_at("%s/" FS_OWNED_DIR, dir), path = fs_file_at("%s/" LOCK, dir);
@@ -483,4 +483,10 @@ void fs_owned_leave(const char *dir, Lock *lock)
     unlock_list(locked);
     fs_file_list_free(&files);
     free(list);
+}
+
+void fs_owned_leave(const char *dir, bool made, Lock *lock)
+{
+    take_mark_away(dir, lock);
+    if (made) rmdir(dir); // an empty one
 }

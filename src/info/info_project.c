@@ -7,8 +7,10 @@
 #include <sys/stat.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "model/layers.h"
 #include "model/project.h"
+#include "model/scene.h"
 
 #define MAX_DEPTH 8
 
@@ -91,26 +93,43 @@ static bool last_file(const char *dir, const char *ext, FilePath *path)
     return last;
 }
 
+// Of the trained scenes; full where nothing says so.
+static Separation separation_of(const char *out)
+{
+    json_t *root = NULL;
+    Separation separation = SEPARATIONS;
+    if (fs_json_file_read(fs_file_at("%s/clouds/model.json", out).text, 1 << 20, &root, NULL) == 0) {
+        const char *name = json_string_value(json_object_get(root, "separation"));
+        separation = name ? fs_scene_separation(name) : SEPARATIONS;
+    }
+    json_decref(root);
+    return separation == SEPARATIONS ? SEPARATION_FULL : separation;
+}
+
 void fs_info_results(const char *out, const Log *log)
 {
+    enum { FULL = 1u << SEPARATION_FULL, FLASHLESS = 1u << SEPARATION_FLASHLESS, LINEAR = 1u << SEPARATION_LINEAR };
     static const struct {
         const char *folder, *ext, *what;
-        bool whole; // name the folder, not one file in it
+        bool whole;    // name the folder, not one file in it
+        unsigned only; // of these separations; 0: of all
     } results[] = {
-        {"", "html", "everything on one page", false},
-        {"", "png", "photos and layers side by side", false},
-        {"progress", "png", "photo, composite and layers at the end of training", false},
+        {"", "html", "everything on one page", false, 0},
+        {"", "png", "photos and layers side by side", false, 0},
+        {"progress", "png", "photo, composite and layers at the end of training", false, 0},
         {"renders/T_N", "png", "what is behind the glass", true},
-        {"renders/T_F", "png", "the same lit by the flash", true},
-        {"renders/R", "png", "what is mirrored in the glass", true},
-        {"renders/unseen", "png", "where that is a guess, behind the photographer", true},
-        {"video", "mp4", "the camera path", false},
-        {"export", "ply", "the clouds, for viewers of Gaussian splats", true},
+        {"renders/T_F", "png", "the same lit by the flash", true, FULL | LINEAR},
+        {"renders/R", "png", "what is mirrored in the glass", true, FULL | FLASHLESS | LINEAR},
+        {"renders/unseen", "png", "where that is a guess, behind the photographer", true, 0},
+        {"video", "mp4", "the camera path", false, 0},
+        {"export", "ply", "the clouds, for viewers of Gaussian splats", true, 0},
     };
+    const unsigned separation = 1u << separation_of(out);
     bool any = false;
     for (size_t i = 0; i < sizeof results / sizeof *results; i++) {
         const char *folder = results[i].folder;
         FilePath dir = fs_file_at("%s%s%s", out, *folder ? "/" : "", folder), file;
+        if (results[i].only && !(results[i].only & separation)) continue;
         if (!last_file(dir.text, results[i].ext, &file)) continue;
         if (!any) fs_log_info(log, "Open these:");
         fs_log_info(log, results[i].whole ? "  %s/  %s" : "  %s  %s", results[i].whole ? dir.text : file.text,

@@ -28,6 +28,7 @@ typedef struct Axes {
 typedef struct Portrait {
     Axes *axes; // (n_views)
     float q[PORTRAIT_CELLS];
+    double misfit;       // mean photo term of the second half of the first round
     Region figure, near; // near: with some cells around it
 } Portrait;
 
@@ -221,6 +222,8 @@ static int steps(Trainer *trainer, Portrait *p, int from, int to, FsError *err)
         MUST(fs_engine_step(trainer->engine, &args, &result, err));
         MUST(fs_engine_occlusion_down(trainer->engine, args.view, &trainer->occlusion[args.view], err));
         carry_back(p, trainer, args.view);
+        double misfit = args.weight[LOSS_L1] * result.loss[LOSS_L1] + args.weight[LOSS_DSSIM] * result.loss[LOSS_DSSIM];
+        if (from == 0 && step >= to / 2) p->misfit += misfit / (to - to / 2);
     }
     return 0;
 }
@@ -232,6 +235,7 @@ static int first_round(Trainer *trainer, Portrait *p, bool turned, FsError *err)
     while (trainer->long_edge >> halvings > PORTRAIT_SIDE) halvings++;
     memset(p->q, 0, sizeof p->q);
     memset(p->figure.in, 0, sizeof p->figure.in);
+    p->misfit = 0;
     direct(p, trainer, turned);
     MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
     if (trainer->neighbour) MUST(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
@@ -241,17 +245,49 @@ static int first_round(Trainer *trainer, Portrait *p, bool turned, FsError *err)
     return steps(trainer, p, 0, PORTRAIT_VISITS * trainer->n_views, err);
 }
 
+// With the axes that the portrait is clearer by.
+static int clearer_round(Trainer *trainer, Portrait *p, bool *turned, FsError *err)
+{
+    MUST(first_round(trainer, p, true, err));
+    double turned_clarity = clarity(p);
+    MUST(first_round(trainer, p, false, err));
+    *turned = turned_clarity > clarity(p);
+    return *turned ? first_round(trainer, p, true, err) : 0;
+}
+
+// Where all photos that see something have the figure before it, as at the frame's edge, it passes for a bar (bars.c).
+// So bars stay only if photos are fitted better with them than by a portrait alone.
+static int try_bars(Trainer *trainer, Portrait *p, bool *turned, FsError *err)
+{
+    Cloud *T = &trainer->scene.cloud[LAYER_T_N];
+    size_t size = sizeof(float) * (size_t)T->n;
+    float *covers = malloc(size);
+    int rc;
+    if (!covers) return fs_error_memory(err);
+    memcpy(covers, T->field[CLOUD_COVERS], size);
+    TRY(fs_cloud_covers(T, false, err));
+    TRY(clearer_round(trainer, p, turned, err));
+    double without = p->misfit;
+    TRY(fs_cloud_covers(T, true, err));
+    memcpy(T->field[CLOUD_COVERS], covers, size);
+    TRY(clearer_round(trainer, p, turned, err));
+    if (p->misfit < BARS_PAY * without) goto fail;
+    fs_log_info(&trainer->project->log, "train: photos are fitted as well without the bars: there are none");
+    TRY(fs_cloud_covers(T, false, err));
+    rc = clearer_round(trainer, p, turned, err);
+fail:
+    free(covers);
+    return rc;
+}
+
 // 1: found, 0: there is none.
 static int search(Trainer *trainer, Portrait *p, FsError *err)
 {
-    double share = 0, turned_clarity;
+    bool bars = trainer->scene.cloud[LAYER_T_N].width[CLOUD_COVERS] > 0, turned;
+    double share = 0;
     int round = PORTRAIT_VISITS * trainer->n_views;
     fs_log_info(&trainer->project->log, "train: looks for the mirror image of who takes the photos");
-    MUST(first_round(trainer, p, true, err));
-    turned_clarity = clarity(p);
-    MUST(first_round(trainer, p, false, err));
-    bool turned = turned_clarity > clarity(p);
-    if (turned) MUST(first_round(trainer, p, true, err));
+    MUST((bars ? try_bars : clearer_round)(trainer, p, &turned, err));
     for (int r = 1;; r++) {
         bool last = r == PORTRAIT_ROUNDS;
         draw(p, last, turned);

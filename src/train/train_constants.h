@@ -59,6 +59,7 @@ enum {
 #define RATE_COVERS 0.2  // experiment
 #define BARS_EDGE 0.5f   // experiment  covers, evened out over neighbours, of what may belong to it,
 #define BARS_SURE 0.8f   // experiment  and of what does
+#define BARS_PAY 0.97    // experiment  misfit of the photos with them, of what it is without
 #define BARS_LEAST 0.012 // experiment  share of the Gaussians that are as sure
 enum {
     BARS_EVENED = 3, // experiment  times

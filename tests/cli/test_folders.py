@@ -267,6 +267,16 @@ class Layouts(FolderTest):
         self.works(run("synth", "-o", scene, "--photos", 4, "--width", 32, "--height", 32), False)
         self.assertEqual(len(list((scene / "capture/raw").iterdir())), 4)
 
+    def test_two_synths_at_once(self):
+        words = ["synth", "-o", self.dir / "scene", "--photos", 6, "--width", 600, "--height", 400]
+        with subprocess.Popen([str(w) for w in [common.PROGRAM, *words]], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL) as first:
+            while not list((self.dir / "scene").glob("truth/T_N/*")) and first.poll() is None:
+                time.sleep(0.05)
+            self.refuses(run(*words), self.dir / "scene", "another flashsplat")
+            self.assertEqual(first.wait(), 0)
+        self.works(run(*words[:3], "--photos", 4, "--width", 32, "--height", 32), False)
+
     def test_single_files(self):
         flash, other = sorted(self.photos.iterdir())[:2]
         path = self.put(self.dir / "figures.json")

@@ -163,6 +163,8 @@ class Captures(FolderTest):
         for option in ("--poses", "--points", "--cameras", "--originals", "--masks"):
             beside = ["--clean", "jpeg"] if option == "--originals" else []
             self.refuses("nosuch", option, options=[*FLASH, option, self.dir / "nosuch", *beside])
+            self.assertFalse(self.out.exists())
+        self.assert_fails(run("check", self.photos, "--flash-list", self.dir / "nosuch"), 1, "nosuch", "--flash-list")
 
     def test_all_photos_damaged(self):
         for path in pictures.photos(self.photos, 3).iterdir():
@@ -172,7 +174,8 @@ class Captures(FolderTest):
     def test_folder_that_cannot_be_made(self):
         pictures.photos(self.photos, 3)
         (self.dir / "file").write_text("x")
-        for out in (self.dir / "file", self.dir / "file" / "out", "/proc/flashsplat-test"):
+        (self.dir / "link").symlink_to("nowhere")
+        for out in (self.dir / "file", self.dir / "file" / "out", self.dir / "link", "/proc/flashsplat-test"):
             self.assert_fails(run("run", self.photos, "-o", out, *FLASH), 1, out)
 
     @unittest.skipIf(os.geteuid() == 0, "root may write everywhere")

@@ -117,10 +117,9 @@ class Learned(FolderTest):
         return [p[what] for p in json.loads((out / "clouds/photos.json").read_text())["photos"]]
 
     def test_bars(self):
-        words = ["--poses", self.scene / "truth/sparse", "--preset", "preview", "--steps", 1250, "--max-splats", 12000,
-                 "--no-photographer"]
+        words = ["--poses", self.scene / "truth/sparse", "--preset", "preview", "--steps", 1250, "--max-splats", 12000]
         large = ["--width", 300, "--height", 200, "--hard", "frame"], ["--init-count", 8000]
-        small = ["--width", 120, "--height", 80], ["--init-count", 1500]
+        small = ["--width", 120, "--height", 80], ["--init-count", 1500, "--no-photographer"]
         figures, clouds = {}, {}
         for hard, (size, start) in (("frame", large), ("", small)):
             self.assert_works(run("synth", "-o", self.scene, *size, "--photos", 16, "--held-out", 4, "--seed", 301))

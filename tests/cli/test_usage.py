@@ -122,6 +122,7 @@ class Usage(FolderTest):
         """Every fault that synth knows is in its help and in docs/synth.md."""
         process = run("synth", "-o", self.dir / "x", "--field", "fog")
         self.assert_fails(process, 2, "--field", "fog", "known are all, ")
+        self.assert_fails(run("synth", "-o", self.dir / "x", "--field", "all=3"), 2, "--field", "no strength")
         known = process.stderr.split("known are ")[1].splitlines()[0].split()
         words = " ".join(run("synth", "--help").stdout.split())
         told = (pathlib.Path(__file__).parents[2] / "docs" / "synth.md").read_text(encoding="utf-8")

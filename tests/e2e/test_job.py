@@ -159,6 +159,8 @@ class Job(unittest.TestCase):
                     self.assertEqual(process.returncode, 1, process.stdout + process.stderr)
                     line = next(l for l in process.stderr.splitlines() if l.startswith("flashsplat: "))
                     self.assertIn(str(copy / pathlib.Path(name).parts[0]), line)
+                    if name == "views.json" or name.startswith(("clouds/", "start/")):
+                        self.assertIn("--force` makes it again", line)
             shutil.rmtree(copy)
 
     def interrupted(self, out, how):
