@@ -140,6 +140,23 @@ class Learned(FolderTest):
         self.assertGreater(figures["--bars"]["T_F"], figures["--no-bars"]["T_F"] - 1)
         self.assertTrue(clouds["", "--bars"] == clouds["", "--no-bars"])  # as if nobody had looked
 
+    def test_bars_that_are_none(self):
+        """Covers that photos are not fitted better with go when who takes the photos is looked for."""
+        self.assert_works(run("synth", "-o", self.scene, "--width", 120, "--height", 80, "--photos", 12, "--held-out", 1, "--seed", 31))
+        words = ["--poses", self.scene / "truth/sparse", "--preset", "preview", "--init-count", 1500]
+        self.assert_works(run("run", self.scene / "capture/raw", "-o", self.out, *words, "--steps", 20, "--max-splats", 4000))
+        path = self.out / "start/T_N.ply"
+        head, data = path.read_bytes().split(b"end_header\n")
+        table = numpy.frombuffer(data, "<f4").reshape(-1, head.count(b"property"))
+        cover = (table[:, 0] > numpy.percentile(table[:, 0], 60)) & (table[:, 0] < numpy.percentile(table[:, 0], 80))
+        table = numpy.column_stack([table, cover.astype("<f4")])
+        path.write_bytes(head + b"property float cover\nend_header\n" + table.astype("<f4").tobytes())
+        process = run("train", self.out, "--preset", "preview", "--steps", 800, "--max-splats", 4000, "--no-bars", "--no-dirt", "--force")
+        self.assert_works(process)
+        self.assertIn("fitted as well without the bars: there are none", process.stdout + process.stderr)
+        self.assertEqual(json.loads((self.out / "clouds/photos.json").read_text())["bars"], 0)
+        self.assertNotIn(b"property float cover", (self.out / "clouds/T_N.ply").read_bytes()[:2000])
+
     def figures_of(self, out):
         """PSNR at the held-out views; of beta against the best multiple of the truth, since its unit is free."""
         views, truth, report = self.dir / "views", self.scene / "truth", self.dir / f"{out.name}.json"
