@@ -6,8 +6,9 @@
 // (model/cloud.h), rendered like a colour. Free covers would take much that is dark in the mirrored scene. But learned
 // quickly, on small photos, before training begins, they rise to 1 on bars, all along them, and nowhere else: what
 // hangs together there is covered, for good, and training begins again from the same start, if it is nearer than what
-// is behind the glass: farther away it is rather where the photographer hides the mirrored scene in all photos. Where
-// there is nothing of the kind clouds have no covers, and are trained as if nobody had looked.
+// is behind the glass: farther away it is rather where the photographer hides the mirrored scene in all photos. Near
+// ones stay only if photos are fitted better with them than by a portrait of the photographer alone (photographer.c).
+// Where there is nothing of the kind clouds have no covers, and are trained as if nobody had looked.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
