@@ -23,6 +23,6 @@ __attribute__((format(printf, 3, 4))) int fs_error_set(FsError *err, int code, c
 int fs_error_memory(FsError *err);                                  // FS_ERR_MEMORY with the usual words
 int fs_error_first(const FsError *failure, size_t n, FsError *err); // of n jobs' failures, {0} where there was none
 int fs_error_about(int rc, const char *what,
-                   FsError *err);        // rc; where it is a failure, "what: " goes before err's words
+                   FsError *err); // rc; where it is a failure, "what: " goes before err's words
 int fs_error_then(int rc, const char *remedy, FsError *err); // rc; of wrong input, "; remedy" goes after err's words
 unsigned fs_error_memory_failures(void); // how often memory ran out in this process; see base/memory.h

@@ -210,8 +210,7 @@ int fs_surface_run(const SurfaceArgs *args, const char *ending, FsError *err)
     TRY(make_mesh(&f, err));
     bool field = fs_radiance_is(&args->scene->field), two = args->scene->separation == SEPARATION_FULL;
     if (field || fs_colors_cloud(args->scene, LAYER_T_N)) TRY(write_colored(&f, LAYER_T_N, ending, err));
-    if (field ? two : fs_colors_cloud(args->scene, LAYER_T_F) != NULL)
-        TRY(write_colored(&f, LAYER_T_F, ending, err));
+    if (field ? two : fs_colors_cloud(args->scene, LAYER_T_F) != NULL) TRY(write_colored(&f, LAYER_T_F, ending, err));
 fail:
     free(f.light);
     fs_mesh_free(&f.mesh);

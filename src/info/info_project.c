@@ -117,7 +117,7 @@ void fs_info_results(const char *out, const Log *log)
         {"", "html", "everything on one page", false, 0},
         {"", "png", "photos and layers side by side", false, 0},
         {"progress", "png", "photo, composite and layers at the end of training", false, 0},
-        {"renders/T_N", "png", "what is behind the glass", true},
+        {"renders/T_N", "png", "what is behind the glass", true, 0},
         {"renders/T_F", "png", "the same lit by the flash", true, FULL | LINEAR},
         {"renders/R", "png", "what is mirrored in the glass", true, FULL | FLASHLESS | LINEAR},
         {"renders/unseen", "png", "where that is a guess, behind the photographer", true, 0},
