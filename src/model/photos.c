@@ -291,7 +291,8 @@ int fs_photos_levels(SensorLevels *npy, const Settings *set, FsError *err)
     npy->white = set->npy_white;
     if (sscanf(set->npy_gains, "%lf,%lf,%lf%n", &g[0], &g[1], &g[2], &end) != 3 || set->npy_gains[end] ||
         !(g[0] > 1e-3 && g[1] > 1e-3 && g[2] > 1e-3 && g[0] < 1e3 && g[1] < 1e3 && g[2] < 1e3))
-        return fs_error_set(err, FS_ERR_USAGE, "--npy-gains: '%s' is not three numbers from 0.001 to 1000: R,G,B", set->npy_gains);
+        return fs_error_set(err, FS_ERR_USAGE, "--npy-gains: '%s' is not three numbers from 0.001 to 1000: R,G,B",
+                            set->npy_gains);
     if (!(npy->white > npy->black))
         return fs_error_set(err, FS_ERR_USAGE, "--npy-white %g is not above --npy-black %g", npy->white, npy->black);
     return 0;

@@ -273,7 +273,11 @@ class Layouts(FolderTest):
                               stderr=subprocess.DEVNULL) as first:
             while not list((self.dir / "scene").glob("truth/T_N/*")) and first.poll() is None:
                 time.sleep(0.05)
-            self.refuses(run(*words), self.dir / "scene", "another flashsplat")
+            first.send_signal(signal.SIGSTOP)
+            try:
+                self.refuses(run(*words), self.dir / "scene", "another flashsplat")
+            finally:
+                first.send_signal(signal.SIGCONT)
             self.assertEqual(first.wait(), 0)
         self.works(run(*words[:3], "--photos", 4, "--width", 32, "--height", 32), False)
 
