@@ -95,8 +95,7 @@ static int sample_places(Search *s, FsError *err)
         double d = (double)fs_planes_row(&residue->px, RESIDUE_DEPTH, y)[x], *place = s->place[s->n_places];
         if (!(d > 0)) continue;
         const double at[3] = {d * (x + 0.5 - c->cx) / c->fx, d * (y + 0.5 - c->cy) / c->fy, d};
-        fs_camera_centre(c, place);
-        for (int r = 0; r < 9; r++) place[r % 3] += c->w2c[4 * (r / 3) + r % 3] * at[r / 3];
+        fs_camera_to_world(c, at, place);
         depth[s->n_places++] = (float)d;
     }
     fs_order_floats(depth, (size_t)s->n_places);

@@ -56,7 +56,7 @@ static int check_content(const Clean *c, Work *w, FsError *err)
 {
     Image was = {0}, mask = {0};
     const char *out = c->args->project->out;
-    double sum = 0, differs = 0, gain = w->picture.photo->gain;
+    double sum = 0, differs = 0, gain = w->picture.photo.gain;
     int rc;
     TRY(fs_tiff_read(fs_file_at("%s/linear/%s.tif", out, w->view->name).text, &was, err));
     TRY(fs_png_read(fs_file_at("%s/linear/%s_mask.png", out, w->view->name).text, &mask, err));
@@ -89,7 +89,7 @@ fail:
 static int read_photo(const Clean *c, Work *w, bool full, FsError *err)
 {
     const Photos *photos = &c->args->originals->photos;
-    PhotoFile *photo = (PhotoFile *)w->picture.photo;
+    PhotoFile *photo = &w->picture.photo;
     const Camera *camera = &w->view->camera;
     int longer = camera->width > camera->height ? camera->width : camera->height, rc;
     PhotoSizes sizes = {.n = full ? 2 : 1, .size = {{.long_edge = longer}, {.long_edge = 0}}};
@@ -202,7 +202,7 @@ static int render_guide(Clean *c, Work *w, FsError *err)
     TRY(fs_as_shot_layers(&c->as_shot, view, &camera, &c->renders, layers, err));
     if (view->distorted) TRY(bend(c, &view->lens, &camera, layers, err));
     for (int i = 0; i < 2; i++)
-        for (size_t k = 0; k < fs_image_values(&layers[i]); k++) layers[i].px[k] /= (float)w->picture.photo->gain;
+        for (size_t k = 0; k < fs_image_values(&layers[i]); k++) layers[i].px[k] /= (float)w->picture.photo.gain;
     w->guide.T = layers[0];
     w->guide.whole = layers[1];
     return 0;
@@ -219,7 +219,7 @@ static Work work_on(const CleanArgs *args, int v)
     const PhotoFile *photo = &originals->photos.photo[originals->of_view[v]];
     Work w = {.view = &args->views->view[v]};
     w.picture = (CleanPicture){.name = w.view->name,
-                               .photo = photo,
+                               .photo = *photo,
                                .path = fs_photos_path(&originals->photos, photo),
                                .white_balance = originals->photos.white_balance};
     return w;
@@ -228,7 +228,7 @@ static Work work_on(const CleanArgs *args, int v)
 static int clean_one(Clean *c, int v, FsError *err)
 {
     Work w = work_on(c->args, v);
-    const PhotoFile *photo = w.picture.photo;
+    const PhotoFile *photo = &w.picture.photo;
     int rc;
     TRY(read_photo(c, &w, true, err));
     TRY(render_guide(c, &w, err));

@@ -51,13 +51,13 @@ static int describe_camera(const CleanPicture *p, char name[140], DngCamera *cam
     static const double srgb_from_xyz[9] = {3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108,
                                             0.0415560, 0.0556434,  -0.2040259, 1.0572252};
     RawInfo raw = {0};
-    const ExifInfo *exif = &p->photo->exif;
-    if (p->photo->kind == PHOTO_RAW) MUST(fs_raw_read_info(p->path.text, &raw, err));
+    const ExifInfo *exif = &p->photo.exif;
+    if (p->photo.kind == PHOTO_RAW) MUST(fs_raw_read_info(p->path.text, &raw, err));
     snprintf(name, 140, "%s%s%s", exif->make, *exif->make && *exif->model ? " " : "", exif->model);
     *camera = (DngCamera){.name = *name ? name : "unknown", .baseline_exposure = raw.baseline_exposure};
     bool known = raw.camera_from_xyz[0] != 0 || raw.camera_from_xyz[1] != 0;
     for (int c = 0; c < 3; c++) {
-        double wb = p->photo->kind <= PHOTO_NPY ? p->photo->white_balance[c] : 1;
+        double wb = p->photo.kind <= PHOTO_NPY ? p->photo.white_balance[c] : 1;
         camera->neutral[c] = wb > 1e-3 ? 1 / wb : 1 / p->white_balance[c];
         for (int k = 0; k < 3; k++)
             camera->camera_from_xyz[3 * c + k] =
@@ -140,7 +140,7 @@ fail:
 int fs_clean_file_write(const CleanArgs *args, CleanPicture *p, Threads *threads, FsError *err)
 {
     FilePath stem = fs_file_at("%s/export/photos/%s", args->project->out, p->name);
-    bool raw = p->photo->kind <= PHOTO_NPY; // a sensor's values
+    bool raw = p->photo.kind <= PHOTO_NPY; // a sensor's values
     Encode e = {.rgb = &p->rgb, .factor = {1, 1, 1}, .linear = true};
     if (args->wanted[CLEAN_DNG]) {
         for (int c = 0; c < 3; c++) e.factor[c] = raw ? (float)(1 / p->white_balance[c]) : 1;
@@ -151,7 +151,7 @@ int fs_clean_file_write(const CleanArgs *args, CleanPicture *p, Threads *threads
     if (!args->wanted[CLEAN_JPEG] && !args->wanted[CLEAN_TIFF]) return 0;
     e.linear = false;
     e.development = p->encoded ? NULL : args->development;
-    for (int c = 0; c < 3 && !p->encoded; c++) e.factor[c] *= (float)p->photo->gain; // all photos as bright
+    for (int c = 0; c < 3 && !p->encoded; c++) e.factor[c] *= (float)p->photo.gain; // all photos as bright
     MUST(fs_photo_space(p->path.text, &e.space, err));
     if (e.development) e.space = PROFILE_SRGB;
     encode_all(&e, threads);

@@ -5,7 +5,7 @@
 
 typedef struct CleanPicture {
     const char *name;            // of the view
-    const PhotoFile *photo;      // it was made of
+    PhotoFile photo;             // it was made of: a copy, into which its header is read again
     FilePath path;               // of that
     bool encoded;                // it was a picture for eyes already
     const double *white_balance; // that it was developed with

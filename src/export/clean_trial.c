@@ -60,7 +60,7 @@ int fs_clean_trial_run(const FsProject *project, const char *folder, const bool 
     TRY(fs_photos_levels(&photos.npy, &project->set, err));
     const PhotoFile *photo = &photos.photo[photos.n / 2];
     t.picture = (CleanPicture){
-        .name = "trial", .photo = photo, .path = fs_photos_path(&photos, photo), .white_balance = balance};
+        .name = "trial", .photo = *photo, .path = fs_photos_path(&photos, photo), .white_balance = balance};
     TRY(fs_file_mkdirs(fs_file_at("%s/export/photos", dir.text).text, err));
     double begin = fs_clock_seconds();
     TRY(clean_photo(&t, &(CleanArgs){.project = &scratch, .development = &development, .wanted = wanted}, &photos,

@@ -43,16 +43,12 @@ int fs_light_fit(const SmallViews *views, const SparsePoints *points, FlashLight
     double *value = malloc(sizeof *value * ((size_t)n + 1));
     int m = 0;
     if (!value) return fs_error_memory(err);
-    *light = (FlashLight){{1, 1, 1}, 1, 0};
+    *light = (FlashLight){{1, 1, 1}, 1};
     for (int i = 0; i < n; i++)
         if (kind[i] == POINT_TRANSMITTED) value[m++] = mean_over_flash(views, xyz + 3 * (size_t)i, NULL);
     for (int i = 0; i < n && !m; i++) value[i] = mean_over_flash(views, xyz + 3 * (size_t)i, NULL);
     if (!m) m = n; // nothing is surely transmitted: as far as what there is
     if (m) light->distance = fmax(fs_order_median(value, (size_t)m), 1e-9);
-    m = 0;
-    for (int i = 0; i < n; i++)
-        if (clear_cue(&cue[i], kind[i])) value[m++] = exp((double)cue[i].log_slope);
-    light->mean_slope = fs_order_median(value, (size_t)m);
     for (int c = 0; c < 3; c++) {
         m = 0;
         for (int i = 0; i < n; i++)

@@ -8,8 +8,7 @@
 
 typedef struct FlashLight {
     double color[3];
-    double distance;   // median distance of the transmitted points from the flash
-    double mean_slope; // median of 1 + alpha over the transmitted points
+    double distance; // median distance of the transmitted points from the flash
 } FlashLight;
 
 // From classified points. Falls back to alpha = 1 when too few transmitted points have a clear cue.

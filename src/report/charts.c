@@ -9,10 +9,6 @@
 #include "base/linalg.h"
 #include "base/memory.h"
 
-#define WIDTH 560
-#define HEIGHT 300
-#define PAD 26
-
 // ---- cameras ----
 
 // Axes of the drawing in the world: right = the mean camera's right, ahead = its forward.
@@ -41,13 +37,13 @@ void fs_charts_cameras(FILE *f, const Dataset *dataset)
         grow(x, v3_dot(c, right));
         grow(y, v3_dot(c, ahead));
     }
-    double scale = fmin((WIDTH - 4 * PAD) / fmax(x[1] - x[0], 1e-12), (HEIGHT - 4 * PAD) / fmax(y[1] - y[0], 1e-12));
-    fprintf(f, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"camera positions from above\">\n", WIDTH, HEIGHT);
+    double scale = fmin((CHART_WIDTH - 4 * CHART_PAD) / fmax(x[1] - x[0], 1e-12), (CHART_HEIGHT - 4 * CHART_PAD) / fmax(y[1] - y[0], 1e-12));
+    fprintf(f, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"camera positions from above\">\n", CHART_WIDTH, CHART_HEIGHT);
     for (int i = 0; i < dataset->n; i++) {
         const View *view = &dataset->view[i];
         fs_camera_centre(&view->camera, c);
-        double px = WIDTH / 2.0 + (v3_dot(c, right) - (x[0] + x[1]) / 2) * scale;
-        double py = HEIGHT / 2.0 + PAD / 2.0 - (v3_dot(c, ahead) - (y[0] + y[1]) / 2) * scale;
+        double px = CHART_WIDTH / 2.0 + (v3_dot(c, right) - (x[0] + x[1]) / 2) * scale;
+        double py = CHART_HEIGHT / 2.0 + CHART_PAD / 2.0 - (v3_dot(c, ahead) - (y[0] + y[1]) / 2) * scale;
         double dx = v3_dot(view->camera.w2c + 8, right), dy = -v3_dot(view->camera.w2c + 8, ahead);
         double length = fmax(hypot(dx, dy), 1e-12);
         const char *color = view->flash ? "#f2b44b" : "#6fb1e8";
@@ -55,7 +51,7 @@ void fs_charts_cameras(FILE *f, const Dataset *dataset)
                 22 * dx / length, 22 * dy / length, color);
         fprintf(f, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\" fill=\"%s\"/>\n", px, py, color);
     }
-    fprintf(f, "<text x=\"12\" y=\"20\">towards the glass</text><text x=\"12\" y=\"%d\">", HEIGHT - 12);
+    fprintf(f, "<text x=\"12\" y=\"20\">towards the glass</text><text x=\"12\" y=\"%d\">", CHART_HEIGHT - 12);
     fputs("<tspan fill=\"#f2b44b\">&#9679; with flash</tspan> &#160; <tspan fill=\"#6fb1e8\">&#9679; without</tspan>"
           "</text></svg>\n",
           f);
@@ -112,8 +108,8 @@ void fs_charts_curve(FILE *f, const Curve *curve)
         grow(y, log10(curve->point[i][1]));
     }
     double low = floor(y[0] * 5) / 5, high = fmax(ceil(y[1] * 5) / 5, low + 0.2);
-    double left = 2.0 * PAD, bottom = HEIGHT - 1.3 * PAD, top = PAD, right = WIDTH - 0.7 * PAD;
-    fprintf(f, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"training loss\">\n", WIDTH, HEIGHT);
+    double left = 2.0 * CHART_PAD, bottom = CHART_HEIGHT - 1.3 * CHART_PAD, top = CHART_PAD, right = CHART_WIDTH - 0.7 * CHART_PAD;
+    fprintf(f, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"training loss\">\n", CHART_WIDTH, CHART_HEIGHT);
     for (int i = 0; i <= 4; i++) {
         double at = low + (high - low) * i / 4, py = bottom - (bottom - top) * i / 4;
         fprintf(f, "<path d=\"M%.1f %.1fH%.1f\" stroke=\"#2d3035\"/><text x=\"8\" y=\"%.1f\">%.3g</text>\n", left, py,
@@ -127,5 +123,5 @@ void fs_charts_curve(FILE *f, const Curve *curve)
     fprintf(
         f,
         "\"/><text x=\"%.1f\" y=\"%d\">0</text><text x=\"%.1f\" y=\"%d\" text-anchor=\"end\">step %.0f</text></svg>\n",
-        left, HEIGHT - 10, right, HEIGHT - 10, x[1]);
+        left, CHART_HEIGHT - 10, right, CHART_HEIGHT - 10, x[1]);
 }

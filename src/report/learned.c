@@ -9,9 +9,6 @@
 #include "report/page.h"
 
 #define MAX_BYTES (64 << 20)
-#define WIDTH 560
-#define HEIGHT 300
-#define PAD 26
 
 static bool read_numbers(const json_t *list, double *x, int n)
 {
@@ -39,16 +36,16 @@ static void write_response(FILE *f, const json_t *model)
 {
     double r[FS_OPTICS_KNOTS];
     const int last = (int)(1 / FS_OPTICS_SPACING); // white
-    const double width = HEIGHT - 2 * PAD;         // square
+    const double width = CHART_HEIGHT - 2 * CHART_PAD;         // square
     if (!read_numbers(json_object_get(model, "response"), r, FS_OPTICS_KNOTS)) return;
     fprintf(f,
             "<figure><svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"the camera's response\">"
             "<path d=\"M%d %dL%d %d\" stroke=\"#2d3035\"/><polyline fill=\"none\" stroke=\"#6fb1e8\" "
             "stroke-width=\"2\" points=\"",
-            WIDTH, HEIGHT, PAD, HEIGHT - PAD, PAD + (int)width, PAD);
+            CHART_WIDTH, CHART_HEIGHT, CHART_PAD, CHART_HEIGHT - CHART_PAD, CHART_PAD + (int)width, CHART_PAD);
     for (int i = 0; i <= last; i++) {
         double at = i * (double)FS_OPTICS_SPACING;
-        fprintf(f, "%.1f,%.1f ", PAD + at * width, HEIGHT - PAD - (at + r[i]) * width);
+        fprintf(f, "%.1f,%.1f ", CHART_PAD + at * width, CHART_HEIGHT - CHART_PAD - (at + r[i]) * width);
     }
     fputs("\"/></svg><figcaption><b>The camera's tone curve</b> beyond sRGB: light<sup>0.22</sup> against what the "
           "photos "

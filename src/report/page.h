@@ -39,6 +39,12 @@ typedef struct PreviewSet {
 // And report/veil.jpg, where there is dirt on the glass. Pictures whose sources are missing are left out; one that cannot be read is left out with a warning.
 int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewSet *set, FsError *err);
 
+// ---- drawings: their size and margins, pixels ----
+
+#define CHART_WIDTH 560
+#define CHART_HEIGHT 300
+#define CHART_PAD 26
+
 // ---- charts.c: SVG of where the photos were taken, and of how the training went ----
 
 // The cameras from above their common plane, flash and no-flash, with their directions.

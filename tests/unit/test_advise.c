@@ -37,7 +37,7 @@ static const char *say(int lit, int reflected, double growth, int n_flash, int n
         cue[i] = (Cue){.ok = true, .log_slope = i < lit ? (float)log(growth) : 0.04f, .sigma = 0.15f};
         cue[i].log_slope += 0.05f * (float)(i % 5 - 2);
     }
-    FlashLight light = {.color = {1, 1, 1}, .distance = 2, .mean_slope = growth};
+    FlashLight light = {.color = {1, 1, 1}, .distance = 2};
     Log log = {.log = keep_warning};
     warnings[0] = 0;
     fs_advise(&views, &(SparsePoints){.n = POINTS, .cue = cue, .kind = kind}, &light, &log);
