@@ -6,9 +6,8 @@
 // (model/cloud.h), rendered like a colour. Free covers would take much that is dark in the mirrored scene. But learned
 // quickly, on small photos, before training begins, they rise to 1 on bars, all along them, and nowhere else: what
 // hangs together there is covered, for good, and training begins again from the same start, if it is nearer than what
-// is behind the glass: farther away it is rather where the photographer hides the mirrored scene in all photos. Near
-// ones stay only if photos are fitted better with them than by a portrait of the photographer alone (photographer.c).
-// Where there is nothing of the kind clouds have no covers, and are trained as if nobody had looked.
+// is seen around it, which is behind the glass: what is not is where the photographer hides the mirrored scene in all
+// photos. Where there is nothing of the kind clouds have no covers, and are trained as if nobody had looked.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,12 +15,11 @@
 #include "base/groups.h"
 #include "base/knn.h"
 #include "base/linalg.h"
+#include "base/order.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
 enum { K = ENGINE_NEIGHBOURS };
-
-// ---- what was learned ----
 
 // The mean over each Gaussian and its neighbours, several times. x (n); y: as much room.
 static void even_out(float *x, float *y, const int *neighbour, int n)
@@ -35,89 +33,124 @@ static void even_out(float *x, float *y, const int *neighbour, int n)
     }
 }
 
-// parent (n): of those above the edge, joined with their neighbours above it.
-static void join(int *parent, const float *x, const int *neighbour, int n)
-{
-    for (int i = 0; i < n; i++) parent[i] = i;
-    for (int i = 0; i < n; i++)
-        for (int k = 0; k < K && x[i] > BARS_EDGE; k++) {
-            int j = neighbour[i * K + k];
-            if (x[j] > BARS_EDGE) fs_group_join(parent, j, i);
-        }
-}
-
 typedef struct Group { // by its root
-    int sure;
-    double farther; // sum over the sure ones: than T's mean, along the photos' mean direction
+    int sure, passed;  // Gaussians; of these in a view, so far
+    int asked;         // of these, over the views
+    double before;     // sum over those: the share of what is around them that is not behind
 } Group;
 
-// covers (n): 1 for each near group with enough sure ones, else 0. farther (n). Returns how many are 1.
-static int groups(float *covers, const float *farther, const int *neighbour, int n, FsError *err)
+typedef struct Sight { // of a Gaussian in a view
+    float x, y, z;     // in widths of the photo; depth, 0: not in it
+} Sight;
+
+typedef struct Decision {
+    const Trainer *trainer;
+    const Cloud *T;
+    float *x;     // (n) covers, evened out; as much room
+    int *parent;  // (n) of the groups
+    Group *group; // (n)
+    Sight *sight; // (n)
+} Decision;
+
+// Those above the edge, with their neighbours above it; how many of each group are sure.
+static void join(Decision *d, const int *neighbour)
 {
-    float *x = malloc(sizeof *x * 2 * (size_t)n);
-    int *parent = malloc(sizeof *parent * (size_t)n), found = 0;
-    Group *group = calloc((size_t)n, sizeof *group);
-    if (!x || !parent || !group) found = fs_error_memory(err);
-    if (found == 0) {
-        memcpy(x, covers, sizeof *x * (size_t)n);
-        even_out(x, x + n, neighbour, n);
-        join(parent, x, neighbour, n);
-        for (int i = 0; i < n; i++) {
-            if (x[i] <= BARS_SURE) continue;
-            Group *g = &group[fs_group_of(parent, i)];
-            g->sure++;
-            g->farther += (double)farther[i];
+    for (int i = 0; i < d->T->n; i++) d->parent[i] = i;
+    for (int i = 0; i < d->T->n; i++)
+        for (int k = 0; k < K && d->x[i] > BARS_EDGE; k++) {
+            int j = neighbour[i * K + k];
+            if (d->x[j] > BARS_EDGE) fs_group_join(d->parent, j, i);
         }
-        for (int i = 0; i < n; i++) {
-            const Group *g = &group[fs_group_of(parent, i)];
-            covers[i] = x[i] > BARS_EDGE && g->sure >= BARS_LEAST * n && g->farther < 0;
-            found += covers[i] > 0;
-        }
+    for (int i = 0; i < d->T->n; i++)
+        if (d->x[i] > BARS_SURE) d->group[fs_group_of(d->parent, i)].sure++;
+}
+
+static void look_from(Decision *d, const Camera *camera)
+{
+    for (int i = 0; i < d->T->n; i++) {
+        const float *p = d->T->field[CLOUD_MEANS] + 3 * (size_t)i;
+        double px[2], z = fs_camera_project(camera, (const double[3]){p[0], p[1], p[2]}, px);
+        bool in = z > 0 && px[0] >= 0 && px[0] < camera->width && px[1] >= 0 && px[1] < camera->height;
+        d->sight[i] = (Sight){0};
+        if (in) d->sight[i] = (Sight){(float)(px[0] / camera->width), (float)(px[1] / camera->width), (float)z};
     }
-    free(x);
-    free(parent);
-    free(group);
+}
+
+// Of what is not covered around a Gaussian, the share that is not behind it; -1: there is too little.
+static double share_before(const Decision *d, int at)
+{
+    const Sight *of = &d->sight[at];
+    int around = 0, before = 0;
+    for (int i = 0; i < d->T->n; i++) {
+        const Sight *s = &d->sight[i];
+        float x = s->x - of->x, y = s->y - of->y;
+        if (s->z <= 0 || d->x[i] > BARS_EDGE || x * x + y * y > BARS_AROUND * BARS_AROUND) continue;
+        around++;
+        before += s->z < BARS_BEHIND * of->z;
+    }
+    return around < BARS_SEEN ? -1 : (double)before / around;
+}
+
+static bool is_enough(const Decision *d, const Group *group)
+{
+    return group->sure >= BARS_LEAST * d->T->n;
+}
+
+static void ask_view(Decision *d, const Camera *camera)
+{
+    look_from(d, camera);
+    for (int i = 0; i < d->T->n; i++) {
+        if (d->x[i] <= BARS_SURE || d->sight[i].z <= 0) continue;
+        Group *g = &d->group[fs_group_of(d->parent, i)];
+        if (!is_enough(d, g) || g->passed++ % (g->sure / BARS_ASKED + 1)) continue;
+        double before = share_before(d, i);
+        if (before < 0) continue;
+        g->asked++;
+        g->before += before;
+    }
+}
+
+// covers (n): 1 for each group that is bars, else 0. Returns how many are 1.
+static int decide(Decision *d, const int *neighbour, float *covers)
+{
+    const Trainer *trainer = d->trainer;
+    int found = 0, n = d->T->n;
+    memcpy(d->x, covers, sizeof *covers * (size_t)n);
+    even_out(d->x, d->x + n, neighbour, n);
+    join(d, neighbour);
+    for (int v = 0; v < trainer->n_views; v++)
+        if (fs_order_is_some(v, trainer->n_views, BARS_VIEWS)) ask_view(d, &trainer->views[v]->camera);
+    for (int i = 0; i < n; i++) {
+        const Group *g = &d->group[fs_group_of(d->parent, i)];
+        covers[i] = d->x[i] > BARS_EDGE && is_enough(d, g) && g->asked && g->before <= BARS_BEFORE * g->asked;
+        found += covers[i] > 0;
+    }
     return found;
 }
-
-// farther (n): how much farther than their mean T's Gaussians are, in the photos' mean direction, which is where the
-// pane's normal begins.
-static void distances(const Scene *scene, float *farther)
-{
-    const Cloud *T = &scene->cloud[LAYER_T_N];
-    double mean = 0;
-    for (int i = 0; i < T->n; i++) {
-        const float *p = T->field[CLOUD_MEANS] + 3 * (size_t)i;
-        double along = v3_dot((const double[3]){p[0], p[1], p[2]}, scene->pane.normal);
-        farther[i] = (float)along;
-        mean += along / T->n;
-    }
-    for (int i = 0; i < T->n; i++) farther[i] -= (float)mean;
-}
-
-// ---- for the look (pane_look.c) ----
 
 int fs_bars_decide(Trainer *trainer, const Cloud *learned, FsError *err)
 {
     Cloud *T = &trainer->scene.cloud[LAYER_T_N];
-    int found = 0, rc, *neighbour = malloc(sizeof *neighbour * K * (size_t)T->n);
-    float *farther = malloc(sizeof *farther * (size_t)T->n);
-    if (!neighbour || !farther) TRY(fs_error_memory(err));
+    size_t n = (size_t)T->n;
+    int rc, *neighbour = malloc(sizeof *neighbour * K * n);
+    Decision d = {.trainer = trainer,
+                  .T = T,
+                  .x = malloc(sizeof *d.x * 2 * n),
+                  .parent = malloc(sizeof *d.parent * n),
+                  .group = calloc(n, sizeof *d.group),
+                  .sight = malloc(sizeof *d.sight * n)};
+    if (!neighbour || !d.x || !d.parent || !d.group || !d.sight) TRY(fs_error_memory(err));
     rc = fs_knn(T->field[CLOUD_MEANS], T->n, K, neighbour, NULL, trainer->threads);
     if (rc < 0) TRY(fs_error_set(err, rc, "training: a Gaussian's position is not finite, or memory is out"));
-    memcpy(T->field[CLOUD_COVERS], learned->field[CLOUD_COVERS], sizeof(float) * (size_t)T->n);
-    distances(&trainer->scene, farther);
-    TRY(found = groups(T->field[CLOUD_COVERS], farther, neighbour, T->n, err));
+    memcpy(T->field[CLOUD_COVERS], learned->field[CLOUD_COVERS], sizeof(float) * n);
+    int found = decide(&d, neighbour, T->field[CLOUD_COVERS]);
     TRY(fs_cloud_covers(T, found > 0, err));
-    if (found)
-        fs_log_info(&trainer->project->log,
-                    "train: found bars, where nothing is mirrored: %.0f %% of the Gaussians that T begins with",
-                    100.0 * found / T->n);
-    else
-        fs_log_info(&trainer->project->log, "train: found no bars");
-    rc = 0;
+    rc = found > 0;
 fail:
-    free(farther);
     free(neighbour);
+    free(d.x);
+    free(d.parent);
+    free(d.group);
+    free(d.sight);
     return rc;
 }

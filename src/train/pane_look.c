@@ -84,23 +84,59 @@ typedef struct Wanted {
     bool bars, dirt;
 } Wanted;
 
+static int learn(Trainer *trainer, bool covers, int n, Scene *learned, FsError *err)
+{
+    if (covers) MUST(fs_cloud_covers(&trainer->scene.cloud[LAYER_T_N], true, err));
+    MUST(fs_train_begin(trainer, err));
+    MUST(steps(trainer, n, err));
+    return fs_engine_scene_down(trainer->engine, 1u << LAYER_T_N, learned, err);
+}
+
+// Once more, with what is near of R in T.
+static int look_nearer(Trainer *trainer, int n, FsError *err)
+{
+    Scene learned = {0};
+    BarsLoan loan = {{0}};
+    int rc, lent;
+    TRY(lent = fs_bars_loan_make(trainer, &loan, err));
+    if (!lent) goto fail;
+    TRY(learn(trainer, true, n, &learned, err));
+    TRY(fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], err));
+    TRY(fs_bars_loan_settle(trainer, &loan, err));
+fail:
+    fs_scene_free(&learned);
+    fs_bars_loan_free(&loan);
+    return rc;
+}
+
+static void say_bars(const Trainer *trainer)
+{
+    const Cloud *T = &trainer->scene.cloud[LAYER_T_N];
+    int covered = 0;
+    for (int i = 0; T->width[CLOUD_COVERS] && i < T->n; i++) covered += T->field[CLOUD_COVERS][i] > 0;
+    if (covered)
+        fs_log_info(&trainer->project->log,
+                    "train: found bars, where nothing is mirrored: %.0f %% of the Gaussians that T begins with",
+                    100.0 * covered / T->n);
+    else
+        fs_log_info(&trainer->project->log, "train: found no bars");
+}
+
 static int look(Trainer *trainer, Wanted wanted, int n, FsError *err)
 {
     Scene learned = {0};
-    int rc;
-    if (wanted.bars) TRY(fs_cloud_covers(&trainer->scene.cloud[LAYER_T_N], true, err));
-    TRY(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
-    if (trainer->neighbour) TRY(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
+    int rc, found = 0;
     TRY(fs_views_load_halved(trainer, fs_pane_look_halvings(trainer->long_edge), err));
-    TRY(steps(trainer, n, err));
-    TRY(fs_engine_scene_down(trainer->engine, 1u << LAYER_T_N, &learned, err));
-    if (wanted.bars) TRY(fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], err));
+    TRY(learn(trainer, wanted.bars, n, &learned, err));
+    if (wanted.bars) TRY(found = fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], err));
     if (wanted.dirt) TRY(find_dirt(trainer, &learned, err));
+    if (wanted.bars && !found) TRY(look_nearer(trainer, n, err));
+    if (wanted.bars) say_bars(trainer);
 fail:
     fs_scene_free(&learned);
     fs_engine_drop_views(trainer->engine);
     trainer->halvings = -1;
-    return rc;
+    return rc < 0 ? rc : 0;
 }
 
 // Covers are rendered in the place of depth, and want a mirrored scene on a pane; dirt wants one that the flash lights.

@@ -28,8 +28,8 @@ typedef struct Axes {
 typedef struct Portrait {
     Axes *axes; // (n_views)
     float q[PORTRAIT_CELLS];
-    double misfit;       // mean photo term of the second half of the first round
-    Region figure, near; // near: with some cells around it
+    bool seen[PORTRAIT_CELLS]; // by any photo
+    Region figure, near;       // near: with some cells around it
 } Portrait;
 
 int fs_photographer_up(Trainer *trainer, FsError *err)
@@ -117,7 +117,8 @@ static bool drawn(const Portrait *p)
 // what was found. In a case they are upside down.
 static void draw(Portrait *p, bool last, bool turned)
 {
-    RegionRule rule = {PORTRAIT_OUTLINE, PORTRAIT_STANDS_OUT, PORTRAIT_GAP, PORTRAIT_LEAST, true};
+    const float outline = last ? PORTRAIT_SURE : PORTRAIT_OUTLINE;
+    RegionRule rule = {outline, PORTRAIT_STANDS_OUT, PORTRAIT_GAP, PORTRAIT_LEAST, true};
     p->figure.width = p->figure.height = REGION_SIDE;
     fs_region_find(&p->figure, p->q, &rule);
     if (last) fs_region_complete(&p->figure, PORTRAIT_HEIGHT, turned);
@@ -127,12 +128,24 @@ static void draw(Portrait *p, bool last, bool turned)
         if (p->figure.in[i]) p->q[i] = 1;
 }
 
-// How much of it there is.
+// How much of it stands out: the variance of the means of blocks, of the cells that photos show, times their number.
+// (That of cells is mostly noise, and of that there is more where photos turn, for they show more cells.)
 static double clarity(const Portrait *p)
 {
-    double sum = 0;
-    for (int i = 0; i < PORTRAIT_CELLS; i++) sum += (double)p->q[i] * (double)p->q[i];
-    return sum;
+    enum { BLOCKS = REGION_SIDE / PORTRAIT_BLOCK };
+    double q[BLOCKS * BLOCKS] = {0}, n[BLOCKS * BLOCKS] = {0}, sum = 0, squares = 0, all = 0;
+    for (int i = 0; i < PORTRAIT_CELLS; i++) {
+        int at = i / REGION_SIDE / PORTRAIT_BLOCK * BLOCKS + i % REGION_SIDE / PORTRAIT_BLOCK;
+        q[at] += (double)p->q[i];
+        n[at] += p->seen[i];
+    }
+    for (int i = 0; i < BLOCKS * BLOCKS; i++) {
+        if (n[i] <= 0) continue;
+        sum += q[i];
+        squares += q[i] * q[i] / n[i];
+        all += n[i];
+    }
+    return all > 0 ? squares - sum * sum / all : 0;
 }
 
 // ---- back to the photos ----
@@ -173,7 +186,7 @@ static void carry_back(Portrait *p, const Trainer *trainer, int v)
         n[at]++;
     }
     for (int i = 0; i < PORTRAIT_CELLS; i++)
-        if (n[i] > 0) p->q[i] = fminf(fmaxf(p->q[i] + PORTRAIT_RATE * change[i] / n[i], 0), 1);
+        if (n[i] > 0) p->seen[i] = true, p->q[i] = fminf(fmaxf(p->q[i] + PORTRAIT_RATE * change[i] / n[i], 0), 1);
 }
 
 // For training: how much of the photo the figure covers.
@@ -222,8 +235,6 @@ static int steps(Trainer *trainer, Portrait *p, int from, int to, FsError *err)
         MUST(fs_engine_step(trainer->engine, &args, &result, err));
         MUST(fs_engine_occlusion_down(trainer->engine, args.view, &trainer->occlusion[args.view], err));
         carry_back(p, trainer, args.view);
-        double misfit = args.weight[LOSS_L1] * result.loss[LOSS_L1] + args.weight[LOSS_DSSIM] * result.loss[LOSS_DSSIM];
-        if (from == 0 && step >= to / 2) p->misfit += misfit / (to - to / 2);
     }
     return 0;
 }
@@ -234,60 +245,27 @@ static int first_round(Trainer *trainer, Portrait *p, bool turned, FsError *err)
     int halvings = 0;
     while (trainer->long_edge >> halvings > PORTRAIT_SIDE) halvings++;
     memset(p->q, 0, sizeof p->q);
+    memset(p->seen, 0, sizeof p->seen);
     memset(p->figure.in, 0, sizeof p->figure.in);
-    p->misfit = 0;
     direct(p, trainer, turned);
-    MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
-    if (trainer->neighbour) MUST(fs_engine_neighbours(trainer->engine, trainer->neighbour, err));
+    MUST(fs_train_begin(trainer, err));
     fs_engine_drop_views(trainer->engine);
     trainer->halvings = -1;
     MUST(fs_views_load_halved(trainer, halvings, err));
     return steps(trainer, p, 0, PORTRAIT_VISITS * trainer->n_views, err);
 }
 
-// With the axes that the portrait is clearer by.
-static int clearer_round(Trainer *trainer, Portrait *p, bool *turned, FsError *err)
-{
-    MUST(first_round(trainer, p, true, err));
-    double turned_clarity = clarity(p);
-    MUST(first_round(trainer, p, false, err));
-    *turned = turned_clarity > clarity(p);
-    return *turned ? first_round(trainer, p, true, err) : 0;
-}
-
-// Where all photos that see something have the figure before it, as at the frame's edge, it passes for a bar (bars.c).
-// So bars stay only if photos are fitted better with them than by a portrait alone.
-static int try_bars(Trainer *trainer, Portrait *p, bool *turned, FsError *err)
-{
-    Cloud *T = &trainer->scene.cloud[LAYER_T_N];
-    size_t size = sizeof(float) * (size_t)T->n;
-    float *covers = malloc(size);
-    int rc;
-    if (!covers) return fs_error_memory(err);
-    memcpy(covers, T->field[CLOUD_COVERS], size);
-    TRY(fs_cloud_covers(T, false, err));
-    TRY(clearer_round(trainer, p, turned, err));
-    double without = p->misfit;
-    TRY(fs_cloud_covers(T, true, err));
-    memcpy(T->field[CLOUD_COVERS], covers, size);
-    TRY(clearer_round(trainer, p, turned, err));
-    if (p->misfit < BARS_PAY * without) goto fail;
-    fs_log_info(&trainer->project->log, "train: photos are fitted as well without the bars: there are none");
-    TRY(fs_cloud_covers(T, false, err));
-    rc = clearer_round(trainer, p, turned, err);
-fail:
-    free(covers);
-    return rc;
-}
-
 // 1: found, 0: there is none.
 static int search(Trainer *trainer, Portrait *p, FsError *err)
 {
-    bool bars = trainer->scene.cloud[LAYER_T_N].width[CLOUD_COVERS] > 0, turned;
-    double share = 0;
+    double share = 0, turned_clarity;
     int round = PORTRAIT_VISITS * trainer->n_views;
     fs_log_info(&trainer->project->log, "train: looks for the mirror image of who takes the photos");
-    MUST((bars ? try_bars : clearer_round)(trainer, p, &turned, err));
+    MUST(first_round(trainer, p, true, err));
+    turned_clarity = clarity(p);
+    MUST(first_round(trainer, p, false, err));
+    bool turned = turned_clarity > clarity(p);
+    if (turned) MUST(first_round(trainer, p, true, err));
     for (int r = 1;; r++) {
         bool last = r == PORTRAIT_ROUNDS;
         draw(p, last, turned);

@@ -48,14 +48,19 @@ fail:
     return rc;
 }
 
+int fs_train_begin(Trainer *trainer, FsError *err)
+{
+    MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
+    return fs_densify_neighbours(trainer, err);
+}
+
 // The scene is up as it starts, before and after.
 static int look_around(Trainer *trainer, FsError *err)
 {
     int (*const look[])(Trainer *, FsError *) = {fs_pane_look, fs_photographer_find};
     for (int k = 0; k < 2; k++) {
         MUST(look[k](trainer, err));
-        MUST(fs_engine_scene_up(trainer->engine, &trainer->scene, err));
-        MUST(send_neighbours(trainer, err));
+        MUST(fs_train_begin(trainer, err));
     }
     return 0;
 }

@@ -56,13 +56,21 @@ enum {
 };
 
 // What stands before the pane (bars.c).
-#define RATE_COVERS 0.2  // experiment
-#define BARS_EDGE 0.5f   // experiment  covers, evened out over neighbours, of what may belong to it,
-#define BARS_SURE 0.8f   // experiment  and of what does
-#define BARS_PAY 0.97    // experiment  misfit of the photos with them, of what it is without
-#define BARS_LEAST 0.012 // experiment  share of the Gaussians that are as sure
+#define RATE_COVERS 0.2   // experiment
+#define BARS_EDGE 0.5f    // experiment  covers, evened out over neighbours, of what may belong to it,
+#define BARS_SURE 0.8f    // experiment  and of what does
+#define BARS_LEAST 0.005  // experiment  share of the Gaussians that are as sure
+#define BARS_AROUND 0.1f  // -           widths of a photo, what is seen around,
+#define BARS_BEHIND 1.05f // -           what is so many times as far is behind,
+#define BARS_BEFORE 0.3   // experiment  of the rest there may be so much
+#define BARS_NEAREST 0.02 // -           what is nearest of T: this share of it;
+#define BARS_NEAR 1.6     // experiment  R's are near up to so many times as far;
+#define BARS_LENT 0.012   // -           as a share of T's, fewer of them are no bars
 enum {
-    BARS_EVENED = 3, // experiment  times
+    BARS_EVENED = 3,  // experiment  times
+    BARS_VIEWS = 8,   // -           that are asked what is nearer,
+    BARS_ASKED = 300, // -           of so many sure ones of a group, about
+    BARS_SEEN = 8,    // -           Gaussians around, at least
 };
 
 // Dirt on the pane.
@@ -76,6 +84,7 @@ enum {
 #define PORTRAIT_RATE 0.3f       // experiment  of what a photo changes there
 #define PORTRAIT_STANDS_OUT 0.3f // experiment  of what is around it, so much
 #define PORTRAIT_OUTLINE 0.3f    // experiment  where they end
+#define PORTRAIT_SURE 0.45f      // experiment  and at last, when more of them shows
 #define PORTRAIT_PULL 0.3f       // experiment  of that cost, towards what is hidden within, while training
 #define PORTRAIT_MOST 0.35       // -           of the photos' area; more is what the scenes do not explain
 #define PORTRAIT_REACH 1.1       // -           tangent of how far to the sides it goes
@@ -86,6 +95,7 @@ enum {
     PORTRAIT_VISITS = 16,   // experiment  of each photo in a round
     PORTRAIT_ROUNDS = 2,    // experiment
     PORTRAIT_GAP = 2,       // experiment  cells
+    PORTRAIT_BLOCK = 4,     // -           cells to a side, of what tells how clear it is
     PORTRAIT_NEAR = 3,      // -           cells around the outline, where photos may differ
     PORTRAIT_LEAST = 20,    // -           cells of 16384
     PORTRAIT_UPRIGHT = 100, // -           turns that the vertical is found in

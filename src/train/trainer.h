@@ -38,6 +38,9 @@ typedef struct Trainer {
     float smoothed[LOSS_TERMS]; // running means, for people
 } Trainer;
 
+// train.c: the engine gets the scene as it stands, as at the first step
+int fs_train_begin(Trainer *trainer, FsError *err);
+
 // views.c
 int fs_views_load(Trainer *trainer, FsError *err);
 void fs_views_free(Trainer *trainer);
@@ -73,8 +76,17 @@ int fs_pane_look_halvings(int long_edge);         // of the photos that it looks
 int fs_pane_look(Trainer *trainer, FsError *err); // completes the scene; the engine is to have it again
 // The arguments of a step of any look, also the photographer's; an error where it is cancelled.
 int fs_pane_look_step(Trainer *trainer, int step, StepArgs *args, FsError *err);
-// bars.c: by what covers were learned to be, T keeps some or none
+// bars.c, for the look. By what covers were learned to be, T keeps some or none: 1 or 0.
 int fs_bars_decide(Trainer *trainer, const Cloud *learned, FsError *err);
+// bars_loan.c. Where they may be among what R begins with: T has what is near of R, as its last rows. How many, or 0.
+typedef struct BarsLoan {
+    Cloud R;            // as it was
+    unsigned char *far; // (its n) 0: lent
+    int n;              // of T, as it was
+} BarsLoan;
+int fs_bars_loan_make(Trainer *trainer, BarsLoan *loan, FsError *err);
+int fs_bars_loan_settle(Trainer *trainer, BarsLoan *loan, FsError *err); // R has back what T has no covers for
+void fs_bars_loan_free(BarsLoan *loan);
 
 // photographer.c: who is mirrored too, where the setting of that name looks for them
 int fs_photographer_steps(const Settings *set, int photos); // of a look where nobody is there, mostly; 0: none is had
