@@ -49,6 +49,7 @@ typedef struct Decision {
     float *x;     // (n) covers, evened out; as much room
     int *parent;  // (n) of the groups
     Group *group; // (n)
+    double least; // share of the Gaussians that a group's sure ones are
     Sight *sight; // (n)
 } Decision;
 
@@ -93,7 +94,7 @@ static double share_before(const Decision *d, int at)
 
 static bool is_enough(const Decision *d, const Group *group)
 {
-    return group->sure >= BARS_LEAST * d->T->n;
+    return group->sure >= d->least * d->T->n;
 }
 
 static void ask_view(Decision *d, const Camera *camera)
@@ -128,7 +129,7 @@ static int decide(Decision *d, const int *neighbour, float *covers)
     return found;
 }
 
-int fs_bars_decide(Trainer *trainer, const Cloud *learned, FsError *err)
+int fs_bars_decide(Trainer *trainer, const Cloud *learned, double least, FsError *err)
 {
     Cloud *T = &trainer->scene.cloud[LAYER_T_N];
     size_t n = (size_t)T->n;
@@ -138,7 +139,8 @@ int fs_bars_decide(Trainer *trainer, const Cloud *learned, FsError *err)
                   .x = malloc(sizeof *d.x * 2 * n),
                   .parent = malloc(sizeof *d.parent * n),
                   .group = calloc(n, sizeof *d.group),
-                  .sight = malloc(sizeof *d.sight * n)};
+                  .sight = malloc(sizeof *d.sight * n),
+                  .least = least};
     if (!neighbour || !d.x || !d.parent || !d.group || !d.sight) TRY(fs_error_memory(err));
     rc = fs_knn(T->field[CLOUD_MEANS], T->n, K, neighbour, NULL, trainer->threads);
     if (rc < 0) TRY(fs_error_set(err, rc, "training: a Gaussian's position is not finite, or memory is out"));

@@ -101,7 +101,7 @@ static int look_nearer(Trainer *trainer, int n, FsError *err)
     TRY(lent = fs_bars_loan_make(trainer, &loan, err));
     if (!lent) goto fail;
     TRY(learn(trainer, true, n, &learned, err));
-    TRY(fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], err));
+    TRY(fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], BARS_LENT, err));
     TRY(fs_bars_loan_settle(trainer, &loan, err));
 fail:
     fs_scene_free(&learned);
@@ -128,7 +128,7 @@ static int look(Trainer *trainer, Wanted wanted, int n, FsError *err)
     int rc, found = 0;
     TRY(fs_views_load_halved(trainer, fs_pane_look_halvings(trainer->long_edge), err));
     TRY(learn(trainer, wanted.bars, n, &learned, err));
-    if (wanted.bars) TRY(found = fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], err));
+    if (wanted.bars) TRY(found = fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], BARS_LEAST, err));
     if (wanted.dirt) TRY(find_dirt(trainer, &learned, err));
     if (wanted.bars && !found) TRY(look_nearer(trainer, n, err));
     if (wanted.bars) say_bars(trainer);

@@ -59,13 +59,13 @@ enum {
 #define RATE_COVERS 0.2   // experiment
 #define BARS_EDGE 0.5f    // experiment  covers, evened out over neighbours, of what may belong to it,
 #define BARS_SURE 0.8f    // experiment  and of what does
-#define BARS_LEAST 0.005  // experiment  share of the Gaussians that are as sure
+#define BARS_LEAST 0.009  // experiment  share of the Gaussians that are as sure
 #define BARS_AROUND 0.1f  // -           widths of a photo, what is seen around,
 #define BARS_BEHIND 1.05f // -           what is so many times as far is behind,
 #define BARS_BEFORE 0.3   // experiment  of the rest there may be so much
 #define BARS_NEAREST 0.02 // -           what is nearest of T: this share of it;
 #define BARS_NEAR 1.6     // experiment  R's are near up to so many times as far;
-#define BARS_LENT 0.012   // -           as a share of T's, fewer of them are no bars
+#define BARS_LENT 0.02    // experiment  the share where R's were lent: more that is near is taken for bars there
 enum {
     BARS_EVENED = 3,  // experiment  times
     BARS_VIEWS = 8,   // -           that are asked what is nearer,

@@ -76,8 +76,9 @@ int fs_pane_look_halvings(int long_edge);         // of the photos that it looks
 int fs_pane_look(Trainer *trainer, FsError *err); // completes the scene; the engine is to have it again
 // The arguments of a step of any look, also the photographer's; an error where it is cancelled.
 int fs_pane_look_step(Trainer *trainer, int step, StepArgs *args, FsError *err);
-// bars.c, for the look. By what covers were learned to be, T keeps some or none: 1 or 0.
-int fs_bars_decide(Trainer *trainer, const Cloud *learned, FsError *err);
+// bars.c, for the look. By what covers were learned to be, T keeps some or none: 1 or 0. least: share of T, of what is
+// surely a bar in each group of Gaussians.
+int fs_bars_decide(Trainer *trainer, const Cloud *learned, double least, FsError *err);
 // bars_loan.c. Where they may be among what R begins with: T has what is near of R, as its last rows. How many, or 0.
 typedef struct BarsLoan {
     Cloud R;            // as it was

@@ -57,7 +57,7 @@ static int found_where(Fixture *f, int from, int to, int step)
     assert_int_equal(fs_cloud_covers(T, true, NULL), 0);
     assert_int_equal(fs_cloud_copy(&learned, T, NULL), 0);
     for (int i = 0; i < T->n; i++) learned.field[CLOUD_COVERS][i] = i >= from && i < to && i % step < 8 ? 0.95f : 0.1f;
-    int found = fs_bars_decide(&f->trainer, &learned, NULL);
+    int found = fs_bars_decide(&f->trainer, &learned, 0.009, NULL);
     fs_cloud_free(&learned);
     assert_int_equal(found, T->width[CLOUD_COVERS]);
     return found;
