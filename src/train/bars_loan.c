@@ -1,5 +1,6 @@
 // The start may have taken bars for mirrored, most of all where the mirrored room is as near as they are (bars.c). So
-// where none are found among T, it is lent what is that near of R, for another look, and keeps what is covered then.
+// T is lent what is that near of R, for another look, and keeps what is covered then, beside what was covered before.
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -69,6 +70,11 @@ int fs_bars_loan_make(Trainer *trainer, BarsLoan *loan, FsError *err)
     MUST(near = find_near(trainer, loan, err));
     if (!near) return 0;
     MUST(fs_cloud_copy(&loan->R, R, err));
+    if (T->width[CLOUD_COVERS]) {
+        loan->covers = malloc(sizeof(float) * (size_t)T->n);
+        if (!loan->covers) return fs_error_memory(err);
+        memcpy(loan->covers, T->field[CLOUD_COVERS], sizeof(float) * (size_t)T->n);
+    }
     MUST(lend(T, loan, near, err));
     fs_cloud_compact(R, loan->far);
     return near;
@@ -78,6 +84,9 @@ int fs_bars_loan_settle(Trainer *trainer, BarsLoan *loan, FsError *err)
 {
     Cloud *T = &trainer->scene.cloud[LAYER_T_N], *R = &trainer->scene.cloud[LAYER_R];
     int next = loan->n;
+    if (loan->covers) MUST(fs_cloud_covers(T, true, err));
+    for (int i = 0; loan->covers && i < loan->n; i++)
+        T->field[CLOUD_COVERS][i] = fmaxf(T->field[CLOUD_COVERS][i], loan->covers[i]);
     unsigned char *keep = malloc((size_t)T->n);
     if (!keep) return fs_error_memory(err);
     for (int i = 0; i < T->n; i++) keep[i] = i < loan->n || (T->width[CLOUD_COVERS] && T->field[CLOUD_COVERS][i] > 0);
@@ -96,5 +105,6 @@ void fs_bars_loan_free(BarsLoan *loan)
 {
     fs_cloud_free(&loan->R);
     free(loan->far);
+    free(loan->covers);
     *loan = (BarsLoan){0};
 }

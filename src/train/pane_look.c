@@ -125,12 +125,12 @@ static void say_bars(const Trainer *trainer)
 static int look(Trainer *trainer, Wanted wanted, int n, FsError *err)
 {
     Scene learned = {0};
-    int rc, found = 0;
+    int rc;
     TRY(fs_views_load_halved(trainer, fs_pane_look_halvings(trainer->long_edge), err));
     TRY(learn(trainer, wanted.bars, n, &learned, err));
-    if (wanted.bars) TRY(found = fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], BARS_LEAST, err));
+    if (wanted.bars) TRY(fs_bars_decide(trainer, &learned.cloud[LAYER_T_N], BARS_LEAST, err));
     if (wanted.dirt) TRY(find_dirt(trainer, &learned, err));
-    if (wanted.bars && !found) TRY(look_nearer(trainer, n, err));
+    if (wanted.bars) TRY(look_nearer(trainer, n, err));
     if (wanted.bars) say_bars(trainer);
 fail:
     fs_scene_free(&learned);

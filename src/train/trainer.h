@@ -79,11 +79,13 @@ int fs_pane_look_step(Trainer *trainer, int step, StepArgs *args, FsError *err);
 // bars.c, for the look. By what covers were learned to be, T keeps some or none: 1 or 0. least: share of T, of what is
 // surely a bar in each group of Gaussians.
 int fs_bars_decide(Trainer *trainer, const Cloud *learned, double least, FsError *err);
-// bars_loan.c. Where they may be among what R begins with: T has what is near of R, as its last rows. How many, or 0.
+// bars_loan.c. Where more of them may be among what R begins with: T has what is near of R, as its last rows. How many,
+// or 0.
 typedef struct BarsLoan {
     Cloud R;            // as it was
     unsigned char *far; // (its n) 0: lent
     int n;              // of T, as it was
+    float *covers;      // (n) of T, as they were; NULL: it had none
 } BarsLoan;
 int fs_bars_loan_make(Trainer *trainer, BarsLoan *loan, FsError *err);
 int fs_bars_loan_settle(Trainer *trainer, BarsLoan *loan, FsError *err); // R has back what T has no covers for

@@ -135,6 +135,13 @@ static void test_loan(void **state)
     for (int i = 0; i < R->n; i++) assert_true((int)R->field[CLOUD_COLORS][3 * i] != 70);
     fs_bars_loan_free(&loan);
 
+    assert_int_equal(fs_bars_loan_make(&f.trainer, &loan, NULL), NEAR - 3); // what was covered before stays so
+    assert_int_equal(fs_cloud_covers(T, false, NULL), 0);
+    assert_int_equal(fs_bars_loan_settle(&f.trainer, &loan, NULL), 0);
+    assert_true(T->n == WALL + BAR + 3 && R->n == ROOM - 3 && T->width[CLOUD_COVERS] == 1);
+    for (int i = 0; i < T->n; i++) assert_true(T->field[CLOUD_COVERS][i] == (i < WALL + BAR ? 0 : 1));
+    fs_bars_loan_free(&loan);
+
     for (int i = 0; i < R->n; i++) put(R, i, 0, 0, 6); // nothing of it is near
     assert_int_equal(fs_bars_loan_make(&f.trainer, &loan, NULL), 0);
     assert_int_equal(T->n, WALL + BAR + 3);
