@@ -37,8 +37,10 @@ void fs_charts_cameras(FILE *f, const Dataset *dataset)
         grow(x, v3_dot(c, right));
         grow(y, v3_dot(c, ahead));
     }
-    double scale = fmin((CHART_WIDTH - 4 * CHART_PAD) / fmax(x[1] - x[0], 1e-12), (CHART_HEIGHT - 4 * CHART_PAD) / fmax(y[1] - y[0], 1e-12));
-    fprintf(f, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"camera positions from above\">\n", CHART_WIDTH, CHART_HEIGHT);
+    double scale = fmin((CHART_WIDTH - 4 * CHART_PAD) / fmax(x[1] - x[0], 1e-12),
+                        (CHART_HEIGHT - 4 * CHART_PAD) / fmax(y[1] - y[0], 1e-12));
+    fprintf(f, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"camera positions from above\">\n", CHART_WIDTH,
+            CHART_HEIGHT);
     for (int i = 0; i < dataset->n; i++) {
         const View *view = &dataset->view[i];
         fs_camera_centre(&view->camera, c);
@@ -108,7 +110,8 @@ void fs_charts_curve(FILE *f, const Curve *curve)
         grow(y, log10(curve->point[i][1]));
     }
     double low = floor(y[0] * 5) / 5, high = fmax(ceil(y[1] * 5) / 5, low + 0.2);
-    double left = 2.0 * CHART_PAD, bottom = CHART_HEIGHT - 1.3 * CHART_PAD, top = CHART_PAD, right = CHART_WIDTH - 0.7 * CHART_PAD;
+    double left = 2.0 * CHART_PAD, bottom = CHART_HEIGHT - 1.3 * CHART_PAD, top = CHART_PAD,
+           right = CHART_WIDTH - 0.7 * CHART_PAD;
     fprintf(f, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"training loss\">\n", CHART_WIDTH, CHART_HEIGHT);
     for (int i = 0; i <= 4; i++) {
         double at = low + (high - low) * i / 4, py = bottom - (bottom - top) * i / 4;

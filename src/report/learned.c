@@ -35,8 +35,8 @@ static void write_vignetting(FILE *f, const json_t *model)
 static void write_response(FILE *f, const json_t *model)
 {
     double r[FS_OPTICS_KNOTS];
-    const int last = (int)(1 / FS_OPTICS_SPACING); // white
-    const double width = CHART_HEIGHT - 2 * CHART_PAD;         // square
+    const int last = (int)(1 / FS_OPTICS_SPACING);     // white
+    const double width = CHART_HEIGHT - 2 * CHART_PAD; // square
     if (!read_numbers(json_object_get(model, "response"), r, FS_OPTICS_KNOTS)) return;
     fprintf(f,
             "<figure><svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"the camera's response\">"

@@ -8,13 +8,11 @@
 // hangs together there is covered, for good, and training begins again from the same start, if it is nearer than what
 // is seen around it, which is behind the glass: what is not is where the photographer hides the mirrored scene in all
 // photos. Where there is nothing of the kind clouds have no covers, and are trained as if nobody had looked.
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/groups.h"
 #include "base/knn.h"
-#include "base/linalg.h"
 #include "base/order.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"

@@ -21,7 +21,8 @@ static void distances(const Trainer *trainer, const Cloud *cloud, double *distan
     }
 }
 
-// loan->far (n, of R): 0 where it is hardly farther than what is nearest of T. Returns how many.
+// loan->far (n, of R): 0 where it is hardly farther than what is nearest of T. Returns how many;
+// 0 where these are too few to be bars, or all of R.
 static int find_near(const Trainer *trainer, BarsLoan *loan, FsError *err)
 {
     const Cloud *T = &trainer->scene.cloud[LAYER_T_N], *R = &trainer->scene.cloud[LAYER_R];
@@ -36,7 +37,7 @@ static int find_near(const Trainer *trainer, BarsLoan *loan, FsError *err)
         near += !loan->far[i];
     }
     free(distance);
-    return near < BARS_LENT * T->n ? 0 : near;
+    return near < BARS_LENT * T->n || near == R->n ? 0 : near;
 }
 
 // To the end of T, with the gain that is usual there.

@@ -146,6 +146,10 @@ static void test_loan(void **state)
     assert_int_equal(fs_bars_loan_make(&f.trainer, &loan, NULL), 0);
     assert_int_equal(T->n, WALL + BAR + 3);
     fs_bars_loan_free(&loan);
+    for (int i = 0; i < R->n; i++) put(R, i, 0, 0, 2.1); // all of it is
+    assert_int_equal(fs_bars_loan_make(&f.trainer, &loan, NULL), 0);
+    assert_true(T->n == WALL + BAR + 3 && R->n == ROOM - 3);
+    fs_bars_loan_free(&loan);
     for (int k = 0; k < 2; k++) fs_cloud_free(&was[k]);
     tear_down(&f);
 }
