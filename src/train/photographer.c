@@ -128,26 +128,6 @@ static void draw(Portrait *p, bool last, bool turned)
         if (p->figure.in[i]) p->q[i] = 1;
 }
 
-// How much of it stands out: the variance of the means of blocks, of the cells that photos show, times their number.
-// (That of cells is mostly noise, and of that there is more where photos turn, for they show more cells.)
-static double clarity(const Portrait *p)
-{
-    enum { BLOCKS = REGION_SIDE / PORTRAIT_BLOCK };
-    double q[BLOCKS * BLOCKS] = {0}, n[BLOCKS * BLOCKS] = {0}, sum = 0, squares = 0, all = 0;
-    for (int i = 0; i < PORTRAIT_CELLS; i++) {
-        int at = i / REGION_SIDE / PORTRAIT_BLOCK * BLOCKS + i % REGION_SIDE / PORTRAIT_BLOCK;
-        q[at] += (double)p->q[i];
-        n[at] += p->seen[i];
-    }
-    for (int i = 0; i < BLOCKS * BLOCKS; i++) {
-        if (n[i] <= 0) continue;
-        sum += q[i];
-        squares += q[i] * q[i] / n[i];
-        all += n[i];
-    }
-    return all > 0 ? squares - sum * sum / all : 0;
-}
-
 // ---- back to the photos ----
 
 // The cell of the portrait that a photo's cell shows; -1: it looks past it.
@@ -262,9 +242,9 @@ static int search(Trainer *trainer, Portrait *p, FsError *err)
     int round = PORTRAIT_VISITS * trainer->n_views;
     fs_log_info(&trainer->project->log, "train: looks for the mirror image of who takes the photos");
     MUST(first_round(trainer, p, true, err));
-    turned_clarity = clarity(p);
+    turned_clarity = fs_region_clarity(p->q, p->seen);
     MUST(first_round(trainer, p, false, err));
-    bool turned = turned_clarity > clarity(p);
+    bool turned = turned_clarity > fs_region_clarity(p->q, p->seen);
     if (turned) MUST(first_round(trainer, p, true, err));
     for (int r = 1;; r++) {
         bool last = r == PORTRAIT_ROUNDS;

@@ -109,6 +109,24 @@ void fs_region_find(Region *r, const float *cells, const RegionRule *rule)
     for (int i = 0; i < n; i++) r->in[i] = r->in[i] == KEPT;
 }
 
+double fs_region_clarity(const float *cells, const bool *seen)
+{
+    enum { BLOCK = 4, BLOCKS = REGION_SIDE / BLOCK };
+    double value[BLOCKS * BLOCKS] = {0}, n[BLOCKS * BLOCKS] = {0}, sum = 0, squares = 0, all = 0;
+    for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++) {
+        int at = i / REGION_SIDE / BLOCK * BLOCKS + i % REGION_SIDE / BLOCK;
+        value[at] += (double)cells[i];
+        n[at] += seen[i];
+    }
+    for (int i = 0; i < BLOCKS * BLOCKS; i++) {
+        if (n[i] <= 0) continue;
+        sum += value[i];
+        squares += value[i] * value[i] / n[i];
+        all += n[i];
+    }
+    return all > 0 ? squares - sum * sum / all : 0;
+}
+
 static void turn_over(Region *r)
 {
     for (int y = 0; y < r->height / 2; y++)

@@ -23,6 +23,10 @@ typedef struct RegionRule {
 void fs_region_find(Region *region, const float *cells, const RegionRule *rule);
 // Every column goes on down to so many widths below the top; upwards: up, above the bottom.
 void fs_region_complete(Region *region, double height, bool upwards);
+// How much stands out in REGION_SIDE x REGION_SIDE cells: the variance of the means of blocks, of the cells seen
+// (others are 0), times their number. (That of single cells is mostly noise, of which there is more where more cells
+// are seen.)
+double fs_region_clarity(const float *cells, const bool *seen);
 void fs_region_spread(Region *region, unsigned char value, int radius); // to cells that have one of it that near
 
 #endif

@@ -95,7 +95,6 @@ enum {
     PORTRAIT_VISITS = 16,   // experiment  of each photo in a round
     PORTRAIT_ROUNDS = 2,    // experiment
     PORTRAIT_GAP = 2,       // experiment  cells
-    PORTRAIT_BLOCK = 4,     // -           cells to a side, of what tells how clear it is
     PORTRAIT_NEAR = 3,      // -           cells around the outline, where photos may differ
     PORTRAIT_LEAST = 20,    // -           cells of 16384
     PORTRAIT_UPRIGHT = 100, // -           turns that the vertical is found in

@@ -1,6 +1,7 @@
 // Regions of small grids: closed, filled, and only those that are large and stand out.
 #include "train/region.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -128,11 +129,39 @@ static void test_figure_is_completed(void **state)
     assert_null(memchr(region.in, 1, sizeof region.in));
 }
 
+// A faint figure is clearer than noise in more cells, whose squares are more.
+static void test_clarity(void **state)
+{
+    (void)state;
+    static float figure[REGION_SIDE * REGION_SIDE], noise[REGION_SIDE * REGION_SIDE];
+    static bool fewer[REGION_SIDE * REGION_SIDE], more[REGION_SIDE * REGION_SIDE];
+    double squares[2] = {0};
+    unsigned random = 1;
+    for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++) {
+        int x = i % REGION_SIDE, y = i / REGION_SIDE;
+        random = random * 1664525 + 1013904223;
+        fewer[i] = x >= 32 && x < 96 && y >= 32 && y < 96;
+        more[i] = x >= 8 && x < 120 && y >= 8 && y < 120;
+        figure[i] = x >= 50 && x < 80 && y >= 32 && y < 66 ? 0.6f : 0;
+        noise[i] = more[i] && random >> 28 == 0 ? 0.9f : 0;
+        squares[0] += (double)figure[i] * (double)figure[i];
+        squares[1] += (double)noise[i] * (double)noise[i];
+    }
+    assert_true(squares[0] < squares[1]);
+    assert_true(fs_region_clarity(figure, fewer) > 1.5 * fs_region_clarity(noise, more));
+    for (int i = 0; i < REGION_SIDE * REGION_SIDE; i++) figure[i] = fewer[i] ? 0.4f : 0; // even: nothing stands out
+    assert_true(fabs(fs_region_clarity(figure, fewer)) < 1e-3);
+    assert_true(fs_region_clarity(figure, (const bool[REGION_SIDE * REGION_SIDE]){0}) == 0);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ring_is_filled),          cmocka_unit_test(test_what_is_left_out),
-        cmocka_unit_test(test_beside_what_is_not_seen), cmocka_unit_test(test_bite_is_filled),
-        cmocka_unit_test(test_parts_are_one),           cmocka_unit_test(test_figure_is_completed)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_ring_is_filled),
+                                       cmocka_unit_test(test_what_is_left_out),
+                                       cmocka_unit_test(test_beside_what_is_not_seen),
+                                       cmocka_unit_test(test_bite_is_filled),
+                                       cmocka_unit_test(test_parts_are_one),
+                                       cmocka_unit_test(test_figure_is_completed),
+                                       cmocka_unit_test(test_clarity)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
