@@ -10,9 +10,12 @@ import quality
 METHODS = {  # name: (title, variant of quality.py, poses by COLMAP)
     "full": ("full", "full", False),
     "paper": ("the paper's", "paper", False),
-    "flashless": ("flashless", "flashless", False),
-    "linear": ("T_F = c T_N", "linear", False),
+    "flashless": ("ours, flashless", "flashless", False),
+    "linear": ("ours, T_F = c T_N", "linear", False),
+    "intensity-cue": ("the paper's, its own 3D cue", "intensity-cue", False),
     "contrast-cue": ("the paper's, our 3D cue", "contrast-cue", False),
+    "paper-flashless": ("the paper's, flashless", "paper-flashless", False),
+    "paper-linear": ("the paper's, T_F = c T_N", "paper-linear", False),
     "no-linearity": ("the paper's, no linearity", "no-linearity", False),
     "no-smoothness": ("the paper's, no smoothness", "no-smoothness", False),
     "no-cue": ("the paper's, no 3D cue", "no-cue", False),
@@ -49,6 +52,9 @@ def arguments():
     args.others = [pair.split("=", 1) for pair in args.method.split(",") if pair]
     if any(len(pair) != 2 for pair in args.others):
         p.error(f"--method: '{args.method}' is not NAME=DIR,...")
+    for name, folder in args.others:
+        if not pathlib.Path(folder).is_dir():
+            p.error(f"--method: {name}: no folder {folder}")
     args.colmap = any(METHODS[m][2] for m in args.methods)
     return args
 
@@ -93,16 +99,33 @@ def drop_unknown(args):
 # ---- what there is to show ----
 
 def find_picture(folder, view):
-    return quality.picture(folder, view) if folder.is_dir() else None
+    """What a page can show of a view: its name, or that and more where only one file has it, as `evaluate` takes it."""
+    exact = quality.picture(folder, view) if folder.is_dir() else None
+    more = [p for p in folder.glob(f"{view}[-_. ]*") if p.suffix.lower() in (".png", ".jpg", ".jpeg")]
+    return exact or (more[0] if len(more) == 1 else None)
 
 
 def shown_views(args, case):
+    """Held-out views, and the photos' own where there is something that has no others: other programs, COLMAP's poses."""
     if isinstance(case, FolderCase):
-        names = sorted(p.stem for p in (case.out / "renders").glob("*/T_N/*.png"))
-    else:
-        names = sorted(p.stem for p in (case.scene / "truth" / "T_N").glob("*.*"))
-        names = [n for n in names if n.startswith("TEST") == case.true_poses] or names
-    names = list(dict.fromkeys(names))
+        names = sorted({p.stem for p in (case.out / "renders").glob("*/T_N/*.png")})
+        return spread(args, of_others(args, case, names) or names)
+    names = sorted({p.stem for p in (case.scene / "truth" / "T_N").glob("*.*")})
+    held_out = [n for n in names if n.startswith("TEST")]
+    photos = [n for n in names if n not in held_out]
+    photos = spread(args, of_others(args, case, photos) or photos)
+    if not case.true_poses or not held_out:
+        return photos or spread(args, names)
+    return spread(args, held_out) + (photos if args.others or args.colmap else [])
+
+
+def of_others(args, case, names):
+    """Those that other programs have pictures of."""
+    folders = [pathlib.Path(folder).resolve() / case.name / layer for _, folder in args.others for layer in quality.LAYERS]
+    return [n for n in names if any(find_picture(folder, n) for folder in folders)]
+
+
+def spread(args, names):
     step = max(1, len(names) // max(1, args.pictures))
     return names[::step][:args.pictures]
 
@@ -179,15 +202,23 @@ def run_method(args, case, name):
 
 
 def run_other(args, case, name, folder):
-    """Pictures of another program, measured at the photos' views beside those of the case's last method."""
+    """Pictures of another program, measured at the photos' views beside those of the case's last method; of a folder
+    without truth only shown."""
     where = pathlib.Path(folder).resolve() / case.name
     renders = sorted(p.parent for p in (case.out / "renders").glob("*/T_N"))
-    if not where.is_dir() or isinstance(case, FolderCase) or not renders:
+    if not where.is_dir():
+        print(f"{case.name}: {name} has no folder {where}", file=sys.stderr)
         return None
-    more = ["--method", f"{name}={where}", "--method-encoding", args.method_encoding]
-    method = quality.evaluate(args, case, renders[0].name, "capture", more)
-    found = figures({"views": {"capture": method}}, quality.LAYERS)
-    return row_of(name, name, {}, found, keep_pictures(args, case, f"other-{name}", where)) if found else None
+    found = {}
+    if not isinstance(case, FolderCase):
+        if not renders:
+            raise quality.Failed("no method of ours to be measured beside")
+        more = ["--method", f"{name}={where}", "--method-encoding", args.method_encoding]
+        found = figures({"views": {"capture": quality.evaluate(args, case, renders[0].name, "capture", more)}}, quality.LAYERS)
+    pictures = keep_pictures(args, case, f"other-{name}", where)
+    if not found and not pictures:
+        raise quality.Failed(f"{where}: no picture of {', '.join(quality.LAYERS)} for any of the scene's photos")
+    return row_of(name, name, {}, found, pictures)
 
 
 def truth_row(args, case):
@@ -218,7 +249,7 @@ def run_case(args, case, report, failures, lock, references):
 
     for name in methods_of(args, case):
         attempt(name, lambda: run_method(args, case, name))
-    for name, folder in args.others if case.true_poses else []:
+    for name, folder in args.others if case.true_poses or isinstance(case, FolderCase) else []:
         attempt(name, lambda: run_other(args, case, name, folder))
     beside = references.get(case.name, []) if case.true_poses else []
     for title, found in paper_rows() if getattr(case, "of_the_paper", False) else beside:
@@ -228,10 +259,14 @@ def run_case(args, case, report, failures, lock, references):
 # ---- the three files ----
 
 def scenes_of(report):
-    """scene -> its rows, those of COLMAP's poses among them."""
+    """scene -> its rows, those of COLMAP's poses among them; one row of the truth, with the pictures of all."""
     scenes = {}
     for (name, _), rows in sorted(report.items(), key=lambda item: (item[0][0], item[0][1] == "COLMAP")):
         scenes.setdefault(name, []).extend(r for r in rows if r["method"] != "truth" or not scenes.get(name))
+        first = scenes[name][0]
+        for r in rows:
+            if r["method"] == "truth" and r is not first:
+                first["pictures"] = {layer: {**first["pictures"].get(layer, {}), **views} for layer, views in r["pictures"].items()}
     return scenes
 
 
@@ -284,7 +319,8 @@ def write_csv(path, args, scenes):
                     w.writerow([scene, r["method"], r["title"], "", "", "", *[""] * len(METRICS), *end])
 
 
-TEX_HEAD = r"""%% PSNR in dB / SSIM (/ LPIPS); s: CPU seconds of the whole run. With \usepackage{booktabs} its rules are drawn.
+TEX_HEAD = r"""%% PSNR in dB/SSIM/MS-SSIM(/LPIPS); s: CPU seconds of the whole run; MB: most memory; k: thousands of Gaussians or
+%% numbers of a field, all layers together. With \usepackage{booktabs} its rules are drawn.
 %% Commit %s, options: %s
 \providecommand{\toprule}{\hline}\providecommand{\midrule}{\hline}\providecommand{\bottomrule}{\hline}
 """
@@ -299,6 +335,11 @@ def tex(text):
     return re.sub(r"([TRI])\\_([NF])", r"$\1_\2$", text)
 
 
+def tex_count(splats):
+    counts = [float(n) for n in re.findall(r"\d+(?:\.\d+)?", splats or "")]
+    return f"{sum(counts) / 1000:.0f}" if counts else "--"
+
+
 def tex_rows(rows, views, kind):
     found = [r["figures"].get(views, {}) for r in rows]
     best = {l: max((of[l][kind]["psnr"] for of in found if kind in of.get(l, {})), default=0) for l in quality.LAYERS}
@@ -308,35 +349,40 @@ def tex_rows(rows, views, kind):
             m = of.get(layer, {}).get(kind, {})
             psnr = f"{m['psnr']:.2f}" if m else "--"
             psnr = rf"\textbf{{{psnr}}}" if m and m["psnr"] == best[layer] else psnr
-            rest = [f"{m[k]:.3f}".removeprefix("0") for k in ("ssim", "lpips_vgg", "lpips_alex", "lpips") if k in m]
-            cells.append(" / ".join([psnr, *rest[:2]]))
+            rest = [f"{m[k]:.3f}".removeprefix("0") for k in METRICS[1:] if k in m]
+            cells.append("/".join([psnr, *rest]))
         seconds = f"{r['cpu_seconds']:.0f}" if r["cpu_seconds"] is not None else "--"
-        yield " & ".join([r"\raggedright " + tex(r["title"]), *cells, seconds]) + r" \\"
+        memory = f"{r['bytes'] / 1e6:.0f}" if r["bytes"] else "--"
+        yield " & ".join([r"\raggedright " + tex(r["title"]), *cells, seconds, memory, tex_count(r["splats"])]) + r" \\"
 
 
 def tex_table(caption, rows, views, kind):
     return [r"\begin{table}[!htbp]\centering\scriptsize\setlength{\tabcolsep}{2pt}",
             rf"\caption{{{tex(caption)}, {VIEWS[views]}, {KINDS[kind]}}}",
-            r"\makebox[\linewidth]{\begin{tabular}{p{.22\linewidth}" + "c" * len(quality.LAYERS) + "r}", r"\toprule",
-            " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s"]) + r" \\",
+            r"\makebox[\linewidth]{\begin{tabular}{p{.22\linewidth}" + "c" * len(quality.LAYERS) + "rrr}", r"\toprule",
+            " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s", "MB", "k"]) + r" \\",
             r"\midrule", *tex_rows(rows, views, kind), r"\bottomrule", r"\end{tabular}}", r"\end{table}", ""]
+
+
+def has_kind(rows, views, kind):
+    return [r for r in rows if any(kind in kinds for kinds in r["figures"].get(views, {}).values())]
 
 
 def write_tex(path, args, scenes, mean_rows):
     lines, tables = [TEX_HEAD % (args.commit, " ".join(args.options.split()))], 0
     for title, rows in [("Mean", mean_rows), *scenes.items()]:
         for views in VIEWS:
-            have = [r for r in rows if views in r["figures"]]
-            tables += bool(have)
-            if have and tables % 16 == 0:
-                lines.append(r"\clearpage  % LaTeX holds some fifty tables that wait for a page")
-            caption = title
-            if title == "Mean" and have:
-                caption = f"{title} over scenes: {', '.join(have[0]['scenes'][views])}"
-            if any("gain" in kinds for r in have for kinds in r["figures"][views].values()):
-                lines += tex_table(caption, have, views, "gain")
-            elif have:  # the authors' data: nothing is known of ours but time
-                lines += tex_table(caption, [r for r in rows if r["method"] != "truth"], views, "paper")
+            for kind in ("gain", "paper"):
+                have = has_kind(rows, views, kind)
+                if not have:
+                    continue
+                tables += 1
+                if tables % 16 == 0:
+                    lines.append(r"\clearpage  % LaTeX holds some fifty tables that wait for a page")
+                caption = f"{title} over scenes: {', '.join(have[0]['scenes'][views])}" if title == "Mean" else title
+                if kind == "paper" and not has_kind(rows, views, "gain"):  # the authors' data: of ours only time is known
+                    have = [r for r in rows if r["method"] != "truth"]
+                lines += tex_table(caption, have, views, kind)
     path.write_text("\n".join(lines) + "\n")
 
 

@@ -31,6 +31,9 @@ VARIANTS = {  # name: (options of `run`, layers it has)
     "contrast-cue": (OUR_CUE, LAYERS),
     "no-linearity": ([*OUR_CUE, "--linearity", "0"], LAYERS),
     "no-smoothness": ([*OUR_CUE, "--depth-smooth", "0", "--beta-smooth", "0"], LAYERS),
+    "intensity-cue": ([*PAPER, "--flash-cue", "intensity"], LAYERS),  # as the paper words it, the other is its program's
+    "paper-flashless": ([*OUR_CUE, "--separation", "flashless"], LAYERS),
+    "paper-linear": ([*OUR_CUE, "--separation", "linear"], LAYERS),
     "no-cue": ([*PAPER, "--flash-cue", "none"], LAYERS),  # all points start both scenes
     "separate-poses": ([*OUR_CUE, "--align", "separate"], LAYERS),  # of flash and no-flash photos, where COLMAP finds them
     "nerf": (["--preset", "nerf"], "T_N T_F I_N I_F".split()),

@@ -171,6 +171,8 @@ static int check_named(const FsProject *project, FsError *err)
                  {"masks", set->masks, FS_STAGE_INGEST},
                  {"poses", set->poses, FS_STAGE_POSES},
                  {"points", set->points, FS_STAGE_INITIALISE},
+                 {"flash-points", set->flash_points, FS_STAGE_INITIALISE},
+                 {"noflash-points", set->noflash_points, FS_STAGE_INITIALISE},
                  {"cameras", set->cameras, FS_STAGE_RENDER},
                  {"originals", set->originals, FS_STAGE_EXPORT}};
     for (size_t i = 0; i < sizeof named / sizeof *named; i++) {
@@ -180,6 +182,7 @@ static int check_named(const FsProject *project, FsError *err)
                                   named[i].option);
         if (*named[i].path && !done && named[i].path == set->cameras) MUST(check_cameras(set->cameras, err));
     }
+    MUST(fs_initialise_check(set, err));
     return fs_cpu_choose(set->cpu, &cpu, err);
 }
 

@@ -58,7 +58,7 @@ static bool is_learned(const Update *u, const struct Number *number)
     case OF_VEIL: return fs_pane_veil_is(&scene->veil) && u->args->veil_ambient;
     case OF_RESPONSE: return u->args->learn & LEARN_RESPONSE;
     default:
-        if (number->offset == offsetof(Scene, flash_return) && !u->task[LAYER_R]) return false;
+        if (number->offset == offsetof(Scene, flash_return) && !(u->task[LAYER_R] && scene->pane_beta)) return false;
         return fs_scene_lit(scene) && u->photo->flash;
     }
 }

@@ -108,9 +108,10 @@ ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash)
         plan.beta = part_of(scene, LAYER_BETA);
     plan.covers = plan.T.there && plan.R.there && plan.pane_beta && plan.T.cloud->width[CLOUD_COVERS];
     if (flash && fs_scene_lit(scene)) {
-        plan.T.lit = plan.R.lit = true;
+        plan.T.lit = true;
         plan.T.light = flash_at(scene, camera, 1);
-        plan.R.light = flash_at(scene, camera, (float)scene->flash_return); // what comes back by the room
+        plan.R.lit = scene->flash_return > 0; // what comes back by the room
+        plan.R.light = flash_at(scene, camera, (float)scene->flash_return);
     }
     return plan;
 }

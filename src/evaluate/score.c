@@ -50,13 +50,17 @@ static void stretch(Image *image)
     for (size_t i = 0; i < n; i++) image->px[i] = high > low ? (image->px[i] - low) / (high - low) : 0.0f;
 }
 
-// gamma(I_F - I_N) of the true composites; *there false when they lack this view.
+// gamma(I_F - I_N) of the true composites, or where they lack this view of the true T_F and T_N, since what is mirrored
+// hardly differs; *there false when these do, too.
 static int paired_difference(const Task *task, Image *difference, bool *there, FsError *err)
 {
+    static const char *const pairs[][2] = {{"I_F", "I_N"}, {"T_F", "T_N"}};
     Image flash, ambient;
     FilePath path_f, path_n;
-    *there = fs_truth_find(task->truth_dir, "I_F", task->truth->name, PICTURES, &path_f) &&
-             fs_truth_find(task->truth_dir, "I_N", task->truth->name, PICTURES, &path_n);
+    *there = false;
+    for (int i = 0; i < 2 && !*there; i++)
+        *there = fs_truth_find(task->truth_dir, pairs[i][0], task->truth->name, PICTURES, &path_f) &&
+                 fs_truth_find(task->truth_dir, pairs[i][1], task->truth->name, PICTURES, &path_n);
     if (!*there) return 0;
     MUST(fs_truth_read_pair(path_f.text, path_n.text, ENCODING_GAMMA, &flash, &ambient, err));
     for (size_t i = 0; i < fs_image_values(&flash); i++) // negative differences become 0
@@ -143,7 +147,18 @@ static void find_mean(LayerScore *score, int kind)
     for (int m = 0; m < METRICS; m++) mean[m] = *n ? mean[m] / *n : NAN;
 }
 
-static void make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks)
+// The picture of a view, where there is one.
+static int find_estimate(const LayerTask *layer, const char *view, FilePath *path, bool *there, FsError *err)
+{
+    int found = layer->cameras ? fs_truth_find_estimate(layer->dir, layer->layer, layer->cameras, view, path)
+                               : fs_truth_find(layer->dir, layer->layer, view, "png|jpg|jpeg|tif|tiff", path);
+    *there = found == 1;
+    if (found <= 1) return 0;
+    return fs_error_input(err, "%s/%s: %d pictures begin with %s (%s is one); name the one that is meant %s.png",
+                          layer->dir, layer->layer, found, view, fs_file_name(path->text), view);
+}
+
+static int make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks, FsError *err)
 {
     const TruthViews *views = layer->views;
     for (int i = 0; i < views->n; i++) {
@@ -156,13 +171,13 @@ static void make_tasks(LayerScore *score, const LayerTask *layer, Task *tasks)
                           .paired = layer->paired,
                           .encoding = layer->encoding,
                           .score = view};
-        FilePath *path = &tasks[i].estimate;
-        view->missing = layer->cameras
-                            ? !fs_truth_find_estimate(layer->dir, layer->layer, layer->cameras, view->name, path)
-                            : !fs_truth_find(layer->dir, layer->layer, view->name, "png|jpg|jpeg|tif|tiff", path);
+        bool there;
+        MUST(find_estimate(layer, view->name, &tasks[i].estimate, &there, err));
+        view->missing = !there;
         score->missing += view->missing;
     }
     score->n = views->n - score->missing;
+    return 0;
 }
 
 static void warn_missing(const LayerScore *score, const char *dir, const Log *log)
@@ -184,7 +199,7 @@ int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContex
     Task *tasks = calloc((size_t)views->n + 1, sizeof *tasks);
     score->view = calloc((size_t)views->n + 1, sizeof *score->view);
     if (!tasks || !score->view) TRY(fs_error_memory(err));
-    make_tasks(score, layer, tasks);
+    TRY(make_tasks(score, layer, tasks, err));
     warn_missing(score, layer->dir, log);
     TRY(run_pass(tasks, views->n, NULL, context, err));
     for (int c = 0; c < 3 && score->n; c++) {

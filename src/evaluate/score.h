@@ -36,8 +36,9 @@ typedef struct LayerTask { // what to compare; borrowed
 } LayerTask;
 
 // Compares <dir>/<layer>/<view>.png (others' as fs_truth_find_estimate) with the truth's views. With `paired`, also in
-// the paper's convention: the reference is the paired difference gamma(I_F - I_N) of the true composites, and both it
-// and the estimate are stretched so that their smallest value is 0 and their largest 1.
+// the paper's convention: the reference is the paired difference gamma(I_F - I_N) of the true composites (at views that
+// have none gamma(T_F - T_N)), and both it and the estimate are stretched so that their smallest value is 0 and their
+// largest 1.
 int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContext *context, const Log *log,
                    FsError *err);
 void fs_score_free(LayerScore *score);

@@ -81,15 +81,14 @@ static bool is_of_another(const char *stem, const char *view, const Dataset *cam
     return false;
 }
 
-bool fs_truth_find_estimate(const char *dir, const char *layer, const Dataset *cameras, const char *view,
-                            FilePath *path)
+int fs_truth_find_estimate(const char *dir, const char *layer, const Dataset *cameras, const char *view, FilePath *path)
 {
-    if (fs_truth_find(dir, layer, view, "png|jpg|jpeg|tif|tiff", path)) return true;
+    if (fs_truth_find(dir, layer, view, "png|jpg|jpeg|tif|tiff", path)) return 1;
     FilePath folder = fs_file_at("%s/%s", dir, layer);
     FileList list = {0};
     int found = 0, exact = 0;
     size_t n = strlen(view);
-    if (fs_file_list(folder.text, &list, NULL) < 0) return false;
+    if (fs_file_list(folder.text, &list, NULL) < 0) return 0;
     for (int i = 0; i < list.n && !exact; i++) {
         char *stem = fs_photo_kind(list.name[i]) > PHOTO_NPY ? fs_file_stem(list.name[i]) : NULL;
         bool begins = stem && begins_with(stem, view) && !is_of_another(stem, view, cameras);
@@ -99,7 +98,7 @@ bool fs_truth_find_estimate(const char *dir, const char *layer, const Dataset *c
         free(stem);
     }
     fs_file_list_free(&list);
-    return exact || found == 1;
+    return exact ? 1 : found;
 }
 
 static int read_rgb(const char *path, Image *image, FsError *err)

@@ -28,9 +28,9 @@ Encoding fs_truth_encoding(const char *name); // as the setting method-encoding 
 // Path of <dir>/<layer>/<view>.<ext> for the first extension of "png|jpg|..." that exists; false when none does.
 bool fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions, FilePath *path);
 // The same, and where it is not there a file of other programs: of any picture's extension, named as the view or
-// <view>_ and more, which no longer name of `cameras` begins. False where there is none, or where two may be meant.
-bool fs_truth_find_estimate(const char *dir, const char *layer, const Dataset *cameras, const char *view,
-                            FilePath *path);
+// <view>_ and more, which no longer name of `cameras` begins. How many there are; path: of one of them.
+int fs_truth_find_estimate(const char *dir, const char *layer, const Dataset *cameras, const char *view,
+                           FilePath *path);
 // Both are averaged down in linear light to the smaller width and height of the two; of nearly the same proportions
 // (programs round sides to multiples of 16 and more). name: of b, for the error.
 int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err);

@@ -156,9 +156,14 @@ int fs_trainer_dataset_run(const TrainerArgs *args, FsError *err)
     Trainer t = {.args = args, .photos = strcmp(set->dataset_of, "photos") == 0};
     int rc = 0;
     FilePath dir = fs_file_at("%s/export/dataset", args->project->out);
-    if (!args->photos->n || (!cloud && !t.photos))
-        return fs_error_input(err, "%s/views.json: missing or without photos, or there is no T_N: no dataset without",
-                              args->project->out);
+    if (!args->photos->n)
+        return fs_error_input(err, "%s/views.json: missing or without photos: no dataset without", args->project->out);
+    if (!cloud && !t.photos)
+        return fs_error_input(err,
+                              "%s/clouds: %s, so there are no points for a dataset of T_N to begin with; "
+                              "--dataset-of photos makes one of the photos",
+                              args->project->out,
+                              fs_radiance_is(&args->scene->field) ? "the scene is a radiance field" : "no T_N");
     fs_owned_remove(dir.text); // one of the other kind would be mixed with it
     if (!t.photos) TRY(fs_engine_new(&t.engine, set->device, set->cpu, set->threads, err));
     if (!t.photos) TRY(fs_engine_scene_up(t.engine, args->scene, err));

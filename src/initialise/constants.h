@@ -44,7 +44,8 @@ enum {
     ADVISE_FEW_POINTS = 50,       // captures
     ADVISE_FEW_PHOTOS = 5,        // captures   of either kind
     DEPTH_CUE_BINS = 80,          // program    a side of the histograms (depth_cue.h)
-    DEPTH_CUE_ROUNDS = 100,       // -          of the two means, which settle in ten
+    DEPTH_CUE_SIGHTINGS = 2,      // -          photos of a lighting that make a point one of its points
+    CUE_MEANS_ROUNDS = 100,       // -          of the two means of either cue, which settle in ten
 };
 
 #define GIVEN_SEEN 0.1f             // -          least share of the points of a given cloud that photos see

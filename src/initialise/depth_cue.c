@@ -46,7 +46,8 @@ static void count_bins(const SmallViews *views, const SparsePoints *points, doub
         Place p = place_of(views, points->xyz + 3 * (size_t)i);
         double x = floor((p.x / range + 0.5) * SIDE), z = floor(p.z / range * SIDE);
         if (!(x >= 0 && x < SIDE && z >= 0 && z < SIDE)) continue;
-        bin[(int)z * SIDE + (int)x] += (points->sightings[i][1] >= 2) - (points->sightings[i][0] >= 2);
+        bin[(int)z * SIDE + (int)x] +=
+            (points->sightings[i][1] >= DEPTH_CUE_SIGHTINGS) - (points->sightings[i][0] >= DEPTH_CUE_SIGHTINGS);
     }
     for (int i = 0; i < BINS; i++) bin[i] = copysign(pow(fabs(bin[i]), DEPTH_CUE_POWER), bin[i]);
 }
@@ -77,7 +78,7 @@ static double between_means(const double *bin)
         mean[0] = fmin(mean[0], bin[i]);
         mean[1] = fmax(mean[1], bin[i]);
     }
-    for (int round = 0; round < DEPTH_CUE_ROUNDS && mean[1] > mean[0]; round++) {
+    for (int round = 0; round < CUE_MEANS_ROUNDS && mean[1] > mean[0]; round++) {
         double sum[2] = {0, 0}, n[2] = {0, 0}, middle = (mean[0] + mean[1]) / 2;
         for (int i = 0; i < BINS; i++) {
             sum[bin[i] > middle] += bin[i];

@@ -120,9 +120,6 @@ int fs_first_field_make(const Start *start, const Settings *set, Scene *scene, F
                      .extent = 1.1 * v->extent,
                      .gain_color = {1, 1, 1},
                      .flash_distance = 1};
-    if (scene->separation == SEPARATION_LINEAR || strcmp(set->geometry, "shared") != 0)
-        return fs_error_set(err, FS_ERR_USAGE,
-                            "--model field goes with --separation none, flashless or full and --geometry shared");
     RadianceFrame frame = {0};
     const double *axis[3] = {v->right, v->down, v->forward};
     for (int r = 0; r < 3; r++) {

@@ -57,7 +57,7 @@ static double reflectance(const SmallViews *views, const Pane *pane, const float
     return fs_pane_beta(pane, c);
 }
 
-static int fill_scene(const SmallViews *views, ColoredSeeds *p, Scene *scene, FsError *err)
+static int fill_scene(const SmallViews *views, ColoredSeeds *p, Blob blob, Scene *scene, FsError *err)
 {
     int rc = 0;
     TRY(guess_f0(p->R_color, p->R.n, &scene->pane.f0, err));
@@ -67,7 +67,6 @@ static int fill_scene(const SmallViews *views, ColoredSeeds *p, Scene *scene, Fs
         for (int k = 0; k < 3; k++) p->R_color[3 * (size_t)i + (size_t)k] /= (float)beta;
     }
     bool shared = scene->shared_geometry;
-    Blob blob = shared ? our_blob : paper_blob;
     TRY(cloud_from_seeds(&p->T, p->T_N, shared ? p->gain : NULL, blob, &scene->cloud[LAYER_T_N], err));
     if (!shared) TRY(cloud_from_seeds(&p->T, p->T_F, NULL, blob, &scene->cloud[LAYER_T_F], err));
     TRY(cloud_from_seeds(&p->R, p->R_color, NULL, blob, &scene->cloud[LAYER_R], err));
@@ -123,19 +122,14 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
     ColoredSeeds colored = {0};
     unsigned char *dealt = NULL;
     const PointList none = {0};
-    *scene = (Scene){.shared_geometry = strcmp(set->geometry, "shared") == 0,
-                     .pane_beta = strcmp(set->beta, "pane") == 0,
-                     .separation = fs_scene_separation(set->separation)};
-    scene->extent = 1.1 * start->views->extent;
-    scene->flash_distance = start->light->distance;
-    scene->flash_return = fs_scene_lit(scene) ? PANE_RETURN : 0;
+    bool ours = strcmp(set->geometry, "shared") == 0; // else the paper's, or its ablations
+    *scene = (Scene){.extent = 1.1 * start->views->extent, .flash_distance = start->light->distance};
+    fs_scene_set_kind(scene, set);
+    scene->flash_return = fs_scene_lit(scene) && scene->pane_beta ? PANE_RETURN : 0;
     for (int k = 0; k < 3; k++) {
         scene->pane.normal[k] = start->views->forward[k];
         scene->gain_color[k] = start->light->color[k];
     }
-    if (scene->separation != SEPARATION_FULL && !(scene->shared_geometry && scene->pane_beta))
-        TRY(fs_error_set(err, FS_ERR_USAGE, "--separation %s goes with --geometry shared and --beta pane",
-                         set->separation));
     bool cue = strcmp(set->flash_cue, "none") != 0;
     if (!cue || scene->separation == SEPARATION_FLASHLESS || scene->separation == SEPARATION_NONE) {
         TRY(deal_points(start->points, &dealt, err)); // both scenes begin at all places
@@ -144,11 +138,11 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
         dealt_start.dense[0] = dealt_start.dense[1] = &none;
     }
     TRY(fs_colored_seeds_make(&dealt_start, set->init_count, &colored, err));
-    if (scene->shared_geometry) {
+    if (ours) {
         TRY(drop_before(&dealt_start, &colored, err));
         TRY(add_rear(&dealt_start, &colored, err));
     }
-    TRY(fill_scene(start->views, &colored, scene, err));
+    TRY(fill_scene(start->views, &colored, ours ? our_blob : paper_blob, scene, err));
     Cloud *T = &scene->cloud[LAYER_T_N];
     if (scene->separation != SEPARATION_FULL) memset(T->field[CLOUD_GAINS], 0, sizeof(float) * (size_t)T->n);
     if (scene->separation == SEPARATION_NONE) {

@@ -9,9 +9,11 @@
 #include "initialise/constants.h"
 #include "initialise/depth_cue.h"
 #include "initialise/given_points.h"
+#include "initialise/intensity_cue.h"
 #include "initialise/start.h"
 #include "model/colmap_model.h"
 #include "model/photos.h"
+#include "model/points_ply.h"
 
 // Photos that found each point, by their lighting.
 static void count_sightings(const ColmapModel *model, const ColmapPoint *point, const signed char *lighting,
@@ -152,19 +154,45 @@ static bool parts(const Settings *set)
     return strcmp(set->separation, "full") == 0 || strcmp(set->separation, "linear") == 0;
 }
 
-// By one depth, which the points of the poses tell.
-static int part_by_depth(const FsProject *project, const SmallViews *views, SparsePoints *points, FsError *err)
+// The clouds of either lighting, each point sighted in that.
+static int read_lightings(const Settings *set, SparsePoints *points, FsError *err)
 {
-    int rc;
-    double depth;
+    const char *const path[2] = {set->noflash_points, set->flash_points};
+    float *xyz[2] = {NULL, NULL};
+    int rc = 0, n[2] = {0, 0};
+    for (int flash = 0; flash < 2; flash++) TRY(fs_points_ply_read(path[flash], &xyz[flash], &n[flash], err));
+    TRY(fs_points_new(points, n[0] + n[1], err));
+    for (int flash = 0, at = 0; flash < 2; at += n[flash++]) {
+        memcpy(points->xyz + 3 * (size_t)at, xyz[flash], sizeof(float) * 3 * (size_t)n[flash]);
+        for (int i = 0; i < n[flash]; i++) points->sightings[at + i][flash] = DEPTH_CUE_SIGHTINGS;
+    }
+fail:
+    free(xyz[0]);
+    free(xyz[1]);
+    return rc;
+}
+
+// As the paper or its program parts the points, for comparisons: by their light, or by one depth, which the points of
+// the poses tell.
+static int part_otherwise(const FsProject *project, const SmallViews *views, SparsePoints *points, FsError *err)
+{
+    int rc = 0, mirrored;
+    double at;
     Dataset dataset = {0};
     SparsePoints found = {0};
-    TRY(fs_dataset_read(&dataset, fs_file_at("%s/views.json", project->out).text, err));
-    TRY(read_points(project, &dataset, &found, err));
-    TRY(fs_depth_cue_find(views, &found, &depth, err));
-    int mirrored = fs_depth_cue_part(views, depth, points);
-    fs_log_info(&project->log, "initialise: parted at a depth of %.3g: %d points transmitted, %d reflected", depth,
-                points->n - mirrored, mirrored);
+    bool by_depth = strcmp(project->set.flash_cue, "depth") == 0;
+    if (!by_depth && strcmp(project->set.flash_cue, "intensity") != 0) return 0;
+    if (by_depth) {
+        TRY(fs_dataset_read(&dataset, fs_file_at("%s/views.json", project->out).text, err));
+        TRY(*project->set.flash_points ? read_lightings(&project->set, &found, err)
+                                       : read_points(project, &dataset, &found, err));
+        TRY(fs_depth_cue_find(views, &found, &at, err));
+        mirrored = fs_depth_cue_part(views, at, points);
+    } else {
+        TRY(fs_intensity_cue_part(views, points, &at, &mirrored, err));
+    }
+    fs_log_info(&project->log, "initialise: parted at a %s of %.3g: %d points transmitted, %d reflected",
+                by_depth ? "depth" : "growth of the light", at, points->n - mirrored, mirrored);
 fail:
     fs_points_free(&found);
     fs_dataset_free(&dataset);
@@ -189,8 +217,22 @@ static int find_surfaces(const FsProject *project, const Start *start, const Poi
     return 0;
 }
 
+int fs_initialise_check(const Settings *set, FsError *err)
+{
+    if (strcmp(set->model, "field") == 0 &&
+        (strcmp(set->separation, "linear") == 0 || strcmp(set->geometry, "shared") != 0))
+        return fs_error_set(err, FS_ERR_USAGE,
+                            "--model field goes with --separation none, flashless or full and --geometry shared");
+    if (!*set->flash_points != !*set->noflash_points)
+        return fs_error_set(err, FS_ERR_USAGE, "--flash-points and --noflash-points: give both, or none");
+    if (*set->flash_points && strcmp(set->flash_cue, "depth") != 0)
+        return fs_error_set(err, FS_ERR_USAGE, "--flash-points and --noflash-points go with --flash-cue depth");
+    return 0;
+}
+
 int fs_initialise_run(FsProject *project, FsError *err)
 {
+    MUST(fs_initialise_check(&project->set, err));
     if (fs_project_done(project, FS_STAGE_INITIALISE)) return 0;
     int rc = 0;
     const Log *log = &project->log;
@@ -229,8 +271,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
         goto fail;
     }
     fs_log_progress(log, "initialise", 2, 4, "finding their surfaces");
-    if (parts(&project->set) && strcmp(project->set.flash_cue, "depth") == 0)
-        TRY(part_by_depth(project, &views, &points, err));
+    if (parts(&project->set)) TRY(part_otherwise(project, &views, &points, err));
     TRY(find_surfaces(project, &start, &given, dense, err));
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
     TRY(fs_first_scene_make(&start, &project->set, &scene, err));

@@ -7,6 +7,8 @@
 
 // Reads OUT/views.json, OUT/images and OUT/sparse; writes OUT/start.
 int fs_initialise_run(FsProject *project, FsError *err);
+// Whether the settings go together; so that it is said before photos are posed.
+int fs_initialise_check(const Settings *set, FsError *err);
 // Whether it looks for surfaces by stereo, which then is nearly all that it takes.
 bool fs_initialise_looks(const Settings *set);
 

@@ -92,8 +92,11 @@ static json_t *inputs_of(const FsProject *project, const ProjectStage *stage)
         put_hash(inputs, "the model of --poses", place ? place : model, 1);
         free(place);
     }
-    if (stage->stage == FS_STAGE_INITIALISE && *project->set.points)
-        put_hash(inputs, "the cloud of --points", project->set.points, 1);
+    const char *const clouds[][2] = {{"the cloud of --points", project->set.points},
+                                     {"the cloud of --flash-points", project->set.flash_points},
+                                     {"the cloud of --noflash-points", project->set.noflash_points}};
+    for (size_t i = 0; i < sizeof clouds / sizeof *clouds; i++)
+        if (stage->stage == FS_STAGE_INITIALISE && *clouds[i][1]) put_hash(inputs, clouds[i][0], clouds[i][1], 1);
     for (int i = 0; i < PROJECT_INPUTS && stage->input[i]; i++)
         put_hash(inputs, stage->input[i], fs_file_at("%s/%s", project->out, stage->input[i]).text, MAX_DEPTH);
     return inputs;
@@ -137,7 +140,7 @@ static void say_setting(char *text, size_t size, const char *name, const json_t 
 static bool is_same_setting(const char *name, const json_t *was, const json_t *now)
 {
     bool file = strcmp(name, "poses") == 0 || strcmp(name, "flash-list") == 0 || strcmp(name, "masks") == 0 ||
-                strcmp(name, "points") == 0;
+                strcmp(name, "points") == 0 || strcmp(name, "flash-points") == 0 || strcmp(name, "noflash-points") == 0;
     return json_equal(was, now) || strcmp(name, "minutes") == 0 ||
            (file && json_string_length(was) && json_string_length(now) && fs_file_exists(json_string_value(now)));
 }

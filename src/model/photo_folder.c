@@ -97,7 +97,15 @@ static int what_folder_says(const char *folder)
     return what_letters_say(letters);
 }
 
-// By a word of it: "IMG_0001_flash", "noflash-3", "7 no flash": 1, 0, 0; -1: none.
+// "flash0002" is "flash"; a number alone stays.
+static void without_number(char *word)
+{
+    size_t n = strlen(word);
+    while (n > 0 && isdigit((unsigned char)word[n - 1])) n--;
+    if (n > 0) word[n] = 0;
+}
+
+// By a word of it: "IMG_0001_flash", "noflash-3", "7 no flash", "scene_flash0002": 1, 0, 0, 1; -1: none.
 static int what_name_says(const char *name)
 {
     char before[32] = "", word[32] = "", both[64];
@@ -108,6 +116,7 @@ static int what_name_says(const char *name)
             if (n + 1 < sizeof word) word[n] = (char)tolower((unsigned char)*p), word[n + 1] = 0;
             continue;
         }
+        without_number(word);
         snprintf(both, sizeof both, "%s%s", before, word);
         int one = what_letters_say(word), two = what_letters_say(both);
         if (one == 0 || two == 0) return 0;

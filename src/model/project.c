@@ -352,8 +352,9 @@ static int check_plan(const FsProject *project, unsigned stages, const Names *na
     MUST(check_marks(project, err));
     if ((stages & FS_STAGE_POSES) && *project->set.poses)
         MUST(fs_project_check_input(project, project->set.poses, err));
-    if ((stages & FS_STAGE_INITIALISE) && *project->set.points)
-        MUST(fs_project_check_input(project, project->set.points, err));
+    const char *const clouds[] = {project->set.points, project->set.flash_points, project->set.noflash_points};
+    for (size_t i = 0; i < sizeof clouds / sizeof *clouds; i++)
+        if ((stages & FS_STAGE_INITIALISE) && *clouds[i]) MUST(fs_project_check_input(project, clouds[i], err));
     for (int i = 0; i < N_SHARED; i++) MUST(check_output(project, shared_output[i], names, err));
     for (int i = 0; i < PROJECT_STAGES; i++)
         for (int k = 0; k < PROJECT_OUTPUTS && fs_project_stages[i].output[k]; k++)

@@ -21,6 +21,13 @@ Separation fs_scene_separation(const char *name)
     return (Separation)s;
 }
 
+void fs_scene_set_kind(Scene *scene, const Settings *set)
+{
+    scene->separation = fs_scene_separation(set->separation);
+    scene->shared_geometry = scene->separation != SEPARATION_FULL || strcmp(set->geometry, "shared") == 0;
+    scene->pane_beta = scene->separation == SEPARATION_NONE || strcmp(set->beta, "pane") == 0;
+}
+
 void fs_scene_free(Scene *scene)
 {
     for (int l = 0; l < LAYERS; l++) fs_cloud_free(&scene->cloud[l]);
@@ -181,10 +188,10 @@ static int read_separation(const json_t *root, Scene *scene, const char *path, F
     scene->separation = json_is_string(value) ? fs_scene_separation(json_string_value(value)) : SEPARATIONS;
     bool ok = scene->separation < SEPARATIONS;
     if (ok && json_object_get(root, "field")) return 0;
-    if (ok && (scene->separation == SEPARATION_FULL || (scene->shared_geometry && scene->pane_beta))) return 0;
+    if (ok && (scene->separation == SEPARATION_FULL || scene->shared_geometry)) return 0;
     scene->separation = SEPARATION_FULL;
-    return fs_error_input(
-        err, "%s: separation: expected full, or with shared geometry and a pane flashless, linear or none", path);
+    return fs_error_input(err, "%s: separation: expected full, or with shared geometry flashless, linear or none",
+                          path);
 }
 
 static int read_number(const json_t *root, const Number *number, Scene *scene, const char *path, FsError *err)
@@ -209,9 +216,8 @@ static int read_model(Scene *scene, json_t **root, const char *path, FsError *er
     MUST(fs_json_file_read(path, 1 << 20, root, err));
     json_t *version = json_object_get(*root, "version");
     if (!json_is_integer(version) || json_integer_value(version) != VERSION)
-        return fs_error_input(
-            err, "%s: expected \"version\": %d; made by another version of the program", path,
-            VERSION);
+        return fs_error_input(err, "%s: expected \"version\": %d; made by another version of the program", path,
+                              VERSION);
     MUST(read_flag(*root, "shared_geometry", &scene->shared_geometry, path, err));
     MUST(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
     MUST(read_separation(*root, scene, path, err));

@@ -8,6 +8,7 @@
 #include "model/layers.h"
 #include "model/radiance.h"
 #include "model/pane_veil.h"
+#include "model/settings.h"
 
 // The pane. Both its surfaces lumped, its reflectance follows Schlick's form of Fresnel's law for glass,
 //   beta(ray) = f0 rho(ray),   rho = 1 + 22 (1 - |normal . ray|)^5,   dimming rho at most FS_OPTICS_MOST,
@@ -31,12 +32,12 @@ static inline double fs_pane_beta(const Pane *pane, double cosine)
     return pane->f0 * (pane->dimming * rho < FS_OPTICS_MOST ? rho : FS_OPTICS_MOST / pane->dimming);
 }
 
-// What is told apart: everything, or less for comparisons (with shared geometry and a pane).
+// What is told apart: everything, or less for comparisons, which have one T and so shared geometry.
 typedef enum Separation {
     SEPARATION_FULL,
     SEPARATION_FLASHLESS, // T_F is T_N: one T for all photos
     SEPARATION_LINEAR,    // T_F = c T_N, one constant per channel (gain_color); gains are 0 and nothing falls off
-    SEPARATION_NONE,      // T holds the photos as they are; there is no R, and the pane does nothing
+    SEPARATION_NONE,      // T holds the photos as they are; there is no R, no beta, and the pane does nothing
     SEPARATIONS
 } Separation;
 extern const char *const fs_scene_separations[SEPARATIONS]; // as the setting names them
@@ -52,8 +53,8 @@ typedef struct Scene {
     double flash_distance;  // world units; distance at which the falloff is 1
     double extent;          // radius of the cameras' centres around their mean, world units (learning rates, pruning)
     double metres_per_unit; // 0 when unknown
-    double flash_return;    // shared geometry: flash light that comes back by the mirrored room brightens R like T,
-                            // with gain_color times this and no gains
+    double flash_return;    // shared geometry behind a pane: flash light that comes back by the mirrored room brightens
+                            // R like T, with gain_color times this and no gains
     // The camera's, where they were learned (kernels/calibration.h); renders are without them. 0: none.
     double vignetting[FS_OPTICS_VIGNETTING], response[FS_OPTICS_KNOTS];
     Veil veil; // of a scene that is lit; renders are without it
@@ -69,6 +70,8 @@ float fs_scene_white(const double response[]);
 void fs_scene_lift(Scene *scene, double factor);
 int fs_scene_copy(Scene *to, const Scene *from, FsError *err);
 Separation fs_scene_separation(const char *name); // SEPARATIONS when there is none of that name
+// Sets separation, shared_geometry and pane_beta as settings ask for them.
+void fs_scene_set_kind(Scene *scene, const Settings *set);
 
 // T_F is T_N's Gaussians brightened by the flash, and not just T_N.
 static inline bool fs_scene_lit(const Scene *scene)

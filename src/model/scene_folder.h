@@ -13,6 +13,7 @@ typedef struct SceneFolder {
     const char *photos; // "images_npy" or "images"
     FilePath poses;     // "": none there
     FilePath points;    // a dense cloud; "": none there
+    FilePath fused[2];  // of the photos without flash and with it; "": not both there
     int stray;          // pictures beside them that are not taken
 } SceneFolder;
 

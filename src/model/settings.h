@@ -15,7 +15,7 @@ typedef struct FsSettings {
     // poses
     char *poses, *colmap, *align;
     // initialise
-    char *points, *flash_cue;
+    char *points, *flash_points, *noflash_points, *flash_cue;
     int init_count;
     // train
     int steps, levels, test_every, checkpoint_every, progress_every, max_splats;

@@ -82,11 +82,13 @@ static bool is_field(const Settings *set)
 // Which layers have a cloud of their own.
 static bool has_cloud(const Settings *set, Layer layer)
 {
+    Scene kind = {0};
     if (is_field(set)) return false;
+    fs_scene_set_kind(&kind, set);
     switch (layer) {
-    case LAYER_T_F: return strcmp(set->geometry, "shared") != 0;
-    case LAYER_R: return strcmp(set->separation, "none") != 0;
-    case LAYER_BETA: return strcmp(set->beta, "pane") != 0;
+    case LAYER_T_F: return !kind.shared_geometry;
+    case LAYER_R: return kind.separation != SEPARATION_NONE;
+    case LAYER_BETA: return !kind.pane_beta;
     default: return true;
     }
 }
@@ -111,14 +113,12 @@ static int make_scene(Engine *engine, const Settings *set, int n, Scene *scene, 
     if (!neighbour) return fs_error_memory(err);
     for (int i = 0; i < n * ENGINE_NEIGHBOURS; i++)
         neighbour[i] = (i / ENGINE_NEIGHBOURS + i % ENGINE_NEIGHBOURS + 1) % n;
-    *scene = (Scene){.separation = fs_scene_separation(set->separation),
-                     .shared_geometry = !has_cloud(set, LAYER_T_F),
-                     .pane_beta = !has_cloud(set, LAYER_BETA),
-                     .pane = {{0.5, 0, -0.866}, 0.1, 0.1},
+    *scene = (Scene){.pane = {{0.5, 0, -0.866}, 0.1, 0.1},
                      .gain_color = {1.5, 1.4, 1.3},
                      .flash_distance = 3,
                      .extent = 0.5,
                      .flash_return = 0.1};
+    fs_scene_set_kind(scene, set);
     if (is_field(set)) TRY(make_field(scene, err));
     for (int l = 0; l < LAYERS; l++)
         if (has_cloud(set, l)) TRY(make_cloud(&scene->cloud[l], n, l, l == LAYER_T_N && scene->shared_geometry, err));

@@ -106,8 +106,12 @@ class Authors(FolderTest):
             self.assertAlmostEqual(a["fx"], want["fx"] / 2, delta=1e-3)
             for v in (a, b):
                 numpy.testing.assert_allclose(numpy.array(v["w2c"])[:3], numpy.array(want["w2c"])[:3], atol=1e-6)
-        process = self.good("info", self.scene)
-        self.assertIn("12 photos: 6 with flash, 6 without", process.stdout)
+        scene = shutil.copytree(self.scene, self.dir / "scene")
+        for i in range(4):  # as many pictures beside them as make a folder of photos elsewhere
+            shutil.copy(next((scene / "images").iterdir()), scene / f"plot{i}.png")
+        for folder in self.scene, scene:
+            process = self.good("info", folder)
+            self.assertIn("12 photos: 6 with flash, 6 without", process.stdout)
 
     def test_values_are_those_of_the_raw_files(self):
         self.good("ingest", self.scene, "-o", self.dir / "out", *self.balance)
@@ -161,9 +165,43 @@ class Authors(FolderTest):
         process = self.good("initialise", out, "--points", text, "--preset", "paper", *QUICK[6:8])
         said = re.search(r"parted at a depth of \S+: (\d+) points transmitted, (\d+) reflected", process.stdout + process.stderr)
         self.assertGreater(min(map(int, said.groups())), 50)
+        # as the paper words its cue, by how much the light grows
+        process = self.good("initialise", out, "--flash-cue", "intensity", *QUICK[:2], *QUICK[6:8])
+        said = re.search(r"parted at a growth of the light of (\S+): (\d+) points transmitted, (\d+) reflected",
+                         process.stdout + process.stderr)
+        self.assertTrue(1 < float(said[1]) < 6 and min(int(said[2]), int(said[3])) > 20, said[0])
         authors_folder.write_dense(text, points + 100)
         process = run("initialise", out, "--points", text, *QUICK[:2], *QUICK[6:8])
         self.assert_fails(process, 1, text, "frame of the poses")
+
+    def test_clouds_of_either_lighting(self):
+        scene, out = shutil.copytree(self.scene, self.dir / "scene"), self.dir / "out"
+        transmitted, reflected = (read_points(self.raw / f"start/{k}_surface.ply") for k in ("transmitted", "reflected"))
+        authors_folder.write_dense(scene / "15_flash_fused.ply", numpy.concatenate([transmitted, reflected[::2]]))
+        authors_folder.write_dense(scene / "15_noflash_fused.ply", numpy.concatenate([transmitted[::4], reflected]))
+        few = [*FEW, "--preset", "paper", *self.balance]
+        process = self.good("run", scene, "-o", out, *few)
+        said = process.stdout + process.stderr
+        self.assertIn("parted by its clouds of either lighting: 15_flash_fused.ply and 15_noflash_fused.ply", said)
+        depth = float(re.search(r"parted at a depth of (\S+):", said)[1])
+        first = (out / "start/T_N.ply").read_bytes()
+        clouds = ["--flash-points", scene / "15_flash_fused.ply", "--noflash-points", scene / "15_noflash_fused.ply"]
+        alone = ["initialise", out, "--preset", "paper", *FEW[4:6], *FEW[8:]]
+        self.good(*alone, *clouds, "--force")
+        self.assertEqual((out / "start/T_N.ply").read_bytes(), first)
+        process = self.good(*alone)  # without them it goes by the points of the poses
+        other = float(re.search(r"parted at a depth of (\S+):", process.stdout + process.stderr)[1])
+        self.assertNotEqual(depth, other)
+        self.assert_fails(run(*alone, *clouds[:2]), 2, "give both")
+        self.assert_fails(run("initialise", out, *clouds), 2, "--flash-cue depth")
+        self.assert_fails(run("run", scene, "-o", self.dir / "b", "--flash-points", "no.ply", *clouds[2:], *few), 1, "no.ply")
+
+    def test_ablations_of_the_paper(self):
+        for separation in ("flashless", "linear", "none"):
+            out = self.dir / separation
+            self.good("run", self.scene, "-o", out, *self.balance, *FEW, "--preset", "paper", "--separation", separation)
+            there = {p.stem for p in (out / "clouds").glob("*.ply")}
+            self.assertEqual(there, {"T_N"} if separation == "none" else {"T_N", "R", "beta"})
 
 
 if __name__ == "__main__":

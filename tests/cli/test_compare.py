@@ -60,9 +60,12 @@ class Compare(FolderTest):
         give_points(scene / "truth")
         (self.dir / "scenes/README.md").write_text(
             "| scene | variant, steps | T_N | R |\n|---|---|---|---|\n| small | full, 5000 | 31.25 / 0.950 | - |\n")
-        shutil.copytree(scene / "truth/T_N", others / "T_N")
+        (others / "T_N").mkdir(parents=True)
+        for picture in (scene / "truth/T_N").glob("IMG_*"):  # as programs of single photos name theirs, and no other view
+            shutil.copy(picture, others / "T_N" / f"{picture.stem}_l{picture.suffix}")
         published = self.dir / "published"
         shutil.copytree(scene / "capture/jpeg", published / "images")
+        shutil.copytree(others, others.parent / "published")
         shutil.copytree(scene / "truth/sparse", published / "sparse/0")
         authors = self.dir / "authors"
         gains = make_authors(common.PROGRAM, scene, authors)
@@ -79,6 +82,9 @@ class Compare(FolderTest):
         process = self.compare(*wanted)
         self.assertEqual(process.returncode, 2)  # no such method
         wanted[1] = "full,plain"
+        process = self.compare(*wanted, "--method", f"copy={self.dir / 'typo'}")
+        self.assertEqual(process.returncode, 2)
+        self.assertIn("copy: no folder", process.stderr)
         process = self.compare(*wanted)
         self.assertEqual(process.returncode, 0, process.stdout + process.stderr)
 
@@ -86,7 +92,7 @@ class Compare(FolderTest):
             rows = list(csv.DictReader(f))
         small = [r for r in rows if r["scene"] == "small"]
         psnr = {(r["method"], r["views"], r["layer"], r["kind"]): float(r["psnr"]) for r in small}
-        self.assertEqual({r["method"] for r in rows if r["scene"] == "published"}, {"full", "plain"})
+        self.assertEqual({r["method"] for r in rows if r["scene"] == "published"}, {"full", "plain", "copy"})
         beside = [r for r in rows if r["scene"] == "authors"]
         self.assertEqual({r["method"] for r in beside}, {"full", "plain", "published"})
         paper = next(r for r in beside if r["title"].endswith(": Flash-Splat"))
@@ -111,6 +117,11 @@ class Compare(FolderTest):
         self.assertEqual(found, ["truth", "full", "plain", "copy", "published"])
         self.assertEqual([r["method"] for r in data["means"]], ["full", "plain", "copy"])
         self.assertEqual(data["means"][0]["scenes"], {views: ["small"] for views in ("held_out", "capture")})
+        names = {r["method"]: {v for of in r["pictures"].values() for v in of} for r in data["scenes"]["small"]}
+        self.assertTrue(names["copy"] and names["copy"] <= names["truth"] & names["full"], names)  # side by side
+        self.assertTrue(any(v.startswith("TEST") for v in names["full"]))
+        beside = {r["method"]: r["pictures"] for r in data["scenes"]["published"]}
+        self.assertEqual(beside["copy"]["T_N"].keys(), beside["full"]["T_N"].keys())  # no figures, but pictures
         shown = [path for of in data["scenes"].values() for r in of for views in r["pictures"].values()
                  for path in views.values()]
         self.assertGreater(len(shown), 20)
@@ -119,8 +130,9 @@ class Compare(FolderTest):
         tex = (self.dir / "out/compare.tex").read_text()
         self.assertIn("\\textbf{", tex)
         check_tex(self, tex)
-        self.assertRegex(tex, r"full & [\\{}a-z]*\d+\.\d\d\}? / \.\d{3} & ")
-        self.assertRegex(tex, r"authors, .*(.|\n)*full & -- &(.|\n)*Flash-Splat & \\textbf{20.42} / .287 &")
+        self.assertRegex(tex, r"full & [\\{}a-z]*\d+\.\d\d\}?/\.\d{3}/\.\d{3} & .* & \d+ & \d+ & [1-9] \\\\")
+        self.assertRegex(tex, r"small, held-out views, paper's convention")
+        self.assertRegex(tex, r"authors, .*(.|\n)*full & -- &(.|\n)*Flash-Splat & \\textbf{20.42}/.287 &")
 
         logs = {p: p.stat().st_size for p in (self.dir / "out").glob("*.json")}
         before = (self.dir / "out/small-true/clouds/T_N.ply").stat().st_mtime_ns
@@ -128,6 +140,11 @@ class Compare(FolderTest):
         self.assertEqual((self.dir / "out/small-true/clouds/T_N.ply").stat().st_mtime_ns, before)  # kept, not trained
         self.assertEqual({p: p.stat().st_size for p in (self.dir / "out").glob("*.json")}, logs)
         self.assertEqual(self.data()["scenes"], data["scenes"])
+        shutil.rmtree(others)  # a folder of this name with nothing in it is told
+        others.mkdir()
+        process = self.compare(*wanted)
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("small, true poses, copy:", process.stderr)
 
 
 class Means(FolderTest):

@@ -14,7 +14,9 @@ class Fields(FolderTest):
         share = ["--preset", "flash-nerf", "--steps", 40]
         job = ["run", scene / "capture/raw", "-o", out, "--poses", scene / "truth/sparse", *share, "--long-edge", 96,
                "--progress-every", 40]
-        self.assert_fails(run(*job, "--separation", "linear"), 2, "--model field")
+        for wrong in ("--separation", "linear"), ("--geometry", "separate"):
+            self.assert_fails(run(*job, *wrong), 2, "--model field")
+            self.assertFalse(out.exists(), "said before anything is made")
         done = run(*job, "--threads", 2)
         self.assertEqual(done.returncode, 0, done.stderr)
         for name in ("T_N", "T_F", "R", "beta", "I_F", "depth_R"):

@@ -34,6 +34,7 @@ static const Kind kinds[] = {
     {SEPARATION_FULL, false, true, true},
     {SEPARATION_FULL, false, false, true},
     {SEPARATION_LINEAR, true, true, true},
+    {SEPARATION_LINEAR, true, false, true},
     {SEPARATION_FLASHLESS, true, true, true},
     {SEPARATION_NONE, true, true, false},
     {SEPARATION_FULL, true, true, false},

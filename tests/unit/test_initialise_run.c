@@ -111,7 +111,12 @@ static void check_comparisons(const char *out, const char *start)
 {
     Scene scene;
     separation = "flashless";
-    assert_int_equal(run(out, "2", "separate", NULL), FS_ERR_USAGE);
+    assert_int_equal(run(out, "2", "separate", NULL), 0); // the paper's: one T, and beta as a cloud
+    assert_int_equal(fs_scene_read(&scene, start, NULL), 0);
+    assert_true(scene.shared_geometry && !scene.pane_beta && scene.flash_return == 0);
+    check_cloud(&scene.cloud[LAYER_BETA], 1, 0);
+    assert_int_equal(scene.cloud[LAYER_T_F].n, 0);
+    fs_scene_free(&scene);
     assert_int_equal(run(out, "2", "shared", NULL), 0);
     assert_int_equal(fs_scene_read(&scene, start, NULL), 0);
     assert_int_equal(scene.separation, SEPARATION_FLASHLESS);
@@ -120,6 +125,10 @@ static void check_comparisons(const char *out, const char *start)
     for (int i = 0; i < scene.cloud[LAYER_T_N].n; i++) assert_true(scene.cloud[LAYER_T_N].field[CLOUD_GAINS][i] == 0);
     fs_scene_free(&scene);
     separation = "none";
+    assert_int_equal(run(out, "2", "separate", NULL), 0);
+    assert_int_equal(fs_scene_read(&scene, start, NULL), 0);
+    assert_true(scene.shared_geometry && !scene.cloud[LAYER_BETA].n && !scene.cloud[LAYER_R].n);
+    fs_scene_free(&scene);
     assert_int_equal(run(out, "2", "shared", NULL), 0);
     assert_int_equal(fs_scene_read(&scene, start, NULL), 0);
     check_cloud(&scene.cloud[LAYER_T_N], 3, 1);

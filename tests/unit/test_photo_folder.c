@@ -116,6 +116,8 @@ static void test_names_that_say_flash(void **state)
     expect_view("3 No Flash", "3 No Flash.tif", false);
     expect_view("Flash-4", "Flash-4.tif", true);
     expect_view("IMG_5_non_flash", "IMG_5_non_flash.tif", false);
+    FILL({"rgb16.tif", "a_flash0002.tif"}, {"rgb16.tif", "a_noflash0001.tif"}, {"rgb16.tif", "no_flash3.tif"});
+    expect_good("photos", NULL, "3 photos: 1 with flash, 2 without (their names)");
     FILL({"flash.dng", "A_noflash.DNG"}, {"ambient.dng", "B_flash.DNG"}); // EXIF knows better
     expect_good("photos", NULL, "1 with flash, 1 without (EXIF)");
     expect_view("A_noflash", "A_noflash.DNG", true);
