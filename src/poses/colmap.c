@@ -261,7 +261,8 @@ static int take_largest(const char *dir, ColmapModel *model, FsError *err)
     return 0;
 }
 
-static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model, FsError *err)
+// failure: why COLMAP ended with an error, which it also does where it found no model.
+static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model, FsError *failure, FsError *err)
 {
     static const char *const names[] = {"all", "noflash", "flash"};
     FilePath dir = fs_file_at("%s/%s%s", colmap->dir, names[group + 1], lenient ? "-lenient" : "");
@@ -285,22 +286,36 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
                               {NULL, NULL}};
     static const char *const what[] = {"finding poses", "finding poses of the no-flash photos",
                                        "finding poses of the flash photos"};
-    int rc = run(colmap, "mapper", options, what[group + 1], err);
-    if (rc < 0 && rc != FS_ERR_INPUT) return rc;
-    return take_largest(dir.text, model, err); // a mapper that found nothing also ends with an error
+    int rc = run(colmap, "mapper", options, what[group + 1], failure);
+    if (rc < 0 && rc != FS_ERR_INPUT) return fs_error_set(err, rc, "%s", failure->message);
+    return take_largest(dir.text, model, err);
+}
+
+// The photos are to blame: the words are those of all versions so far.
+static bool says_no_model(const Colmap *colmap)
+{
+    char *text = NULL;
+    size_t size;
+    bool said = fs_file_read(colmap->log_path, 64 << 20, &text, &size, NULL) == 0 &&
+                strstr(text, "failed to create sparse model");
+    free(text);
+    return said;
 }
 
 int fs_colmap_map(Colmap *colmap, int group, ColmapModel *model, FsError *err)
 {
     *model = (ColmapModel){0};
     int rc = 0, wanted = 0;
+    FsError failure = {0};
     for (int i = 0; i < colmap->capture->n; i++) wanted += group < 0 || colmap->capture->photo[i].flash == group;
-    TRY(map_once(colmap, group, false, model, err));
+    TRY(map_once(colmap, group, false, model, &failure, err));
     if (model->n_images < wanted) {
         fs_log_info(&colmap->project->log, "poses: %d of %d photos posed; trying again with lower demands",
                     model->n_images, wanted);
-        TRY(map_once(colmap, group, true, model, err));
+        TRY(map_once(colmap, group, true, model, &failure, err));
     }
+    if (!model->n_images && failure.code && !says_no_model(colmap))
+        rc = fs_error_set(err, failure.code, "%s", failure.message);
 fail:
     if (rc < 0) fs_colmap_model_free(model);
     return rc;
