@@ -206,7 +206,7 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
     for (int i = 0; i < cap->n; i++) {
         colmap->image_id[i] = fs_database_image(colmap->db, cap->photo[i].picture);
         if (colmap->image_id[i]) MUST(fs_database_features(colmap->db, colmap->image_id[i], &features[i], err));
-        if (features[i].n < 50)
+        if (features[i].n < FS_COLMAP_FEW_FEATURES)
             fs_log_warn(&colmap->project->log, "%s: only %d features; is it sharp and well exposed?",
                         cap->photo[i].name, features[i].n);
     }
@@ -267,6 +267,8 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
     static const char *const names[] = {"all", "noflash", "flash"};
     FilePath dir = fs_file_at("%s/%s%s", colmap->dir, names[group + 1], lenient ? "-lenient" : "");
     FilePath list = fs_file_at("%s.txt", dir.text);
+    char inliers[16];
+    snprintf(inliers, sizeof inliers, "%d", FS_COLMAP_FEW_MATCHES);
     MUST(fs_file_mkdirs(dir.text, err));
     MUST(write_list(colmap, group, list.text, err));
     const Option options[] = {{"--database_path", colmap->database},
@@ -280,7 +282,7 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
                               {"--Mapper.ba_refine_principal_point", "0"},
                               {lenient ? "--Mapper.init_min_num_inliers" : NULL, "40"},
                               {"--Mapper.init_min_tri_angle", "4"},
-                              {"--Mapper.abs_pose_min_num_inliers", "15"},
+                              {"--Mapper.abs_pose_min_num_inliers", inliers},
                               {"--Mapper.abs_pose_min_inlier_ratio", "0.1"},
                               {"--Mapper.max_reg_trials", "6"},
                               {NULL, NULL}};

@@ -6,6 +6,11 @@
 #include "poses/capture.h"
 #include "poses/database.h"
 
+enum {
+    FS_COLMAP_FEW_FEATURES = 50, // of a photo
+    FS_COLMAP_FEW_MATCHES = 15,  // verified ones, that a pose is asked for
+};
+
 typedef struct Colmap {
     const FsProject *project;
     const Capture *capture;

@@ -2,11 +2,7 @@
 
 #include <string.h>
 
-enum {
-    FEW_FEATURES = 50,
-    FEW_MATCHES = 15, // verified ones; as COLMAP is asked for a pose
-    MOST_EXPLAINED = 12
-};
+enum { MOST_EXPLAINED = 12 };
 
 void fs_missing_names(const Sparse *sparse, const Capture *capture, char *text, size_t size)
 {
@@ -40,21 +36,18 @@ static Partner find_partner(const Colmap *colmap, const Sparse *sparse, int i, b
     return best;
 }
 
-static void explain(const Colmap *colmap, const Features *features, const Sparse *sparse, int i)
+static void explain(const Colmap *colmap, const Sparse *sparse, int i)
 {
     const Log *log = &colmap->project->log;
     const Photo *photo = colmap->capture->photo;
     const char *name = photo[i].name;
     Partner posed = find_partner(colmap, sparse, i, true), other = find_partner(colmap, sparse, i, false);
-    if (features[i].n < FEW_FEATURES)
-        fs_log_warn(log, "%s has no pose and is left out: only %d features; is it sharp and well exposed?", name,
-                    features[i].n);
-    else if (posed.matches < FEW_MATCHES && other.matches >= FEW_MATCHES)
+    if (posed.matches < FS_COLMAP_FEW_MATCHES && other.matches >= FS_COLMAP_FEW_MATCHES)
         fs_log_warn(log,
                     "%s has no pose and is left out: it goes with %s, which has none either, and not with the others: "
                     "of another place, or photos between are missing",
                     name, photo[other.photo].name);
-    else if (posed.matches < FEW_MATCHES)
+    else if (posed.matches < FS_COLMAP_FEW_MATCHES)
         fs_log_warn(
             log,
             "%s has no pose and is left out: next to nothing in common with the others (%d matches at most): of "
@@ -71,8 +64,8 @@ void fs_missing_explain(const Colmap *colmap, const Features *features, const Sp
 {
     int said = 0;
     for (int i = 0; i < colmap->capture->n && said < MOST_EXPLAINED; i++) {
-        if (sparse->pose[i].known) continue;
-        explain(colmap, features, sparse, i);
+        if (sparse->pose[i].known || features[i].n < FS_COLMAP_FEW_FEATURES) continue;
+        explain(colmap, sparse, i);
         said++;
     }
 }

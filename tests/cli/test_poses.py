@@ -50,6 +50,7 @@ class Failures(FolderTest):
     def test_mapper_that_finds_nothing(self):
         process = self.poses("ERROR: failed to create sparse model", 1)
         self.assert_fails(process, 1, "only 0 of 8 photos could be posed", "N_03", "overlap")
+        self.assertEqual(process.stderr.count("warning: N_03"), 1, process.stderr)  # that it has few features
 
 
 common.main()
