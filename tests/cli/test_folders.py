@@ -384,6 +384,8 @@ class Layouts(FolderTest):
                           "without --resume")
         self.assertEqual(clouds(self.out), clouds(self.done))
         self.assertNotIn("0.5", (self.out / "done/train.json").read_text())
+        self.assert_fails(run("train", self.out, *TRAIN, "--lighting", "flash", "--resume"), 1,
+                          "the setting lighting was both and is flash now")  # of fewer photos, too
         self.assertEqual(run(*more).returncode, 0)
         self.assertNotEqual(clouds(self.out), clouds(self.done))
         mark = json.loads((self.out / "done/train.json").read_text())
