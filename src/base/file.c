@@ -303,6 +303,7 @@ const char *fs_file_name(const char *path)
 char *fs_file_stem(const char *path)
 {
     char *stem = strdup(fs_file_name(path));
+    if (!stem) fs_error_memory(NULL);
     char *dot = stem ? strrchr(stem, '.') : NULL;
     if (dot && dot != stem) *dot = 0;
     return stem;
