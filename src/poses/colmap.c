@@ -141,7 +141,9 @@ int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capt
     TRY(run(colmap, "database_creator", options, "starting COLMAP", err));
     TRY(fs_database_open(&colmap->db, colmap->database, err));
     // COLMAP numbers photos as its threads finish them; numbered by us, each run is the same.
-    if (!fs_database_has_frames(colmap->db)) TRY(enter_photos(colmap, err));
+    int frames;
+    TRY(frames = fs_database_has_frames(colmap->db, err));
+    rc = frames ? 0 : enter_photos(colmap, err);
 fail:
     if (rc < 0) fs_colmap_close(colmap);
     return rc;
@@ -178,7 +180,8 @@ static int longest_edge(const Capture *capture)
 int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
 {
     const Capture *cap = colmap->capture;
-    bool frames = fs_database_has_frames(colmap->db);
+    int frames = fs_database_has_frames(colmap->db, err);
+    if (frames < 0) return frames;
     Lens lens = prior_lens(&cap->photo[0]);
     int wanted = colmap->project->set.threads;
     FilePath masks = fs_file_at("%s_masks", cap->pictures); // what ingest was given
@@ -204,7 +207,7 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
         {NULL, NULL}};
     MUST(run(colmap, "feature_extractor", masked ? options : options + 1, "looking for features", err));
     for (int i = 0; i < cap->n; i++) {
-        colmap->image_id[i] = fs_database_image(colmap->db, cap->photo[i].picture);
+        MUST(colmap->image_id[i] = fs_database_image(colmap->db, cap->photo[i].picture, err));
         if (colmap->image_id[i]) MUST(fs_database_features(colmap->db, colmap->image_id[i], &features[i], err));
         if (features[i].n < FS_COLMAP_FEW_FEATURES)
             fs_log_warn(&colmap->project->log, "%s: only %d features; is it sharp and well exposed?",

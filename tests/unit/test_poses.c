@@ -425,6 +425,37 @@ static void test_adjust(void **state)
     fs_sparse_free(&sparse);
 }
 
+// What cannot be read is an error, and not a photo that is missing.
+static void test_database(void **state)
+{
+    FilePath path = fs_file_at("%s/colmap.db", (char *)*state);
+    sqlite3 *db;
+    Database *database;
+    FsError err = {0};
+    assert_int_equal(sqlite3_open(path.text, &db), SQLITE_OK);
+    assert_int_equal(
+        sqlite3_exec(db,
+                     "CREATE TABLE images(image_id, name); CREATE TABLE two_view_geometries(pair_id, rows);"
+                     "INSERT INTO images VALUES(3, 'a.png'), (-1, 'b.png');"
+                     "INSERT INTO two_view_geometries VALUES(2147483647 + 2, 17);",
+                     NULL, NULL, NULL),
+        SQLITE_OK);
+    assert_int_equal(fs_database_open(&database, path.text, NULL), 0);
+    assert_int_equal(fs_database_has_frames(database, NULL), 0);
+    assert_int_equal(fs_database_image(database, "a.png", NULL), 3);
+    assert_int_equal(fs_database_image(database, "c.png", NULL), 0);
+    assert_int_equal(fs_database_image(database, "b.png", NULL), FS_ERR_INPUT);
+    assert_int_equal(fs_database_verified(database, 2, 1, NULL), 17);
+    assert_int_equal(fs_database_verified(database, 2, 3, NULL), 0);
+    assert_int_equal(sqlite3_exec(db, "DROP TABLE images; DROP TABLE two_view_geometries", NULL, NULL, NULL),
+                     SQLITE_OK);
+    assert_int_equal(fs_database_image(database, "a.png", &err), FS_ERR_IO);
+    assert_non_null(strstr(err.message, path.text));
+    assert_int_equal(fs_database_verified(database, 2, 1, NULL), FS_ERR_IO);
+    fs_database_close(database);
+    sqlite3_close(db);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -432,6 +463,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_missing, temp_dir_make, temp_dir_remove),
         cmocka_unit_test(test_pixels),
         cmocka_unit_test_setup_teardown(test_cameras, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_database, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_adjust, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_refused, temp_dir_make, temp_dir_remove),
     };
