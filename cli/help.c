@@ -92,11 +92,11 @@ static void print_options(FILE *f, const Command *command, const FsSettings *def
     size_t n;
     const FsOption *options = fs_settings_options(&n);
     for (size_t group = 0; group < N_GROUPS; group++) {
-        bool titled = !several(command->stages);
+        bool titled = false;
         for (size_t i = 0; i < n; i++) {
             char flag[128], text[256];
             if (!in_group(&options[i], command->stages, group)) continue;
-            if (!titled) fprintf(f, "\n%s:\n", groups[group].title);
+            if (!titled) fprintf(f, "\n%s:\n", several(command->stages) ? groups[group].title : "Options");
             titled = true;
             option_flag(&options[i], flag, sizeof flag);
             option_default(defaults, &options[i], text, sizeof text);
@@ -132,7 +132,6 @@ void cli_help_command(FILE *f, const Command *command)
     fprintf(f, "Usage: flashsplat %s%s%s [OPTION...]\n\n%s\n", command->name, *command->usage ? " " : "",
             command->usage, command->help);
     if (command->detail) fprintf(f, "%s\n", command->detail);
-    if (!several(command->stages)) fputs("\nOptions:\n", f);
     print_options(f, command, defaults);
     if (has_preset(command)) print_presets(f, defaults);
     fputs("\nEvery command:\n", f);

@@ -234,7 +234,8 @@ int fs_pair(const char *flash, const char *noflash, const char *out, const FsSet
 
 int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
-    return fs_bench_run(settings, callbacks, err);
+    unsigned failures = fs_memory_begin();
+    return fs_memory_end(failures, fs_bench_run(settings, callbacks, err), err);
 }
 
 int fs_check(const char *photos, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)

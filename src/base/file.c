@@ -60,6 +60,7 @@ static struct {
     pthread_mutex_t lock;
     int n;
     char path[MAX_FOLDERS][512];
+    FsError failure; // of a folder that is no longer among them
 } changed = {.lock = PTHREAD_MUTEX_INITIALIZER};
 
 // A folder that is gone, or of a file system that cannot sync folders, is no failure.
@@ -74,12 +75,13 @@ static int sync_folder(const char *path, FsError *err)
 
 int fs_file_sync_names(FsError *err)
 {
-    int rc = 0;
     pthread_mutex_lock(&changed.lock);
-    for (int i = 0; i < changed.n && rc == 0; i++) rc = sync_folder(changed.path[i], err);
+    FsError failure = changed.failure;
+    for (int i = 0; i < changed.n && !failure.code; i++) sync_folder(changed.path[i], &failure);
     changed.n = 0;
+    changed.failure = (FsError){0};
     pthread_mutex_unlock(&changed.lock);
-    return rc;
+    return fs_error_first(&failure, 1, err);
 }
 
 static void name_changed(const char *path)
@@ -93,7 +95,7 @@ static void name_changed(const char *path)
     pthread_mutex_lock(&changed.lock);
     int i = 0;
     while (i < changed.n && strcmp(changed.path[i], folder) != 0) i++;
-    if (i == MAX_FOLDERS) sync_folder(changed.path[i = 0], NULL);
+    if (i == MAX_FOLDERS) sync_folder(changed.path[i = 0], &changed.failure);
     memcpy(changed.path[i], folder, sizeof folder);
     if (i == changed.n) changed.n++;
     pthread_mutex_unlock(&changed.lock);
@@ -303,6 +305,7 @@ const char *fs_file_name(const char *path)
 char *fs_file_stem(const char *path)
 {
     char *stem = strdup(fs_file_name(path));
+    if (!stem) fs_error_memory(NULL);
     char *dot = stem ? strrchr(stem, '.') : NULL;
     if (dot && dot != stem) *dot = 0;
     return stem;

@@ -49,7 +49,7 @@ typedef struct FilePath {
 __attribute__((format(printf, 1, 2))) FilePath fs_file_at(const char *format, ...);
 __attribute__((format(printf, 1, 2))) char *fs_file_path(const char *format, ...); // asprintf; NULL when out of memory
 const char *fs_file_name(const char *path);                                        // after the last '/'
-char *fs_file_stem(const char *path);                    // name without folder and extension; caller frees
+char *fs_file_stem(const char *path);                    // name without folder and extension; the caller frees
 bool fs_file_has_ext(const char *path, const char *ext); // one of "jpg jpeg", of any case
 
 typedef struct FileList {

@@ -429,6 +429,7 @@ static void remove_listed(const Place *place, const char *path, char *list)
     bool plain = strcmp(place->key, place->below) == 0, changed = false; // else checkpoint.old, say
     size_t end = strlen(list), size = end + 2, kept = size;
     char *left = malloc(size);
+    if (!left) fs_error_memory(NULL);
     while (left && end) {
         size_t line = end;
         list[end] = 0;

@@ -7,8 +7,6 @@
 #include "base/json_file.h"
 #include "model/findings.h"
 
-#define AT_ONCE_BYTES 2e9
-
 typedef struct Work {
     Photos *photos;
     const Log *log;
@@ -56,7 +54,7 @@ static int look_at_all(Photos *photos, int wanted, const Log *log, FsError *err)
     if (!threads) return fs_error_memory(err);
     fs_photos_read_headers(photos, threads);
     for (int i = 0; i < photos->n; i++) largest = fmax(largest, photos->photo[i].memory);
-    int n = (int)fmax(1, fmin(fs_threads_count(threads), AT_ONCE_BYTES / largest));
+    int n = (int)fmax(1, fmin(fs_threads_count(threads), FS_PHOTOS_AT_ONCE / largest));
     fs_threads_free(threads);
     threads = fs_threads_new(n);
     if (!threads) return fs_error_memory(err);

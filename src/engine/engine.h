@@ -108,6 +108,9 @@ enum {
     LEARN_RESPONSE = 1 << 3,   // Scene.response
 };
 
+// Opacity of a Gaussian that shows nothing, half-way to where those that are nearly transparent stop to wander (MCMC).
+#define ENGINE_DEAD 0.005f
+
 typedef struct StepArgs {
     int view;      // number of the photo
     int step;      // steps done before this one

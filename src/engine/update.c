@@ -9,10 +9,12 @@
 enum { CHUNK = 2048 }; // Gaussians per job
 
 // Within which parameters stay.
-#define GAIN_MIN -3.0f  // log: a twentieth of the usual gain
-#define GAIN_MAX 5.0f   // in deep shade the flash gives a hundred times the light that was there
-#define COLOR_MAX 4.0f  // tone-mapped
-#define SEARCHES -2.52f // logit of the opacity above which Gaussians wander less than a thousandth (explore)
+#define GAIN_MIN -3.0f // log: a twentieth of the usual gain
+#define GAIN_MAX 5.0f  // in deep shade the flash gives a hundred times the light that was there
+#define COLOR_MAX 4.0f // tone-mapped
+
+#define WANDER_FALL 100.0f // MCMC: how steeply wandering ends with opacity, at ENGINE_DEAD
+#define SEARCHES -2.52f    // logit of the opacity above which Gaussians wander less than a thousandth (explore)
 
 // ---- over all clouds at once ----
 
@@ -78,7 +80,7 @@ static void explore(const Jobs *jobs, const Range *r)
         if (logit > SEARCHES) continue;
         Rng rng = fs_rng_new(key << 24 ^ (uint64_t)i); // each Gaussian its own, on any device
         float o = 1 / (1 + expf(-logit));
-        float size = (float)args->explore / (1 + expf(100 * (o - 0.005f)));
+        float size = (float)args->explore / (1 + expf(WANDER_FALL * (o - ENGINE_DEAD)));
         const float *q = cloud->field[CLOUD_QUATS] + 4 * i, *s = cloud->field[CLOUD_SCALES] + 3 * i;
         double quat[4] = {q[0], q[1], q[2], q[3]}, rot[9];
         fs_camera_quat_to_rotation(quat, rot);

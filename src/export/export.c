@@ -85,7 +85,7 @@ static int open_export(Export *x, FsError *err)
     const char *out = x->project->out;
     FilePath views = fs_file_at("%s/views.json", out);
     MUST(fs_scene_read(&x->scene, fs_file_at("%s/clouds", out).text, err));
-    if (fs_file_exists(views.text) && fs_dataset_read(&x->photos, views.text, NULL) < 0) x->photos.n = 0;
+    if (fs_file_exists(views.text)) MUST(fs_dataset_read(&x->photos, views.text, err));
     x->has_pane = x->scene.pane_beta && x->scene.cloud[LAYER_R].n > 0;
     if (x->has_pane || set->unmirror)
         MUST(fs_pane_place_find(&x->scene, &x->photos, set->pane_distance, &x->pane, err));

@@ -94,6 +94,8 @@ static int compress_to(AtomicFile *file, const unsigned char *data, size_t size,
         fwrite(out, 1, sizeof out - z.avail_out, file->f);
     }
     deflateEnd(&z);
+    if (state != Z_STREAM_END)
+        return fs_error_set(err, FS_ERR_IO, "%s: cannot be compressed: zlib's error %d", file->path, state);
     return 0;
 }
 

@@ -40,13 +40,12 @@ static void develop_one(void *context, int i, int worker)
 // Photos at once: no more than fit in some memory.
 static int at_once(const Photos *photos, int long_edge, int threads, double *largest)
 {
-    const double budget = 2e9;
     *largest = 0;
     for (int i = 0; i < photos->n; i++) {
         const PhotoFile *photo = &photos->photo[i];
         *largest = fmax(*largest, photo->memory + fs_develop_bytes(photo, long_edge));
     }
-    return (int)fmax(1, fmin(threads, budget / *largest));
+    return (int)fmax(1, fmin(threads, FS_PHOTOS_AT_ONCE / *largest));
 }
 
 static int develop_all(const FsProject *project, Photos *photos, const char *dir, const Threads *all, FsError *err)

@@ -37,6 +37,7 @@ static Growth growth_of(const SparsePoints *points, PointKind wanted)
 static double nearest_opposite(const SmallViews *views)
 {
     double *nearest = malloc(sizeof *nearest * ((size_t)views->n + 1));
+    if (!nearest) fs_error_memory(NULL);
     for (int i = 0; nearest && i < views->n; i++) {
         double best = INFINITY;
         for (int j = 0; j < views->n; j++) {

@@ -1,5 +1,6 @@
 #include "model/originals.h"
 
+#include <errno.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +21,7 @@ int fs_originals_remember(const FsProject *project, const char *folder, FsError 
     char *whole = realpath(folder, NULL);
     json_t *text = whole ? json_string(whole) : NULL; // NULL: not UTF-8, then --originals has to tell
     int rc = 0;
+    if (!whole && errno == ENOMEM) fs_error_memory(NULL);
     if (fs_file_exists(path.text)) fs_json_file_read(path.text, MAX_BYTES, &was, NULL);
     if (text && !json_equal(text, json_object_get(was, "folder")))
         rc = fs_json_file_write(path.text, json_pack("{s:O}", "folder", text), JSON_INDENT(1), err);
@@ -35,6 +37,7 @@ static FilePath missing_path(const char *name)
     char there[PATH_MAX] = "";
     size_t n = strlen(name), above = n; // up to that part; before it
     if (realpath(name, there)) return fs_file_at("%s", there);
+    if (errno == ENOMEM) fs_error_memory(NULL);
     for (;; n = above) {
         while (above && name[above - 1] == '/') above--;
         while (above && name[above - 1] != '/') above--;

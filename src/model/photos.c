@@ -156,11 +156,18 @@ static int name_apart(Photos *photos, FsError *err)
                           photos->folder, clash[-1].file, clash->file, clash->name);
 }
 
+static char *first_of(const char *name, size_t n)
+{
+    char *first = strndup(name, n);
+    if (!first) fs_error_memory(NULL);
+    return first;
+}
+
 // The name of what "IMG_1 (1)", "IMG_1 copy 2", "IMG_1 - Copy" or "Copy of IMG_1" is a copy of; NULL: it is none.
 static char *copied_name(const char *name)
 {
     size_t n = strlen(name);
-    if (strncasecmp(name, "copy of ", 8) == 0 && n > 8) return strdup(name + 8);
+    if (strncasecmp(name, "copy of ", 8) == 0 && n > 8) return first_of(name + 8, n - 8);
     if (n > 3 && name[n - 1] == ')') { // a number in brackets
         size_t k = n - 1;
         while (k > 0 && isdigit((unsigned char)name[k - 1])) k--;
@@ -173,7 +180,7 @@ static char *copied_name(const char *name)
     }
     if (n > 5 && strncasecmp(name + n - 4, "copy", 4) == 0 && strchr(" -_", name[n - 5])) n -= 4;
     while (n > 1 && strchr(" -_", name[n - 1])) n--;
-    return strndup(name, n);
+    return first_of(name, n);
 }
 
 static bool same_content(const Photos *photos, const PhotoFile *a, const PhotoFile *b)

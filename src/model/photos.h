@@ -76,6 +76,8 @@ bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path
 // What the settings say of .npy files.
 int fs_photos_levels(SensorLevels *npy, const Settings *set, FsError *err);
 SensorLevels fs_photos_developed(const Photos *photos); // what all photos are read with
+// Bytes that the photos which are read at the same time may take; one may take more.
+#define FS_PHOTOS_AT_ONCE 2e9
 // Headers of all photos; those that cannot be read get a failure.
 void fs_photos_read_headers(Photos *photos, Threads *threads);
 // Drops the photos that failed, each with a warning; an error when that leaves fewer than two thirds.

@@ -3,6 +3,7 @@
 // results, and the checkpoint of a training that its results would feed.
 #include "model/project.h"
 
+#include <errno.h>
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -320,6 +321,7 @@ int fs_project_check_input(const FsProject *project, const char *path, FsError *
     char *input = realpath(path, NULL), *out = realpath(project->out, NULL);
     int rc = input ? 0 : fs_error_input(err, "%s: no such file or folder", path);
     size_t n = out ? strlen(out) : 0;
+    if (!out && errno == ENOMEM) fs_error_memory(NULL);
     if (input && n && strncmp(input, out, n) == 0 && input[n] == '/') {
         const char *name = input + n + 1;
         bool beside = is_beside(name, FS_OWNED_DIR);
@@ -371,6 +373,7 @@ static void clear(const FsProject *project, const ProjectStage *stage)
                     fs_file_exists(fs_file_at("%s/checkpoint.old", project->out).text));
     for (int k = 0; k < PROJECT_OUTPUTS && stage->output[k] && !goes_on; k++) {
         char *name = strndup(stage->output[k], strcspn(stage->output[k], "/"));
+        if (!name) fs_error_memory(NULL);
         if (name && *name != '=') remove_in(project, name);
         free(name);
     }

@@ -94,7 +94,7 @@ static const FsOption table[] = {
     INT("steps", steps, TRAIN, "6800", 1, 1000000, "N", "training steps"),
     FLOAT("minutes", minutes, TRAIN, "0", 0, 1e6, "X",
           "fewer steps, as many as let run (or train, alone) take X minutes on this machine; 0: as many as --steps"),
-    INT("levels", levels, TRAIN, "3", 1, 8, "N",
+    INT("levels", levels, TRAIN, "3", 1, FS_SETTINGS_LEVELS, "N",
         "sizes of the photos that training goes through, each half the next; 1: full size only"),
     FLOAT("pixels-per-splat", pixels_per_splat, TRAIN, "0.65", 0, 1000, "X",
           "at the photos' full size a step looks at every second row, and column, if that leaves as many pixels for each "

@@ -141,7 +141,9 @@ int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capt
     TRY(run(colmap, "database_creator", options, "starting COLMAP", err));
     TRY(fs_database_open(&colmap->db, colmap->database, err));
     // COLMAP numbers photos as its threads finish them; numbered by us, each run is the same.
-    if (!fs_database_has_frames(colmap->db)) TRY(enter_photos(colmap, err));
+    int frames;
+    TRY(frames = fs_database_has_frames(colmap->db, err));
+    rc = frames ? 0 : enter_photos(colmap, err);
 fail:
     if (rc < 0) fs_colmap_close(colmap);
     return rc;
@@ -178,7 +180,8 @@ static int longest_edge(const Capture *capture)
 int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
 {
     const Capture *cap = colmap->capture;
-    bool frames = fs_database_has_frames(colmap->db);
+    int frames = fs_database_has_frames(colmap->db, err);
+    if (frames < 0) return frames;
     Lens lens = prior_lens(&cap->photo[0]);
     int wanted = colmap->project->set.threads;
     FilePath masks = fs_file_at("%s_masks", cap->pictures); // what ingest was given
@@ -204,9 +207,9 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err)
         {NULL, NULL}};
     MUST(run(colmap, "feature_extractor", masked ? options : options + 1, "looking for features", err));
     for (int i = 0; i < cap->n; i++) {
-        colmap->image_id[i] = fs_database_image(colmap->db, cap->photo[i].picture);
+        MUST(colmap->image_id[i] = fs_database_image(colmap->db, cap->photo[i].picture, err));
         if (colmap->image_id[i]) MUST(fs_database_features(colmap->db, colmap->image_id[i], &features[i], err));
-        if (features[i].n < 50)
+        if (features[i].n < FS_COLMAP_FEW_FEATURES)
             fs_log_warn(&colmap->project->log, "%s: only %d features; is it sharp and well exposed?",
                         cap->photo[i].name, features[i].n);
     }
@@ -261,11 +264,14 @@ static int take_largest(const char *dir, ColmapModel *model, FsError *err)
     return 0;
 }
 
-static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model, FsError *err)
+// failure: why COLMAP ended with an error, which it also does where it found no model.
+static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model, FsError *failure, FsError *err)
 {
     static const char *const names[] = {"all", "noflash", "flash"};
     FilePath dir = fs_file_at("%s/%s%s", colmap->dir, names[group + 1], lenient ? "-lenient" : "");
     FilePath list = fs_file_at("%s.txt", dir.text);
+    char inliers[16];
+    snprintf(inliers, sizeof inliers, "%d", FS_COLMAP_FEW_MATCHES);
     MUST(fs_file_mkdirs(dir.text, err));
     MUST(write_list(colmap, group, list.text, err));
     const Option options[] = {{"--database_path", colmap->database},
@@ -279,28 +285,42 @@ static int map_once(Colmap *colmap, int group, bool lenient, ColmapModel *model,
                               {"--Mapper.ba_refine_principal_point", "0"},
                               {lenient ? "--Mapper.init_min_num_inliers" : NULL, "40"},
                               {"--Mapper.init_min_tri_angle", "4"},
-                              {"--Mapper.abs_pose_min_num_inliers", "15"},
+                              {"--Mapper.abs_pose_min_num_inliers", inliers},
                               {"--Mapper.abs_pose_min_inlier_ratio", "0.1"},
                               {"--Mapper.max_reg_trials", "6"},
                               {NULL, NULL}};
     static const char *const what[] = {"finding poses", "finding poses of the no-flash photos",
                                        "finding poses of the flash photos"};
-    int rc = run(colmap, "mapper", options, what[group + 1], err);
-    if (rc < 0 && rc != FS_ERR_INPUT) return rc;
-    return take_largest(dir.text, model, err); // a mapper that found nothing also ends with an error
+    int rc = run(colmap, "mapper", options, what[group + 1], failure);
+    if (rc < 0 && rc != FS_ERR_INPUT) return fs_error_set(err, rc, "%s", failure->message);
+    return take_largest(dir.text, model, err);
+}
+
+// The photos are to blame: the words are those of all versions so far.
+static bool says_no_model(const Colmap *colmap)
+{
+    char *text = NULL;
+    size_t size;
+    bool said = fs_file_read(colmap->log_path, 64 << 20, &text, &size, NULL) == 0 &&
+                strstr(text, "failed to create sparse model");
+    free(text);
+    return said;
 }
 
 int fs_colmap_map(Colmap *colmap, int group, ColmapModel *model, FsError *err)
 {
     *model = (ColmapModel){0};
     int rc = 0, wanted = 0;
+    FsError failure = {0};
     for (int i = 0; i < colmap->capture->n; i++) wanted += group < 0 || colmap->capture->photo[i].flash == group;
-    TRY(map_once(colmap, group, false, model, err));
+    TRY(map_once(colmap, group, false, model, &failure, err));
     if (model->n_images < wanted) {
         fs_log_info(&colmap->project->log, "poses: %d of %d photos posed; trying again with lower demands",
                     model->n_images, wanted);
-        TRY(map_once(colmap, group, true, model, err));
+        TRY(map_once(colmap, group, true, model, &failure, err));
     }
+    if (!model->n_images && failure.code && !says_no_model(colmap))
+        rc = fs_error_set(err, failure.code, "%s", failure.message);
 fail:
     if (rc < 0) fs_colmap_model_free(model);
     return rc;

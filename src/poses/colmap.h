@@ -6,6 +6,11 @@
 #include "poses/capture.h"
 #include "poses/database.h"
 
+enum {
+    FS_COLMAP_FEW_FEATURES = 50, // of a photo
+    FS_COLMAP_FEW_MATCHES = 15,  // verified ones, that a pose is asked for
+};
+
 typedef struct Colmap {
     const FsProject *project;
     const Capture *capture;
@@ -28,6 +33,7 @@ int fs_colmap_extract(Colmap *colmap, Features *features, FsError *err);
 // Enters the matches of fs_match_all and has COLMAP keep those that two views can explain.
 int fs_colmap_verify(Colmap *colmap, const MatchList *list, FsError *err);
 // Incremental reconstruction of the photos of a group (-1: all; 0, 1: without, with flash): the model with most photos.
+// Empty where COLMAP says that it found none; an error where it failed otherwise.
 int fs_colmap_map(Colmap *colmap, int group, ColmapModel *model, FsError *err);
 // Bundle adjustment of the model in folder `from` into folder `to`: poses, focal lengths and distortion.
 int fs_colmap_adjust(Colmap *colmap, const char *from, const char *to, FsError *err);

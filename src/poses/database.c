@@ -74,11 +74,11 @@ int fs_database_end(Database *d, FsError *err)
     return execute(d, "COMMIT", err);
 }
 
-bool fs_database_has_frames(Database *d)
+int fs_database_has_frames(Database *d, FsError *err)
 {
     sqlite3_stmt *s;
-    if (prepare(d, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'frames'", &s, NULL) < 0) return false;
-    bool found = read_row(d, s, NULL) == 1;
+    MUST(prepare(d, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'frames'", &s, err));
+    int found = read_row(d, s, err);
     sqlite3_finalize(s);
     return found;
 }
@@ -110,15 +110,20 @@ int fs_database_add_image(Database *d, int id, const char *name, int camera_id, 
     return finish(d, s, err);
 }
 
-int fs_database_image(Database *d, const char *name)
+// The number of at least `least` in the only column of the row, 0 where there is no row; a failure's code.
+static int read_number(Database *d, sqlite3_stmt *statement, int least, FsError *err)
+{
+    int found = read_row(d, statement, err), n = found == 1 ? sqlite3_column_int(statement, 0) : found;
+    sqlite3_finalize(statement);
+    return found == 1 && n < least ? fs_error_input(err, "%s: not what COLMAP writes", d->path) : n;
+}
+
+int fs_database_image(Database *d, const char *name, FsError *err)
 {
     sqlite3_stmt *s;
-    int id = 0;
-    if (prepare(d, "SELECT image_id FROM images WHERE name = ?", &s, NULL) < 0) return 0;
+    MUST(prepare(d, "SELECT image_id FROM images WHERE name = ?", &s, err));
     sqlite3_bind_text(s, 1, name, -1, SQLITE_STATIC);
-    if (read_row(d, s, NULL) == 1) id = sqlite3_column_int(s, 0);
-    sqlite3_finalize(s);
-    return id;
+    return read_number(d, s, 1, err);
 }
 
 void fs_database_features_free(Features *f)
@@ -208,15 +213,12 @@ static int64_t pair_id(int id1, int id2)
     return (id1 < id2 ? id1 : id2) * MAX_IMAGE_ID + (id1 < id2 ? id2 : id1);
 }
 
-int fs_database_verified(Database *d, int id1, int id2)
+int fs_database_verified(Database *d, int id1, int id2, FsError *err)
 {
     sqlite3_stmt *s;
-    int n = 0;
-    if (prepare(d, "SELECT rows FROM two_view_geometries WHERE pair_id = ?", &s, NULL) < 0) return 0;
+    MUST(prepare(d, "SELECT rows FROM two_view_geometries WHERE pair_id = ?", &s, err));
     sqlite3_bind_int64(s, 1, pair_id(id1, id2));
-    if (read_row(d, s, NULL) == 1) n = sqlite3_column_int(s, 0);
-    sqlite3_finalize(s);
-    return n;
+    return read_number(d, s, 0, err);
 }
 
 int fs_database_add_matches(Database *d, int id1, int id2, const MatchList *list, FsError *err)

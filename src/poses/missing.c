@@ -2,11 +2,7 @@
 
 #include <string.h>
 
-enum {
-    FEW_FEATURES = 50,
-    FEW_MATCHES = 15, // verified ones; as COLMAP is asked for a pose
-    MOST_EXPLAINED = 12
-};
+enum { MOST_EXPLAINED = 12 };
 
 void fs_missing_names(const Sparse *sparse, const Capture *capture, char *text, size_t size)
 {
@@ -29,32 +25,32 @@ typedef struct Partner {
     int photo, matches; // -1: none
 } Partner;
 
-static Partner find_partner(const Colmap *colmap, const Sparse *sparse, int i, bool posed)
+static int find_partner(const Colmap *colmap, const Sparse *sparse, int i, bool posed, Partner *best, FsError *err)
 {
-    Partner best = {-1, 0};
+    *best = (Partner){-1, 0};
     for (int k = 0; k < colmap->capture->n; k++) {
         if (k == i || sparse->pose[k].known != posed) continue;
-        int n = fs_database_verified(colmap->db, colmap->image_id[i], colmap->image_id[k]);
-        if (n > best.matches) best = (Partner){k, n};
+        int n = fs_database_verified(colmap->db, colmap->image_id[i], colmap->image_id[k], err);
+        if (n < 0) return n;
+        if (n > best->matches) *best = (Partner){k, n};
     }
-    return best;
+    return 0;
 }
 
-static void explain(const Colmap *colmap, const Features *features, const Sparse *sparse, int i)
+static int explain(const Colmap *colmap, const Sparse *sparse, int i, FsError *err)
 {
     const Log *log = &colmap->project->log;
     const Photo *photo = colmap->capture->photo;
     const char *name = photo[i].name;
-    Partner posed = find_partner(colmap, sparse, i, true), other = find_partner(colmap, sparse, i, false);
-    if (features[i].n < FEW_FEATURES)
-        fs_log_warn(log, "%s has no pose and is left out: only %d features; is it sharp and well exposed?", name,
-                    features[i].n);
-    else if (posed.matches < FEW_MATCHES && other.matches >= FEW_MATCHES)
+    Partner posed, other;
+    MUST(find_partner(colmap, sparse, i, true, &posed, err));
+    MUST(find_partner(colmap, sparse, i, false, &other, err));
+    if (posed.matches < FS_COLMAP_FEW_MATCHES && other.matches >= FS_COLMAP_FEW_MATCHES)
         fs_log_warn(log,
                     "%s has no pose and is left out: it goes with %s, which has none either, and not with the others: "
                     "of another place, or photos between are missing",
                     name, photo[other.photo].name);
-    else if (posed.matches < FEW_MATCHES)
+    else if (posed.matches < FS_COLMAP_FEW_MATCHES)
         fs_log_warn(
             log,
             "%s has no pose and is left out: next to nothing in common with the others (%d matches at most): of "
@@ -65,14 +61,16 @@ static void explain(const Colmap *colmap, const Features *features, const Sparse
                     "%s has no pose and is left out: %d matches with %s, but too few with what other photos see too: "
                     "take more photos around it",
                     name, posed.matches, photo[posed.photo].name);
+    return 0;
 }
 
-void fs_missing_explain(const Colmap *colmap, const Features *features, const Sparse *sparse)
+int fs_missing_explain(const Colmap *colmap, const Features *features, const Sparse *sparse, FsError *err)
 {
     int said = 0;
     for (int i = 0; i < colmap->capture->n && said < MOST_EXPLAINED; i++) {
-        if (sparse->pose[i].known) continue;
-        explain(colmap, features, sparse, i);
+        if (sparse->pose[i].known || features[i].n < FS_COLMAP_FEW_FEATURES) continue;
+        MUST(explain(colmap, sparse, i, err));
         said++;
     }
+    return 0;
 }

@@ -122,7 +122,7 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
     TRY(fs_colmap_extract(&colmap, features, err));
     if (!*project->set.poses) {
         TRY(find_poses(&colmap, project, capture, features, sparse, err));
-        fs_missing_explain(&colmap, features, sparse);
+        TRY(fs_missing_explain(&colmap, features, sparse, err));
         TRY(check_posed(project, capture, sparse, err));
     }
     TRY(fs_sparse_triangulate(sparse, project, capture, features, err));

@@ -54,7 +54,7 @@ int fs_align_groups(const Capture *capture, const Features *features, const Colm
                     const Log *log, FsError *err);
 // Poses, focal lengths and distortion once more by least squares over the triangulated points, whose tracks are longer
 // and whose features are finer than those the poses were found with. Replaces the poses and lenses; the points are left
-// as they were. Keeps everything when it cannot be done.
+// as they were. Keeps everything, with a warning, when it cannot be done.
 int fs_adjust_poses(Colmap *colmap, Sparse *sparse, FsError *err);
 
 // Writes OUT/images, OUT/sparse, OUT/views.json.

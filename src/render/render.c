@@ -317,11 +317,15 @@ static int open_run(Run *run, FsError *err)
     return run->threads ? 0 : fs_error_memory(err);
 }
 
-// Renders that an earlier training left in the project's own folder would be taken for this one's.
+// Renders that an earlier training left in the project's own folders would be taken for this one's.
 static void drop_outdated(const Run *run)
 {
+    static const char *const folders[] = {"renders", "path"};
     const char *out = run->project->out;
-    int n = fs_save_drop_older(run->dir.text, run->film_dir.text, fs_file_at("%s/clouds/model.json", out).text);
+    FilePath scene = fs_file_at("%s/clouds/model.json", out);
+    int n = 0;
+    for (int i = 0; i < 2; i++)
+        n += fs_save_drop_older(fs_file_at("%s/%s", out, folders[i]).text, run->film_dir.text, scene.text);
     if (n) fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n, out);
 }
 

@@ -11,6 +11,14 @@ int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err)
     return fs_file_mkdirs(fs_file_at("%s/%s", dir, fs_render_layers[layer].name).text, err);
 }
 
+static void drop_if_empty(const char *folder)
+{
+    FileList list;
+    if (fs_file_list(folder, &list, NULL) < 0) return;
+    if (list.n == 0) fs_owned_remove(folder);
+    fs_file_list_free(&list);
+}
+
 static int drop_older(const char *folder, const char *than)
 {
     int dropped = 0;
@@ -25,6 +33,7 @@ static int drop_older(const char *folder, const char *than)
         }
     }
     fs_file_list_free(&list);
+    if (dropped) drop_if_empty(folder);
     return dropped;
 }
 
@@ -33,6 +42,7 @@ int fs_save_drop_older(const char *dir, const char *films, const char *than)
     int dropped = drop_older(fs_file_at("%s/unseen", dir).text, than) + drop_older(films, than);
     for (int l = 0; l < RENDER_LAYERS; l++)
         dropped += drop_older(fs_file_at("%s/%s", dir, fs_render_layers[l].name).text, than);
+    if (dropped) drop_if_empty(dir);
     return dropped;
 }
 

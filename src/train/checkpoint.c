@@ -208,6 +208,7 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
     for (int i = 0; i < 2 && rc == 0; i++) {
         FilePath dir = fs_file_at("%s/%s", trainer->project->out, names[i]);
         if (!fs_file_exists(fs_file_at("%s/state.json", dir.text).text)) continue;
+        TRY(read_state(trainer, dir.text, err)); // first: of other settings, the rest has other sizes
         fs_scene_free(&trainer->scene);
         TRY(fs_scene_read(&trainer->scene, dir.text, err));
         TRY(each_moment(&trainer->state, &trainer->scene, dir.text, false, err));
@@ -217,7 +218,6 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
         TRY(each_photo(trainer, dir.text, false, err));
         TRY(each_occlusion(trainer, dir.text, false, err));
         TRY(each_passer(trainer, dir.text, false, err));
-        TRY(read_state(trainer, dir.text, err));
         rc = 1;
     }
 fail:

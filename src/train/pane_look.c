@@ -37,10 +37,9 @@ static int steps(Trainer *trainer, int n, FsError *err)
 static int load_small(const Trainer *trainer, DirtPhoto *photo, FsError *err)
 {
     PhotoState *state = calloc((size_t)trainer->n_views, sizeof *state);
-    int rc, halvings = 0, n = 0, all[2] = {0, 0}, seen[2] = {0, 0};
+    int rc, halvings = fs_views_halvings(trainer->long_edge, DIRT_SIDE), n = 0, all[2] = {0, 0}, seen[2] = {0, 0};
     if (!state) TRY(fs_error_memory(err));
     TRY(fs_engine_photos_down(trainer->engine, state, err));
-    while (trainer->long_edge >> halvings > DIRT_SIDE) halvings++;
     for (int v = 0; v < trainer->n_views; v++) all[trainer->views[v]->flash]++;
     for (int v = 0; v < trainer->n_views; v++) {
         int of = trainer->views[v]->flash;
@@ -156,9 +155,7 @@ int fs_pane_look_steps(const Settings *set)
 
 int fs_pane_look_halvings(int long_edge)
 {
-    int halvings = 0;
-    while (long_edge >> halvings > PANE_SIDE) halvings++;
-    return halvings;
+    return fs_views_halvings(long_edge, PANE_SIDE);
 }
 
 static bool enough_for_dirt(const Trainer *trainer)

@@ -222,8 +222,6 @@ static int steps(Trainer *trainer, Portrait *p, int from, int to, FsError *err)
 // From the start, so many steps with an empty portrait.
 static int first_round(Trainer *trainer, Portrait *p, bool turned, FsError *err)
 {
-    int halvings = 0;
-    while (trainer->long_edge >> halvings > PORTRAIT_SIDE) halvings++;
     memset(p->q, 0, sizeof p->q);
     memset(p->seen, 0, sizeof p->seen);
     memset(p->figure.in, 0, sizeof p->figure.in);
@@ -231,7 +229,7 @@ static int first_round(Trainer *trainer, Portrait *p, bool turned, FsError *err)
     MUST(fs_train_begin(trainer, err));
     fs_engine_drop_views(trainer->engine);
     trainer->halvings = -1;
-    MUST(fs_views_load_halved(trainer, halvings, err));
+    MUST(fs_views_load_halved(trainer, fs_views_halvings(trainer->long_edge, PORTRAIT_SIDE), err));
     return steps(trainer, p, 0, PORTRAIT_VISITS * trainer->n_views, err);
 }
 

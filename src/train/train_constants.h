@@ -27,7 +27,6 @@ enum {
 };
 
 // --densify relocate
-#define DEAD 0.005f         // MCMC        opacity
 #define SOLID 0.99f         // -           opacity of what was moved, at most
 #define SPREAD 0.3          // experiment  share of a Gaussian's variance along its longest axis that parts its copies
 #define GROWTH 1.15         // -           of a cloud in each round, at most

@@ -45,6 +45,7 @@ int fs_train_begin(Trainer *trainer, FsError *err);
 int fs_views_load(Trainer *trainer, FsError *err);
 void fs_views_free(Trainer *trainer);
 int fs_views_load_halved(Trainer *trainer, int halvings, FsError *err); // the same, of a size
+int fs_views_halvings(int long_edge, int side);                         // until photos are no longer than `side`
 // A photo of training as the engine has it at that size.
 int fs_views_photo(const Trainer *trainer, int number, int halvings, Camera *camera, Image *photo, Image *mask,
                    FsError *err);

@@ -25,6 +25,13 @@ static int shrink(Image *photo, Image *mask, const Camera *to, FsError *err)
     return 0;
 }
 
+int fs_views_halvings(int long_edge, int side)
+{
+    int halvings = 0;
+    while (long_edge >> halvings > side) halvings++;
+    return halvings;
+}
+
 int fs_views_photo(const Trainer *trainer, int number, int halvings, Camera *camera, Image *photo, Image *mask,
                    FsError *err)
 {

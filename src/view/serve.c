@@ -207,10 +207,13 @@ static void read_request(Client *c, const char *dir)
         if (c->have == sizeof c->head - 1) answer(c, "431 Request Header Fields Too Large", "text/plain", 0, "");
         return;
     }
-    char method[8], path[1024];
-    bool whole = sscanf(c->head, "%7s %1023s HTTP/1.", method, path) == 2;
+    char method[16], path[1024];
+    int end = 0; // of what is to follow them
+    bool whole = sscanf(c->head, "%15s %1023s HTTP/1.%n", method, path, &end) == 2 && end > 0;
     bool get = whole && strcmp(method, "GET") == 0, head_only = whole && strcmp(method, "HEAD") == 0;
-    if (!get && !head_only) {
+    if (!whole) {
+        answer(c, "400 Bad Request", "text/plain", 0, "");
+    } else if (!get && !head_only) {
         answer(c, "405 Method Not Allowed", "text/plain", 0, "");
     } else if (!is_host_ours(c->head)) {
         answer(c, "403 Forbidden", "text/plain", 0, "");

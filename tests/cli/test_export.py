@@ -238,6 +238,14 @@ class Export(common.FolderTest):
         self.export("ply", "--force")
         self.assertEqual(there(), [".ply"])
 
+    def test_damaged_views(self):
+        """No other exposure is taken for what cannot be read, and what is there stays."""
+        self.export("ply")
+        before = (self.out / "export/T_N.ply").read_bytes()
+        (self.out / "views.json").write_text('{"views": [')
+        self.assert_fails(common.run("export", self.out, "--formats", "ply,spz"), 1, "views.json")
+        self.assertEqual((self.out / "export/T_N.ply").read_bytes(), before)
+
     def test_dataset(self):
         """COLMAP reads the model; its one photo is T as the camera sees it, in the colours of the clouds."""
         out = self.dir / "wall"

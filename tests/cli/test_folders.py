@@ -384,6 +384,8 @@ class Layouts(FolderTest):
                           "without --resume")
         self.assertEqual(clouds(self.out), clouds(self.done))
         self.assertNotIn("0.5", (self.out / "done/train.json").read_text())
+        self.assert_fails(run("train", self.out, *TRAIN, "--lighting", "flash", "--resume"), 1,
+                          "the setting lighting was both and is flash now")  # of fewer photos, too
         self.assertEqual(run(*more).returncode, 0)
         self.assertNotEqual(clouds(self.out), clouds(self.done))
         mark = json.loads((self.out / "done/train.json").read_text())
@@ -402,6 +404,24 @@ class Layouts(FolderTest):
         self.assertFalse((out / "evaluate.json").exists())
         self.assertEqual(run("render", out).returncode, 0)
         self.assertEqual(run("evaluate", out, self.scene / "truth", "--views", "all").returncode, 0)
+
+    def test_path_of_an_earlier_training(self):
+        """Goes with the renders, and they with the path; what the user put there stays, and what is of now."""
+        out, path = self.copy(), ["--path", "spiral", "--path-views", 2]
+        self.assertEqual(run("render", out, *path).returncode, 0)
+        self.assertTrue(list(out.glob("path/T_N/*.png")))
+        self.assertTrue(list(out.glob("renders/T_N/*.png")))  # not trained since
+        (out / "path/T_N/mine.png").write_text("the user's")
+        os.utime(out / "path/T_N/mine.png", (1, 1))
+        self.assertEqual(run("train", out, *TRAIN, "--gain-push", 0.5).returncode, 0)
+        process = run("render", out)
+        self.assertIn("files of an earlier training", process.stdout)
+        self.assertEqual([p.name for p in (out / "path").rglob("*")], ["T_N", "mine.png"])
+        self.assertEqual(run("train", out, *TRAIN, "--gain-push", 0.4).returncode, 0)
+        self.assertEqual(run("render", out, *path).returncode, 0)
+        self.assertFalse((out / "renders").exists())
+        (out / "path/T_N/mine.png").unlink()
+        self.assertEqual(len(list(out.glob("path/T_N/*.png"))), 2)
 
     def test_changed_inputs(self):
         other = self.made / "other/capture/raw/IMG_0003.DNG"

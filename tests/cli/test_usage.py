@@ -30,6 +30,7 @@ class Help(unittest.TestCase):
             self.assertEqual(process.returncode, 0, command)
             self.assertTrue(process.stdout.startswith(f"Usage: flashsplat {command}"), process.stdout)
             self.assertEqual(process.stdout, run("help", command).stdout)
+            self.assertNotRegex(process.stdout, r"(?m)^[^ ].*:\n\n")  # a title of nothing
             self.assertEqual(process.stderr, "")
 
     def test_every_option_has_one_line_with_its_default(self):

@@ -124,7 +124,8 @@ class View(common.FolderTest):
             self.assertEqual(self.get(port, "/", host=host)[0], 403, host)
         self.assertEqual(self.ask(port, b"GET / HTTP/1.1\r\n\r\n")[0], 403)
         self.assertEqual(self.get(port, "/", method="POST")[0], 405)
-        self.assertEqual(self.ask(port, b"nonsense\r\n\r\n")[0], 405)
+        for line in (b"nonsense", b"GET /", b"GET / HTTP/2.0", b"GET / gopher", b"GET /" + b"a" * 1023 + b" HTTP/1.1"):
+            self.assertEqual(self.ask(port, line + b"\r\nHost: localhost\r\n\r\n")[0], 400, line)
         self.assertEqual(self.ask(port, b"GET /" + b"a" * 8186)[0], 431)
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(20), 0)

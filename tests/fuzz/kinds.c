@@ -263,9 +263,9 @@ static int read_database(const char *dir, FsError *err)
     Features features = {0};
     char *path = in(dir, "database.db");
     int rc = fs_database_open(&database, path, err), found;
-    if (rc == 0) fs_database_has_frames(database);
-    if (rc == 0) found = fs_database_image(database, "a.png");
-    if (rc == 0) rc = fs_database_features(database, found ? found : 1, &features, err);
+    if (rc == 0) fs_database_has_frames(database, NULL);
+    if (rc == 0) found = fs_database_image(database, "a.png", NULL);
+    if (rc == 0) rc = fs_database_features(database, found > 0 ? found : 1, &features, err);
     for (int i = 0; i < features.n; i++)
         check(isfinite(features.xy[2 * i]) && isfinite(features.xy[2 * i + 1]) && isfinite(features.scale[i]) &&
                   isfinite(features.angle[i]) && features.descriptor[(i + 1) * FS_DESCRIPTOR - 1] >= 0,

@@ -12,6 +12,7 @@
 #include "model/project.h"
 #include "poses/colmap.h"
 #include "poses/poses.h"
+#include "poses/sparse.h"
 #include "temp_dir.h"
 
 enum { PHOTOS = 12, POINTS = 40, WIDTH = 30, HEIGHT = 20 };
@@ -364,6 +365,97 @@ static void test_cameras(void **state)
     fs_colmap_close(&colmap);
 }
 
+// COLMAP's adjustment gave the second photo a lens of this focal length and moved all cameras by 1.
+static void make_adjusted(const char *dir, const Capture *capture, double focal)
+{
+    ColmapModel m = {0};
+    for (int i = 0; i < capture->n; i++) {
+        ColmapCamera *camera = fs_colmap_model_add_camera(&m, NULL);
+        camera->id = (uint32_t)i + 1;
+        camera->lens = lens;
+        if (i == 1) camera->lens.param[0] = focal;
+        ColmapImage *image = fs_colmap_model_add_image(&m, capture->photo[i].picture, NULL);
+        image->id = image->camera_id = camera->id;
+        image->t[0] = 1;
+    }
+    assert_int_equal(fs_colmap_model_write(dir, &m, true, NULL), 0);
+    fs_colmap_model_free(&m);
+}
+
+// All poses are the adjusted ones, or none is.
+static void test_adjust(void **state)
+{
+    enum { SEEN = 200, N = 3 };
+    static char *name[] = {"a", "b", "c"}, *picture[] = {"a.png", "b.png", "c.png"};
+    Told told = {{0}, false};
+    FsProject project = {.out = *state, .set = {.colmap = "true"}, .log = {.log = hear, .user = &told}};
+    Photo photo[N];
+    Capture capture = {.photo = photo, .n = N, .pictures = *state};
+    Colmap colmap = {.project = &project, .capture = &capture, .dir = *state};
+    FilePath log = fs_file_at("%s/log.txt", colmap.dir), adjusted = fs_file_at("%s/adjusted", colmap.dir);
+    Sparse sparse;
+    FsError err = {0};
+    colmap.log_path = log.text;
+    for (int i = 0; i < N; i++)
+        photo[i] = (Photo){.name = name[i],
+                           .picture = picture[i],
+                           .width = WIDTH,
+                           .height = HEIGHT,
+                           .picture_width = lens.width,
+                           .picture_height = lens.height};
+    assert_int_equal(fs_sparse_new(&sparse, &capture, NULL), 0);
+    sparse.point = calloc(SEEN, sizeof *sparse.point);
+    sparse.sighting = calloc(SEEN * N, sizeof *sparse.sighting);
+    sparse.n_points = SEEN, sparse.n_sightings = SEEN * N;
+    for (int k = 0; k < SEEN * N; k++) sparse.sighting[k] = (Sighting){k % N, 20 + k % 7, 20};
+    for (int k = 0; k < SEEN; k++) sparse.point[k] = (SparsePoint){.xyz = {0, 0, 1}, .first = k * N, .n = N};
+    for (int i = 0; i < N; i++) {
+        sparse.pose[i] = (Pose){.known = true, .lens = lens};
+        assert_int_equal(fs_lens_camera(&lens, "", &sparse.pose[i].camera, NULL), 0);
+        sparse.pose[i].camera.w2c[0] = sparse.pose[i].camera.w2c[5] = sparse.pose[i].camera.w2c[10] = 1;
+    }
+    for (int usable = 0; usable < 2; usable++) {
+        make_adjusted(adjusted.text, &capture, usable ? 51 : -51);
+        if (fs_adjust_poses(&colmap, &sparse, &err) != 0) fail_msg("%s", err.message);
+        for (int i = 0; i < N; i++) assert_true(sparse.pose[i].camera.w2c[3] == usable);
+        assert_true(sparse.pose[1].lens.param[0] == (usable ? 51 : 50));
+        assert_int_equal(strstr(told.last, "poses: not refined: ") != NULL, !usable);
+        told.last[0] = 0;
+    }
+    fs_sparse_free(&sparse);
+}
+
+// What cannot be read is an error, and not a photo that is missing.
+static void test_database(void **state)
+{
+    FilePath path = fs_file_at("%s/colmap.db", (char *)*state);
+    sqlite3 *db;
+    Database *database;
+    FsError err = {0};
+    assert_int_equal(sqlite3_open(path.text, &db), SQLITE_OK);
+    assert_int_equal(
+        sqlite3_exec(db,
+                     "CREATE TABLE images(image_id, name); CREATE TABLE two_view_geometries(pair_id, rows);"
+                     "INSERT INTO images VALUES(3, 'a.png'), (-1, 'b.png');"
+                     "INSERT INTO two_view_geometries VALUES(2147483647 + 2, 17);",
+                     NULL, NULL, NULL),
+        SQLITE_OK);
+    assert_int_equal(fs_database_open(&database, path.text, NULL), 0);
+    assert_int_equal(fs_database_has_frames(database, NULL), 0);
+    assert_int_equal(fs_database_image(database, "a.png", NULL), 3);
+    assert_int_equal(fs_database_image(database, "c.png", NULL), 0);
+    assert_int_equal(fs_database_image(database, "b.png", NULL), FS_ERR_INPUT);
+    assert_int_equal(fs_database_verified(database, 2, 1, NULL), 17);
+    assert_int_equal(fs_database_verified(database, 2, 3, NULL), 0);
+    assert_int_equal(sqlite3_exec(db, "DROP TABLE images; DROP TABLE two_view_geometries", NULL, NULL, NULL),
+                     SQLITE_OK);
+    assert_int_equal(fs_database_image(database, "a.png", &err), FS_ERR_IO);
+    assert_non_null(strstr(err.message, path.text));
+    assert_int_equal(fs_database_verified(database, 2, 1, NULL), FS_ERR_IO);
+    fs_database_close(database);
+    sqlite3_close(db);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -371,6 +463,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_missing, temp_dir_make, temp_dir_remove),
         cmocka_unit_test(test_pixels),
         cmocka_unit_test_setup_teardown(test_cameras, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_database, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_adjust, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_refused, temp_dir_make, temp_dir_remove),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
