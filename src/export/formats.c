@@ -1,7 +1,6 @@
 #include "export/formats.h"
 
 #include <limits.h>
-#include <string.h>
 
 // clang-format off
 const Format fs_formats[FORMATS] = {
@@ -25,28 +24,3 @@ const Format fs_formats[FORMATS] = {
      SPLATS_AS_TRAINED, false, 0, NULL},
 };
 // clang-format on
-
-static int find(const char *name, size_t n)
-{
-    for (int f = 0; f < FORMATS; f++)
-        if (strlen(fs_formats[f].name) == n && strncmp(fs_formats[f].name, name, n) == 0) return f;
-    return -1;
-}
-
-int fs_formats_parse(const char *list, bool wanted[FORMATS], FsError *err)
-{
-    memset(wanted, 0, sizeof(bool) * FORMATS);
-    for (const char *p = list; *p;) {
-        size_t n = strcspn(p, ",");
-        int f = find(p, n);
-        if (f < 0)
-            return fs_error_set(err, FS_ERR_USAGE,
-                                "--formats: '%.*s' is no format; `flashsplat export --help` lists them", (int)n, p);
-        wanted[f] = true;
-        p += n;
-        if (*p == ',') p++;
-    }
-    for (int f = 0; f < FORMATS; f++)
-        if (wanted[f]) return 0;
-    return fs_error_set(err, FS_ERR_USAGE, "--formats: empty, expected a comma-separated list");
-}

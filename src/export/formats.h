@@ -16,9 +16,6 @@ typedef struct Format {
 enum { FORMATS = 9 };
 extern const Format fs_formats[FORMATS];
 
-// Which rows a comma-separated list names; FS_ERR_USAGE where there is none of a name.
-int fs_formats_parse(const char *list, bool wanted[FORMATS], FsError *err);
-
 int fs_inria_write(const Splats *splats, const char *path, FsError *err);
 int fs_splat_write(const Splats *splats, const char *path, FsError *err);
 int fs_spz_write(const Splats *splats, const char *path, FsError *err);
