@@ -6,7 +6,6 @@
 typedef struct Format {
     const char *name;   // in the setting "formats"
     const char *ending; // of the file: <layer>.<ending>
-    const char *what;
     SplatsOrder order;
     bool y_up;                                                          // y up and z back; else the frame of the poses
     long long most;                                                     // Gaussians that a file, or its readers, take
