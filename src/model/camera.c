@@ -68,6 +68,12 @@ double fs_camera_project(const Camera *camera, const double world[3], double pix
     return p[2];
 }
 
+double fs_camera_sees(const Camera *camera, const double world[3], double pixel[2])
+{
+    double z = fs_camera_project(camera, world, pixel);
+    return z > 0 && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < camera->width && pixel[1] < camera->height ? z : 0;
+}
+
 bool fs_camera_is_rotation(const double m[12], double slack)
 {
     double z[3];

@@ -22,6 +22,8 @@ void fs_camera_centre(const Camera *camera, double centre[3]); // -R^T t
 double fs_camera_extent(const Camera *camera, size_t stride, int n, double centre[3]);
 // Projects a world point; returns depth z (pixel written when z > 0).
 double fs_camera_project(const Camera *camera, const double world[3], double pixel[2]);
+// The same of a point that the picture shows; 0 where it is behind the camera or beside the picture.
+double fs_camera_sees(const Camera *camera, const double world[3], double pixel[2]);
 void fs_camera_to_world(const Camera *camera, const double in_camera[3], double world[3]);
 // A rotation within `slack`: rows (the first three of each four) of unit length, at right angles, right-handed.
 bool fs_camera_is_rotation(const double m[12], double slack);

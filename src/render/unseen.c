@@ -78,18 +78,16 @@ static bool shows(const Hider *hider, const double world[3])
 {
     const Camera *c = &hider->camera;
     double pixel[2];
-    if (!(fs_camera_project(c, world, pixel) > 0)) return false;
-    double x = pixel[0] / c->width, y = pixel[1] / c->height;
-    if (!(x >= 0 && x < 1 && y >= 0 && y < 1)) return false;
-    return !hider->hides[(int)(y * hider->height) * hider->width + (int)(x * hider->width)];
+    if (!(fs_camera_sees(c, world, pixel) > 0)) return false;
+    int i = (int)(pixel[0] / c->width * hider->width), j = (int)(pixel[1] / c->height * hider->height);
+    return !hider->hides[j * hider->width + i];
 }
 
 static bool enough_show(const Unseen *unseen, const Camera *camera, double x, double y, double z)
 {
-    const double *m = camera->w2c;
-    double p[3] = {(x - camera->cx) / camera->fx * z - m[3], (y - camera->cy) / camera->fy * z - m[7], z - m[11]};
+    const double p[3] = {(x - camera->cx) / camera->fx * z, (y - camera->cy) / camera->fy * z, z};
     double world[3];
-    for (int k = 0; k < 3; k++) world[k] = m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2];
+    fs_camera_to_world(camera, p, world);
     int n = 0, enough = unseen->n / 4 < PHOTOS ? (unseen->n + 3) / 4 : PHOTOS;
     for (int i = 0; i < unseen->n && n < enough; i++) n += shows(&unseen->hider[i], world);
     return n >= enough;
