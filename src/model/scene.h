@@ -3,6 +3,7 @@
 // is one, and model.json.
 #pragma once
 
+#include "base/linalg.h"
 #include "base/optics.h"
 #include "model/cloud.h"
 #include "model/layers.h"
@@ -29,6 +30,12 @@ static inline double fs_pane_beta(const Pane *pane, double cosine)
 {
     double rho = fs_pane_rho(cosine);
     return pane->f0 * (pane->dimming * rho < FS_OPTICS_MOST ? rho : FS_OPTICS_MOST / pane->dimming);
+}
+// beta of the ray from a place to a point.
+static inline double fs_pane_beta_towards(const Pane *pane, const double from[3], const float to[3])
+{
+    const double ray[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]}, length2 = v3_dot(ray, ray);
+    return fs_pane_beta(pane, length2 > 0 ? fmin(fabs(v3_dot(ray, pane->normal)) / sqrt(length2), 1) : 1);
 }
 
 // What is told apart: everything, or less for comparisons (with shared geometry and a pane).
