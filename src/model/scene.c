@@ -10,9 +10,17 @@
 #include "image/tone.h"
 #include "model/project.h"
 
-#define VERSION 2 // 1: flash_return was a constant factor on R
+#define VERSION 2             // 1: flash_return was a constant factor on R
+#define MAX_PHOTOS (64 << 20) // bytes of photos.json
 
 const char *const fs_scene_separations[SEPARATIONS] = {"full", "flashless", "linear", "none"};
+
+json_t *fs_scene_photos(const char *out)
+{
+    json_t *photos;
+    fs_json_file_read(fs_file_at("%s/clouds/photos.json", out).text, MAX_PHOTOS, &photos, NULL);
+    return photos;
+}
 
 Separation fs_scene_separation(const char *name)
 {
@@ -209,9 +217,8 @@ static int read_model(Scene *scene, json_t **root, const char *path, FsError *er
     MUST(fs_json_file_read(path, 1 << 20, root, err));
     json_t *version = json_object_get(*root, "version");
     if (!json_is_integer(version) || json_integer_value(version) != VERSION)
-        return fs_error_input(
-            err, "%s: expected \"version\": %d; made by another version of the program", path,
-            VERSION);
+        return fs_error_input(err, "%s: expected \"version\": %d; made by another version of the program", path,
+                              VERSION);
     MUST(read_flag(*root, "shared_geometry", &scene->shared_geometry, path, err));
     MUST(read_flag(*root, "pane_beta", &scene->pane_beta, path, err));
     MUST(read_separation(*root, scene, path, err));

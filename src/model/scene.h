@@ -75,6 +75,9 @@ float fs_scene_white(const double response[]);
 // Multiplies the light of the clouds and the veil; nothing of a radiance field.
 void fs_scene_lift(Scene *scene, double factor);
 int fs_scene_copy(Scene *to, const Scene *from, FsError *err);
+// What training found of each photo (OUT/clouds/photos.json), to be released; NULL: there is none, as beside fields and
+// given clouds.
+struct json_t *fs_scene_photos(const char *out);
 Separation fs_scene_separation(const char *name); // SEPARATIONS when there is none of that name
 
 // T_F is T_N's Gaussians brightened by the flash, and not just T_N.
