@@ -28,7 +28,6 @@ void fs_camera_to_world(const Camera *camera, const double in_camera[3], double 
 // A rotation within `slack`: rows (the first three of each four) of unit length, at right angles, right-handed.
 bool fs_camera_is_rotation(const double m[12], double slack);
 void fs_camera_quat_to_rotation(const double quat_wxyz[4], double rotation[9]); // normalises
-void fs_camera_rotation_to_quat(const double rotation[9], double quat_wxyz[4]);
 // A world-to-camera transform from and to a quaternion and a translation.
 void fs_camera_pose_from_quat(const double quat_wxyz[4], const double t[3], double w2c[12]);
 void fs_camera_pose_to_quat(const double w2c[12], double quat_wxyz[4], double t[3]);
