@@ -240,10 +240,9 @@ int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *
 
 int fs_check(const char *photos, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
-    static const FsCallbacks none;
     MUST(need(photos, "the folder of photos", err));
     unsigned failures = fs_memory_begin();
-    int rc = fs_check_run(photos, settings, callbacks ? callbacks : &none, err);
+    int rc = fs_check_run(photos, settings, callbacks, err);
     return rc < 0 ? rc : fs_memory_end(failures, 0, err) < 0 ? FS_ERR_MEMORY : rc;
 }
 
@@ -257,10 +256,9 @@ int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *cal
 
 int fs_view(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err)
 {
-    static const FsCallbacks none;
     MUST(need(out, "the output folder", err));
     unsigned failures = fs_memory_begin();
-    return fs_memory_end(failures, fs_view_run(out, settings, callbacks ? callbacks : &none, err), err);
+    return fs_memory_end(failures, fs_view_run(out, settings, callbacks, err), err);
 }
 
 const char *fs_version(void)

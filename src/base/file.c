@@ -348,3 +348,15 @@ void fs_file_list_free(FileList *list)
     free(list->name);
     *list = (FileList){0};
 }
+
+bool fs_file_last(const char *dir, const char *ext, FilePath *path)
+{
+    FileList list;
+    const char *last = NULL;
+    if (fs_file_list(dir, &list, NULL) < 0) return false;
+    for (int i = 0; i < list.n; i++)
+        if (fs_file_has_ext(list.name[i], ext) && (!last || atoi(list.name[i]) >= atoi(last))) last = list.name[i];
+    if (last) *path = fs_file_at("%s/%s", dir, last);
+    fs_file_list_free(&list);
+    return last;
+}

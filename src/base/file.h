@@ -58,3 +58,5 @@ typedef struct FileList {
 } FileList;
 int fs_file_list(const char *dir, FileList *list, FsError *err);
 void fs_file_list_free(FileList *list);
+// The last file of a folder with an extension, by the number that its name begins with, then by name; false: none.
+bool fs_file_last(const char *dir, const char *ext, FilePath *path);

@@ -39,11 +39,10 @@ BenchWork fs_case_adam_call(void *state);
 // case_splats.c: generated clouds of n Gaussians, all threads
 void *fs_case_splats_open(const BenchMachine *machine, const BenchCase *what); // wanted: pairs
 void fs_case_splats_close(void *state);
-void fs_case_splats_fill(Cloud *cloud, double scale); // always the same Gaussians, of about this size
-BenchWork fs_case_splats_forward(void *state);        // project, sort, list, raster
-BenchWork fs_case_splats_backward(void *state);       // raster, reduce, project
-BenchWork fs_case_splats_raster(void *state);         // both
-BenchWork fs_case_splats_step(void *state);           // forward, L1 and SSIM, backward, Adam: a whole training step
+BenchWork fs_case_splats_forward(void *state);  // project, sort, list, raster
+BenchWork fs_case_splats_backward(void *state); // raster, reduce, project
+BenchWork fs_case_splats_raster(void *state);   // both
+BenchWork fs_case_splats_step(void *state);     // forward, L1 and SSIM, backward, Adam: a whole training step
 
 // case_train.c: two steps of a real training, one at a flash photo, of two clouds of n Gaussians each, all threads
 void *fs_case_train_open(const BenchMachine *machine, const BenchCase *what);

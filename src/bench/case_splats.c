@@ -4,10 +4,10 @@
 #include <string.h>
 
 #include "base/arena.h"
-#include "base/rng.h"
 #include "bench/case.h"
 #include "engine/raster_pass.h"
 #include "engine/scratch.h"
+#include "model/made_scene.h"
 
 enum { STRIP = 32, CHUNK = 2048 };
 
@@ -30,22 +30,6 @@ typedef struct SplatsState {
     int step;
 } SplatsState;
 
-void fs_case_splats_fill(Cloud *cloud, double scale)
-{
-    Rng rng = fs_rng_new(3);
-    for (int i = 0; i < cloud->n; i++) {
-        float *mean = cloud->field[CLOUD_MEANS] + 3 * i, z = 2 + 4 * fs_rng_uniform(&rng);
-        mean[0] = (fs_rng_uniform(&rng) - 0.5f) * z * 1.05f;
-        mean[1] = (fs_rng_uniform(&rng) - 0.5f) * z * 0.75f;
-        mean[2] = z;
-        float size = (float)log(scale) + 0.5f * fs_rng_normal(&rng);
-        for (int k = 0; k < 3; k++) cloud->field[CLOUD_SCALES][3 * i + k] = size + 0.5f * fs_rng_normal(&rng);
-        for (int k = 0; k < 4; k++) cloud->field[CLOUD_QUATS][4 * i + k] = fs_rng_normal(&rng);
-        cloud->field[CLOUD_OPACITIES][i] = -2.5f + fs_rng_normal(&rng);
-        for (int k = 0; k < 3; k++) cloud->field[CLOUD_COLORS][3 * i + k] = fs_rng_uniform(&rng);
-    }
-}
-
 static RasterPass pass_of(SplatsState *s)
 {
     return (RasterPass){&s->machine->kernels, s->machine->threads, {&s->task}, 1, &s->camera, 0.1f};
@@ -62,7 +46,7 @@ static void seek_pairs(SplatsState *s, double scale, double wanted)
 {
     s->task.count = true;
     for (int i = 0;; i++) {
-        fs_case_splats_fill(&s->cloud, scale);
+        fs_made_scene_fill(&s->cloud, scale);
         forward(s);
         s->pairs = (double)s->task.pairs;
         double ratio = wanted / fmax(s->pairs, 1);
@@ -94,9 +78,8 @@ void *fs_case_splats_open(const BenchMachine *machine, const BenchCase *what)
     SplatsState *s = calloc(1, sizeof *s);
     if (!s) return NULL;
     s->machine = machine;
-    double f = what->width, scale = 0.5 / sqrt(what->n);
-    s->camera = (Camera){
-        what->width, what->height, f, f, 0.5 * what->width, 0.5 * what->height, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    double scale = 0.5 / sqrt(what->n);
+    s->camera = fs_made_scene_camera(what->width, what->height);
     if (fs_cloud_new(&s->cloud, what->n, 3, 0, NULL) < 0 || fs_cloud_new(&s->m, what->n, 3, 0, NULL) < 0 ||
         fs_cloud_new(&s->v, what->n, 3, 0, NULL) < 0) {
         fs_case_splats_close(s);

@@ -6,6 +6,7 @@
 #include "base/rng.h"
 #include "bench/case.h"
 #include "engine/engine.h"
+#include "model/made_scene.h"
 
 typedef struct TrainCase {
     Engine *engine;
@@ -16,12 +17,7 @@ static int load_photos(Engine *engine, const Camera *camera)
 {
     Image photo = {0}, mask = {0};
     int rc;
-    TRY(fs_image_new(&photo, camera->width, camera->height, 3, NULL));
-    TRY(fs_image_new(&mask, camera->width, camera->height, 1, NULL));
-    for (int i = 0; i < camera->width * camera->height; i++) {
-        mask.px[i] = 1;
-        for (int c = 0; c < 3; c++) photo.px[3 * i + c] = 0.2f + 0.15f * sinf(0.05f * (float)(i % camera->width + c));
-    }
+    TRY(fs_made_scene_photo(camera, &photo, &mask, NULL));
     for (int flash = 0; flash < 2; flash++)
         TRY(fs_engine_load_view(engine, &(EngineView){camera, flash, &photo, &mask}, NULL));
 fail:
@@ -37,8 +33,8 @@ static int load_scene(Engine *engine, int n, Scene *scene)
     if (!neighbour) return FS_ERR_MEMORY;
     TRY(fs_cloud_new(&scene->cloud[LAYER_T_N], n, 3, 1, NULL));
     TRY(fs_cloud_new(&scene->cloud[LAYER_R], n, 3, 0, NULL));
-    fs_case_splats_fill(&scene->cloud[LAYER_T_N], 1.2 / sqrt(n));
-    fs_case_splats_fill(&scene->cloud[LAYER_R], 1.2 / sqrt(n));
+    fs_made_scene_fill(&scene->cloud[LAYER_T_N], 1.2 / sqrt(n));
+    fs_made_scene_fill(&scene->cloud[LAYER_R], 1.2 / sqrt(n));
     for (int i = 0; i < n; i++)
         for (int k = 0; k < ENGINE_NEIGHBOURS; k++)
             neighbour[i * ENGINE_NEIGHBOURS + k] = (i + 1 + fs_rng_below(&rng, n - 1)) % n;
@@ -63,20 +59,8 @@ static int make_args(const Scene *scene, StepArgs *args)
 
 void *fs_case_train_open(const BenchMachine *machine, const BenchCase *what)
 {
-    const Camera camera = {what->width,
-                           what->height,
-                           what->width,
-                           what->width,
-                           0.5 * what->width,
-                           0.5 * what->height,
-                           {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
-    Scene scene = {.shared_geometry = true,
-                   .pane_beta = true,
-                   .pane = {{0.5, 0, -0.866}, 0.1, 0.1},
-                   .gain_color = {1.5, 1.4, 1.3},
-                   .flash_distance = 3,
-                   .extent = 0.5,
-                   .flash_return = 0.1};
+    const Camera camera = fs_made_scene_camera(what->width, what->height);
+    Scene scene = fs_made_scene();
     TrainCase *s = calloc(1, sizeof *s);
     int rc = s ? 0 : FS_ERR_MEMORY;
     if (rc == 0)

@@ -5,18 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
-#include "base/json_file.h"
 #include "engine/view_plan.h"
 #include "image/tone.h"
 
-#define MAX_BYTES (64 << 20)
-
 void fs_as_shot_open(AsShot *a, const Scene *scene, const char *out)
 {
-    json_t *root;
-    fs_json_file_read(fs_file_at("%s/clouds/photos.json", out).text, MAX_BYTES, &root, NULL);
-    *a = (AsShot){scene, root};
+    *a = (AsShot){scene, fs_scene_photos(out)};
 }
 
 void fs_as_shot_close(AsShot *a)

@@ -7,7 +7,7 @@
 
 typedef struct AsShot {
     const Scene *scene;
-    void *photos; // OUT/clouds/photos.json, or NULL
+    struct json_t *photos; // fs_scene_photos
 } AsShot;
 
 void fs_as_shot_open(AsShot *as_shot, const Scene *scene, const char *out);

@@ -312,19 +312,8 @@ fail:
     return rc;
 }
 
-int fs_clean_parse(const char *list, bool wanted[CLEAN_FORMATS], FsError *err)
+void fs_clean_wanted(const char *list, bool wanted[CLEAN_FORMATS])
 {
     static const char *const names[CLEAN_FORMATS] = {"jpeg", "tiff", "dng"};
-    memset(wanted, 0, sizeof(bool) * CLEAN_FORMATS);
-    while (*list) {
-        size_t n = strcspn(list, ",");
-        int f = 0;
-        while (f < CLEAN_FORMATS && (strlen(names[f]) != n || strncmp(names[f], list, n) != 0)) f++;
-        if (f == CLEAN_FORMATS)
-            return fs_error_set(err, FS_ERR_USAGE, "--clean: '%.*s' is not one of jpeg, tiff, dng", (int)n, list);
-        wanted[f] = true;
-        list += n;
-        if (*list == ',') list++;
-    }
-    return 0;
+    for (int f = 0; f < CLEAN_FORMATS; f++) wanted[f] = fs_settings_has_word(list, names[f]);
 }

@@ -5,8 +5,7 @@
 #include "model/originals.h"
 
 enum { CLEAN_JPEG, CLEAN_TIFF, CLEAN_DNG, CLEAN_FORMATS };
-// Which formats a comma-separated list names, none where it is empty; FS_ERR_USAGE where there is none of a name.
-int fs_clean_parse(const char *list, bool wanted[CLEAN_FORMATS], FsError *err);
+void fs_clean_wanted(const char *list, bool wanted[CLEAN_FORMATS]); // of the setting "clean"
 
 typedef struct CleanArgs {
     const FsProject *project;

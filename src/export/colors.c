@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "base/linalg.h"
 #include "image/tone.h"
 
 const Cloud *fs_colors_cloud(const Scene *scene, Layer layer)
@@ -12,38 +13,20 @@ const Cloud *fs_colors_cloud(const Scene *scene, Layer layer)
     return cloud->n && !(of_T_N && !fs_scene_lit(scene)) ? cloud : NULL;
 }
 
-static double eye_distance2(const Development *development, const float mean[3])
-{
-    double length = 0;
-    for (int k = 0; k < 3; k++) {
-        double ray = (double)mean[k] - development->eye[k];
-        length += ray * ray;
-    }
-    return length;
-}
-
 // What the flash makes of Gaussian i, from the middle of the photos' cameras: near things are brighter by it, as
 // in photos (kernels/shade_body.h). Without that the falloff is 1.
 static double flash_falloff(const Scene *scene, const float mean[3], const Development *development)
 {
     if (!development->has_eye || scene->separation == SEPARATION_LINEAR) return 1;
     double unit = scene->flash_distance * scene->flash_distance;
-    return unit / fmax(eye_distance2(development, mean), 1e-4 * unit);
-}
-
-// Schlick's Fresnel on the ray from the eye to the Gaussian.
-static float pane_beta(const Pane *pane, const float mean[3], const Development *development)
-{
-    if (!development->has_eye) return (float)pane->f0;
-    double dot = 0, length = eye_distance2(development, mean);
-    for (int k = 0; k < 3; k++) dot += ((double)mean[k] - development->eye[k]) * pane->normal[k];
-    double cosine = length > 0 ? fmin(fabs(dot) / sqrt(length), 1) : 1;
-    return (float)fs_pane_beta(pane, cosine);
+    double d2 = v3_distance2((const double[3]){mean[0], mean[1], mean[2]}, development->eye);
+    return unit / fmax(d2, 1e-4 * unit);
 }
 
 void fs_colors_linear(const Scene *scene, Layer layer, const Development *development, float *linear)
 {
     const Cloud *cloud = fs_colors_cloud(scene, layer);
+    const double *eye = development->has_eye ? development->eye : NULL;
     int width = cloud->width[CLOUD_COLORS];
     for (int i = 0; i < cloud->n; i++) {
         const float *color = cloud->field[CLOUD_COLORS] + (size_t)i * (size_t)width;
@@ -55,7 +38,7 @@ void fs_colors_linear(const Scene *scene, Layer layer, const Development *develo
             *to = layer == LAYER_BETA ? 1.0f / (1.0f + expf(-color[0])) : fs_tone_decode(color[width == 3 ? c : 0]);
             if (lit) *to *= (float)(1 + scene->gain_color[c] * flash);
             if (layer == LAYER_R && scene->pane_beta && !development->room)
-                *to *= pane_beta(&scene->pane, mean, development);
+                *to *= (float)(eye ? fs_pane_beta_towards(&scene->pane, eye, mean) : scene->pane.f0);
         }
     }
 }

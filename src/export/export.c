@@ -173,18 +173,13 @@ static int export_room(const Export *x, FsError *err)
     return export_piece(x, &room, err);
 }
 
-static bool is_cleaned(const bool clean[CLEAN_FORMATS])
-{
-    return clean[CLEAN_JPEG] || clean[CLEAN_TIFF] || clean[CLEAN_DNG];
-}
-
 int fs_export_estimate(const FsProject *project, const char *folder, RunCost *cost, FsError *err)
 {
     bool clean[CLEAN_FORMATS];
     FilePath found;
     *cost = (RunCost){0};
-    MUST(fs_clean_parse(project->set.clean, clean, err));
-    if (!is_cleaned(clean)) return 0;
+    fs_clean_wanted(project->set.clean, clean);
+    if (!*project->set.clean) return 0;
     if (!folder) MUST(fs_originals_folder(project, &found, err));
     return fs_clean_trial_run(project, folder ? folder : found.text, clean, cost, err);
 }
@@ -193,7 +188,7 @@ int fs_export_estimate(const FsProject *project, const char *folder, RunCost *co
 static int find_originals(Export *x, FsError *err)
 {
     const CleanArgs args = {.project = x->project, .views = &x->photos, .originals = &x->originals};
-    if (!is_cleaned(x->clean)) return 0;
+    if (!*x->project->set.clean) return 0;
     if (!x->photos.n) MUST(fs_dataset_read(&x->photos, fs_file_at("%s/views.json", x->project->out).text, err));
     MUST(fs_originals_open(&x->originals, x->project, &x->photos, err));
     bool again = fs_file_exists(fs_file_at("%s/export/photos", x->project->out).text);
@@ -204,8 +199,8 @@ int fs_export_run(FsProject *project, FsError *err)
 {
     Export x = {.project = project};
     int rc;
-    MUST(fs_formats_parse(project->set.formats, x.wanted, err));
-    MUST(fs_clean_parse(project->set.clean, x.clean, err));
+    for (int f = 0; f < FORMATS; f++) x.wanted[f] = fs_settings_has_word(project->set.formats, fs_formats[f].name);
+    fs_clean_wanted(project->set.clean, x.clean);
     if (fs_project_done(project, FS_STAGE_EXPORT)) return 0;
     TRY(open_export(&x, err));
     TRY(find_originals(&x, err));
@@ -226,7 +221,7 @@ int fs_export_run(FsProject *project, FsError *err)
     const TrainerArgs trainer = {project, &x.scene, &x.photos, &x.development};
     if (project->set.dataset) TRY(fs_trainer_dataset_run(&trainer, err));
     const CleanArgs clean = {project, &x.scene, &x.photos, &x.originals, &x.development, x.clean};
-    if (is_cleaned(x.clean)) TRY(fs_clean_run(&clean, err));
+    if (*project->set.clean) TRY(fs_clean_run(&clean, err));
     fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");
     TRY(fs_project_mark_done(project, FS_STAGE_EXPORT, err));
 fail:

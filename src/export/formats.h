@@ -6,7 +6,6 @@
 typedef struct Format {
     const char *name;   // in the setting "formats"
     const char *ending; // of the file: <layer>.<ending>
-    const char *what;
     SplatsOrder order;
     bool y_up;                                                          // y up and z back; else the frame of the poses
     long long most;                                                     // Gaussians that a file, or its readers, take
@@ -15,9 +14,6 @@ typedef struct Format {
 
 enum { FORMATS = 9 };
 extern const Format fs_formats[FORMATS];
-
-// Which rows a comma-separated list names; FS_ERR_USAGE where there is none of a name.
-int fs_formats_parse(const char *list, bool wanted[FORMATS], FsError *err);
 
 int fs_inria_write(const Splats *splats, const char *path, FsError *err);
 int fs_splat_write(const Splats *splats, const char *path, FsError *err);

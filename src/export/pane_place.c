@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/linalg.h"
 #include "base/order.h"
@@ -25,7 +26,7 @@ static int nearest_of(const Cloud *cloud, const double normal[3], double *neares
     int n = 0;
     for (int i = 0; i < cloud->n; i++) {
         const float *mean = cloud->field[CLOUD_MEANS] + 3 * (size_t)i;
-        double at = normal[0] * (double)mean[0] + normal[1] * (double)mean[1] + normal[2] * (double)mean[2];
+        double at = v3_dot(normal, (const double[3]){mean[0], mean[1], mean[2]});
         double opacity = behind(cloud, i);
         if (isfinite(at) && isfinite(opacity)) rank[n++] = (Ranked){at, i}, total += opacity;
     }
@@ -58,11 +59,8 @@ static void find_corners(const Dataset *photos, PanePlace *place)
     const double *n = place->normal, *m = photos->view[0].camera.w2c; // rows: right, down
     double across = v3_dot(m, n);
     for (int a = 0; a < 3; a++) side[0][a] = m[a] - across * n[a];
-    double length = sqrt(v3_dot(side[0], side[0]));
-    if (!(length > 1e-6)) return;
-    for (int a = 0; a < 3; a++) side[0][a] /= length;
-    for (int a = 0; a < 3; a++)
-        side[1][a] = n[(a + 1) % 3] * side[0][(a + 2) % 3] - n[(a + 2) % 3] * side[0][(a + 1) % 3];
+    if (!(v3_normalise(side[0]) > 1e-6)) return;
+    v3_cross(n, side[0], side[1]);
     for (int v = 0; v < photos->n; v++)
         for (int k = 0; k < 4; k++) {
             if (!meet(&photos->view[v].camera, k, place, at)) continue;
@@ -83,10 +81,10 @@ static void find_corners(const Dataset *photos, PanePlace *place)
 int fs_pane_place_find(const Scene *scene, const Dataset *photos, double given, PanePlace *place, FsError *err)
 {
     *place = (PanePlace){0};
-    double *n = place->normal, length = sqrt(v3_dot(scene->pane.normal, scene->pane.normal)), centre[3] = {0};
-    if (!scene->pane_beta || !(length > 0))
+    double *n = place->normal, centre[3] = {0};
+    memcpy(n, scene->pane.normal, sizeof place->normal);
+    if (!scene->pane_beta || !(v3_normalise(n) > 0))
         return fs_error_input(err, "this scene has no pane that was learned (--beta pane): it cannot be mirrored back");
-    for (int a = 0; a < 3; a++) n[a] = scene->pane.normal[a] / length;
     double farthest = -INFINITY, nearest = INFINITY, ahead = 0;
     if (photos->n) fs_dataset_extent(photos, centre);
     for (int v = 0; v < photos->n; v++) ahead += v3_dot(photos->view[v].camera.w2c + 8, n);

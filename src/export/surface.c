@@ -152,8 +152,8 @@ static int gather_light(Fusion *f, const Camera *camera, void *context, FsError 
     const Image *depth = &f->renders.layer[RENDER_DEPTH_T];
     for (size_t v = 0; v < (size_t)f->mesh.n; v++) {
         const float *at = f->mesh.xyz + 3 * v;
-        double px[2], z = fs_camera_project(camera, (const double[3]){at[0], at[1], at[2]}, px);
-        if (!(z > 0 && px[0] >= 0 && px[1] >= 0 && px[0] < depth->width && px[1] < depth->height)) continue;
+        double px[2], z = fs_camera_sees(camera, (const double[3]){at[0], at[1], at[2]}, px);
+        if (!(z > 0)) continue;
         int x = (int)px[0], y = (int)px[1];
         if (fabs((double)*fs_image_at(depth, x, y) - z) > f->tsdf.reach) continue; // something else is before it
         float *sum = f->light + 7 * v;

@@ -122,7 +122,8 @@ int fs_npy_read(const char *path, NpyArray *array, FsError *err)
     return rc;
 }
 
-int fs_npy_read_shape(const char *path, NpyArray *array, FsError *err)
+// The header only, held against the file's size.
+static int read_shape(const char *path, NpyArray *array, FsError *err)
 {
     *array = (NpyArray){0};
     struct stat st;
@@ -167,7 +168,7 @@ static int check_photo(const char *path, const NpyArray *a, FsError *err)
 int fs_npy_photo_size(const char *path, int *width, int *height, double *memory, FsError *err)
 {
     NpyArray a;
-    MUST(fs_npy_read_shape(path, &a, err));
+    MUST(read_shape(path, &a, err));
     MUST(check_photo(path, &a, err));
     *height = (int)a.dim[0];
     *width = (int)a.dim[1];

@@ -13,12 +13,11 @@ typedef struct NpyArray {
     char kind;               // 'i', 'u', 'f'
     int size;                // bytes of a value
     bool swapped;            // of the other byte order
-    char *file;              // NULL after fs_npy_read_shape
+    char *file;
     const char *data;
 } NpyArray;
 
 int fs_npy_read(const char *path, NpyArray *array, FsError *err);
-int fs_npy_read_shape(const char *path, NpyArray *array, FsError *err); // the header only, held against the file's size
 void fs_npy_free(NpyArray *array);
 double fs_npy_value(const NpyArray *array, const char *at); // at: data and so many strides
 

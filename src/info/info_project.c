@@ -2,7 +2,6 @@
 // person would open first.
 #include "info/info.h"
 
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -79,20 +78,6 @@ int fs_info_project(const char *out, const Log *log, FsError *err)
     return rc;
 }
 
-// The last file of a folder with an extension, by the number that its name begins with, then by name; false when there
-// is none.
-static bool last_file(const char *dir, const char *ext, FilePath *path)
-{
-    FileList list;
-    if (fs_file_list(dir, &list, NULL) < 0) return false;
-    const char *last = NULL;
-    for (int i = 0; i < list.n; i++)
-        if (fs_file_has_ext(list.name[i], ext) && (!last || atoi(list.name[i]) >= atoi(last))) last = list.name[i];
-    if (last) *path = fs_file_at("%s/%s", dir, last);
-    fs_file_list_free(&list);
-    return last;
-}
-
 // Of the trained scenes; full where nothing says so.
 static Separation separation_of(const char *out)
 {
@@ -130,7 +115,7 @@ void fs_info_results(const char *out, const Log *log)
         const char *folder = results[i].folder;
         FilePath dir = fs_file_at("%s%s%s", out, *folder ? "/" : "", folder), file;
         if (results[i].only && !(results[i].only & separation)) continue;
-        if (!last_file(dir.text, results[i].ext, &file)) continue;
+        if (!fs_file_last(dir.text, results[i].ext, &file)) continue;
         if (!any) fs_log_info(log, "Open these:");
         fs_log_info(log, results[i].whole ? "  %s/  %s" : "  %s  %s", results[i].whole ? dir.text : file.text,
                     results[i].what);

@@ -30,9 +30,9 @@ typedef struct ColorWork {
 
 static bool place(const Camera *camera, const float xyz[3], double pixel[2], float *inverse)
 {
-    double p[3] = {xyz[0], xyz[1], xyz[2]}, z = fs_camera_project(camera, p, pixel);
-    *inverse = (float)(1 / z);
-    return z > 0 && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < camera->width && pixel[1] < camera->height;
+    double p[3] = {xyz[0], xyz[1], xyz[2]}, z = fs_camera_sees(camera, p, pixel);
+    if (z > 0) *inverse = (float)(1 / z);
+    return z > 0;
 }
 
 static void draw_job(void *context, int job, int worker)

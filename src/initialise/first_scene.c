@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/linalg.h"
 #include "base/order.h"
 #include "image/tone.h"
 #include "initialise/constants.h"
@@ -48,22 +47,14 @@ static int guess_f0(const float *R, int n, double *f0, FsError *err)
     return 0;
 }
 
-// Reflectance of the pane towards a point, seen from the middle of the cameras.
-static double reflectance(const SmallViews *views, const Pane *pane, const float xyz[3])
-{
-    double d[3];
-    for (int k = 0; k < 3; k++) d[k] = xyz[k] - views->centre[k];
-    double n2 = v3_dot(d, d), c = n2 > 0 ? fmin(fabs(v3_dot(d, pane->normal)) / sqrt(n2), 1) : 1;
-    return fs_pane_beta(pane, c);
-}
-
 static int fill_scene(const SmallViews *views, ColoredSeeds *p, Blob blob, Scene *scene, FsError *err)
 {
     int rc = 0;
     TRY(guess_f0(p->R_color, p->R.n, &scene->pane.f0, err));
     scene->pane.dimming = PANE_GLASS;
     for (int i = 0; i < p->R.n; i++) { // beta * R in the photos -> R, the room's own light
-        double beta = scene->pane_beta ? reflectance(views, &scene->pane, p->R.xyz + 3 * (size_t)i) : 0.5;
+        double beta =
+            scene->pane_beta ? fs_pane_beta_towards(&scene->pane, views->centre, p->R.xyz + 3 * (size_t)i) : 0.5;
         for (int k = 0; k < 3; k++) p->R_color[3 * (size_t)i + (size_t)k] /= (float)beta;
     }
     bool shared = scene->shared_geometry;

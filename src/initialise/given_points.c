@@ -10,12 +10,8 @@
 static bool is_seen(const SmallViews *views, const float xyz[3])
 {
     double p[3] = {xyz[0], xyz[1], xyz[2]}, pixel[2];
-    for (int i = 0; i < views->n; i++) {
-        const Camera *camera = &views->view[i].camera;
-        if (fs_camera_project(camera, p, pixel) > 0 && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < camera->width &&
-            pixel[1] < camera->height)
-            return true;
-    }
+    for (int i = 0; i < views->n; i++)
+        if (fs_camera_sees(&views->view[i].camera, p, pixel) > 0) return true;
     return false;
 }
 

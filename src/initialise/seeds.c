@@ -20,11 +20,9 @@ void fs_seeds_free(Seeds *seeds)
 static bool project_cell(const Camera *camera, const float xyz[3], int width, int height, size_t *cell, float *inverse)
 {
     double p[3] = {xyz[0], xyz[1], xyz[2]}, pixel[2];
-    double z = fs_camera_project(camera, p, pixel);
+    double z = fs_camera_sees(camera, p, pixel);
     if (!(z > 0)) return false;
-    double x = pixel[0] / camera->width * width, y = pixel[1] / camera->height * height;
-    if (!(x >= 0 && y >= 0 && x < width && y < height)) return false;
-    *cell = (size_t)y * (size_t)width + (size_t)x;
+    *cell = (size_t)(pixel[1] / camera->height * height) * (size_t)width + (size_t)(pixel[0] / camera->width * width);
     *inverse = (float)(1 / z);
     return true;
 }

@@ -124,9 +124,8 @@ static void match_job(void *context, int job, int worker)
 // Inverse depth of a point in another view, and what that view's map says there (0: unsure; NAN: out of view).
 static float depth_at(const DepthMap *map, const float *layer, const float xyz[3], float *inverse)
 {
-    double p[3] = {xyz[0], xyz[1], xyz[2]}, pixel[2], z = fs_camera_project(&map->camera, p, pixel);
-    if (!(z > 0 && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < map->camera.width && pixel[1] < map->camera.height))
-        return NAN;
+    double p[3] = {xyz[0], xyz[1], xyz[2]}, pixel[2], z = fs_camera_sees(&map->camera, p, pixel);
+    if (!(z > 0)) return NAN;
     *inverse = (float)(1 / z);
     return layer[(size_t)pixel[1] * (size_t)map->camera.width + (size_t)pixel[0]];
 }

@@ -68,6 +68,12 @@ double fs_camera_project(const Camera *camera, const double world[3], double pix
     return p[2];
 }
 
+double fs_camera_sees(const Camera *camera, const double world[3], double pixel[2])
+{
+    double z = fs_camera_project(camera, world, pixel);
+    return z > 0 && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < camera->width && pixel[1] < camera->height ? z : 0;
+}
+
 bool fs_camera_is_rotation(const double m[12], double slack)
 {
     double z[3];
@@ -94,7 +100,7 @@ void fs_camera_quat_to_rotation(const double q[4], double r[9])
     r[8] = 1 - 2 * (x * x + y * y);
 }
 
-void fs_camera_rotation_to_quat(const double r[9], double q[4])
+static void rotation_to_quat(const double r[9], double q[4])
 {
     double trace = r[0] + r[4] + r[8];
     if (trace > 0) {
@@ -129,7 +135,7 @@ void fs_camera_pose_from_axes(const double axes[12], const double centre[3], dou
 {
     double r[9], quat[4];
     for (int i = 0; i < 3; i++) memcpy(r + 3 * i, axes + 4 * i, 3 * sizeof *r);
-    fs_camera_rotation_to_quat(r, quat); // back and forth: takes out the rounding
+    rotation_to_quat(r, quat); // back and forth: takes out the rounding
     fs_camera_quat_to_rotation(quat, r);
     for (int i = 0; i < 3; i++) {
         memcpy(w2c + 4 * i, r + 3 * i, 3 * sizeof *r);
@@ -144,7 +150,7 @@ void fs_camera_pose_to_quat(const double w2c[12], double quat[4], double t[3])
         memcpy(r + 3 * i, w2c + 4 * i, 3 * sizeof *r);
         t[i] = w2c[4 * i + 3];
     }
-    fs_camera_rotation_to_quat(r, quat);
+    rotation_to_quat(r, quat);
 }
 
 void fs_camera_relative(const Camera *from, const Camera *to, double rotation[9], double t[3])

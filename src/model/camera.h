@@ -22,11 +22,12 @@ void fs_camera_centre(const Camera *camera, double centre[3]); // -R^T t
 double fs_camera_extent(const Camera *camera, size_t stride, int n, double centre[3]);
 // Projects a world point; returns depth z (pixel written when z > 0).
 double fs_camera_project(const Camera *camera, const double world[3], double pixel[2]);
+// The same of a point that the picture shows; 0 where it is behind the camera or beside the picture.
+double fs_camera_sees(const Camera *camera, const double world[3], double pixel[2]);
 void fs_camera_to_world(const Camera *camera, const double in_camera[3], double world[3]);
 // A rotation within `slack`: rows (the first three of each four) of unit length, at right angles, right-handed.
 bool fs_camera_is_rotation(const double m[12], double slack);
 void fs_camera_quat_to_rotation(const double quat_wxyz[4], double rotation[9]); // normalises
-void fs_camera_rotation_to_quat(const double rotation[9], double quat_wxyz[4]);
 // A world-to-camera transform from and to a quaternion and a translation.
 void fs_camera_pose_from_quat(const double quat_wxyz[4], const double t[3], double w2c[12]);
 void fs_camera_pose_to_quat(const double w2c[12], double quat_wxyz[4], double t[3]);

@@ -13,7 +13,7 @@ const CloudFieldInfo fs_cloud_fields[CLOUD_FIELDS] = {
     [CLOUD_COVERS] = {"covers", {"cover"}, 1},
 };
 
-int fs_cloud_reserve(Cloud *cloud, int capacity, FsError *err)
+static int reserve(Cloud *cloud, int capacity, FsError *err)
 {
     if (capacity <= cloud->capacity) return 0;
     for (int f = 0; f < CLOUD_FIELDS; f++) {
@@ -28,7 +28,7 @@ int fs_cloud_reserve(Cloud *cloud, int capacity, FsError *err)
 
 int fs_cloud_resize(Cloud *cloud, int n, FsError *err)
 {
-    MUST(fs_cloud_reserve(cloud, n, err));
+    MUST(reserve(cloud, n, err));
     for (int f = 0; f < CLOUD_FIELDS && n > cloud->n; f++)
         if (cloud->width[f])
             memset(cloud->field[f] + (size_t)cloud->n * (size_t)cloud->width[f], 0,

@@ -34,7 +34,8 @@ FilePath fs_photos_path(const Photos *photos, const PhotoFile *photo)
     return fs_file_at("%s/%s", photos->folder, photo->path);
 }
 
-void fs_photos_close_gaps(Photos *photos)
+// Drops the photos without a path.
+static void close_gaps(Photos *photos)
 {
     int kept = 0;
     for (int i = 0; i < photos->n; i++)
@@ -136,7 +137,7 @@ static void drop_pairs(Photos *photos, const Log *log)
         if (pair == 1) snprintf(example, sizeof example, "%s beside %s", photo->file, of->file), unsure++;
         free_photo(photo);
     }
-    fs_photos_close_gaps(photos);
+    close_gaps(photos);
     const char *used = raws ? "RAW" : "HEIF";
     if (doubles) fs_log_info(log, "%d photos are there as %s and as JPEG: the %s files are used", doubles, used, used);
     if (unsure)
@@ -226,7 +227,7 @@ static void drop_copies(Photos *photos, const Log *log)
         free_photo(photo);
     }
     if (dropped) fs_log_info(log, "%d photos are copies of others (e.g. of %s): left out", dropped, example);
-    fs_photos_close_gaps(photos);
+    close_gaps(photos);
 }
 
 // Arrays beside pictures are not photos but something about them: depth, features.
@@ -237,7 +238,7 @@ static void drop_arrays(Photos *photos, const Log *log)
     if (arrays == 0 || arrays == photos->n) return;
     for (int i = 0; i < photos->n; i++)
         if (photos->photo[i].kind == PHOTO_NPY) free_photo(&photos->photo[i]);
-    fs_photos_close_gaps(photos);
+    close_gaps(photos);
     fs_log_info(log, "%d .npy files beside photos are not taken for photos", arrays);
 }
 
@@ -356,7 +357,7 @@ void fs_photos_drop_copies(Photos *photos)
     }
     for (int i = n - 1; i >= 0; i--) // what they are copies of comes before them
         if (fs_photos_is_copy(photos, &photos->photo[i])) free_photo(&photos->photo[i]);
-    fs_photos_close_gaps(photos);
+    close_gaps(photos);
 }
 
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
@@ -381,6 +382,6 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
         fs_log_warn(log, "left out: %s", photo->failure.message);
         free_photo(photo);
     }
-    fs_photos_close_gaps(photos);
+    close_gaps(photos);
     return 0;
 }

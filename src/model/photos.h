@@ -66,7 +66,6 @@ char *fs_photos_view_name(const char *path);
 // What is not UTF-8 is taken for Latin-1, as old cards and archives have it. NULL: out of memory.
 char *fs_photos_utf8(const char *text);
 FilePath fs_photos_path(const Photos *photos, const PhotoFile *photo);
-void fs_photos_close_gaps(Photos *photos); // drops the photos without a path
 // Of the names and contents of the photos, their masks and of the list of flash photos (may be NULL): tells whether
 // anything changed since the last time.
 void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17]);

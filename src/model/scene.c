@@ -10,9 +10,17 @@
 #include "image/tone.h"
 #include "model/project.h"
 
-#define VERSION 2 // 1: flash_return was a constant factor on R
+#define VERSION 2             // 1: flash_return was a constant factor on R
+#define MAX_PHOTOS (64 << 20) // bytes of photos.json
 
 const char *const fs_scene_separations[SEPARATIONS] = {"full", "flashless", "linear", "none"};
+
+json_t *fs_scene_photos(const char *out)
+{
+    json_t *photos;
+    fs_json_file_read(fs_file_at("%s/clouds/photos.json", out).text, MAX_PHOTOS, &photos, NULL);
+    return photos;
+}
 
 Separation fs_scene_separation(const char *name)
 {

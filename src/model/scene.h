@@ -3,6 +3,7 @@
 // is one, and model.json.
 #pragma once
 
+#include "base/linalg.h"
 #include "base/optics.h"
 #include "model/cloud.h"
 #include "model/layers.h"
@@ -30,6 +31,12 @@ static inline double fs_pane_beta(const Pane *pane, double cosine)
 {
     double rho = fs_pane_rho(cosine);
     return pane->f0 * (pane->dimming * rho < FS_OPTICS_MOST ? rho : FS_OPTICS_MOST / pane->dimming);
+}
+// beta of the ray from a place to a point.
+static inline double fs_pane_beta_towards(const Pane *pane, const double from[3], const float to[3])
+{
+    const double ray[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]}, length2 = v3_dot(ray, ray);
+    return fs_pane_beta(pane, length2 > 0 ? fmin(fabs(v3_dot(ray, pane->normal)) / sqrt(length2), 1) : 1);
 }
 
 // What is told apart: everything, or less for comparisons, which have one T and so shared geometry.
@@ -69,6 +76,9 @@ float fs_scene_white(const double response[]);
 // Multiplies the light of the clouds and the veil; nothing of a radiance field.
 void fs_scene_lift(Scene *scene, double factor);
 int fs_scene_copy(Scene *to, const Scene *from, FsError *err);
+// What training found of each photo (OUT/clouds/photos.json), to be released; NULL: there is none, as beside fields and
+// given clouds.
+struct json_t *fs_scene_photos(const char *out);
 Separation fs_scene_separation(const char *name); // SEPARATIONS when there is none of that name
 // Sets separation, shared_geometry and pane_beta as settings ask for them.
 void fs_scene_set_kind(Scene *scene, const Settings *set);

@@ -300,10 +300,10 @@ static void *member(const Settings *settings, const FsOption *option)
     return (char *)settings + option->offset;
 }
 
-static bool has_choice(const char *choices, const char *value, size_t n)
+static bool has_word(const char *words, char between, const char *word, size_t n)
 {
-    for (const char *p = choices; p; p = strchr(p, '|') ? strchr(p, '|') + 1 : NULL)
-        if (strncmp(p, value, n) == 0 && (p[n] == '|' || p[n] == 0)) return n > 0;
+    for (const char *p = words; p; p = strchr(p, between) ? strchr(p, between) + 1 : NULL)
+        if (strncmp(p, word, n) == 0 && (p[n] == between || p[n] == 0)) return n > 0;
     return false;
 }
 
@@ -331,7 +331,7 @@ static int check_choices(const FsOption *option, const char *value, FsError *err
         return fs_error_set(err, FS_ERR_USAGE, "--%s: empty, expected some of %s", option->name, option->choices);
     for (const char *p = value; option->choices && (*p || !list);) {
         size_t n = list ? strcspn(p, ",") : strlen(p);
-        if (!has_choice(option->choices, p, n))
+        if (!has_word(option->choices, '|', p, n))
             return fs_error_set(err, FS_ERR_USAGE, "--%s: '%.*s' is not one of %s", option->name, (int)n, p,
                                 option->choices);
         p += n;
@@ -437,6 +437,11 @@ bool fs_settings_was_set(const Settings *settings, const char *name)
 {
     const FsOption *option = find(name);
     return option && settings->was_set[option - table];
+}
+
+bool fs_settings_has_word(const char *list, const char *word)
+{
+    return has_word(list, ',', word, strlen(word));
 }
 
 double fs_settings_number(const Settings *settings, const char *name)

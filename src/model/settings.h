@@ -57,6 +57,7 @@ typedef struct FsSettings {
 int fs_settings_copy(Settings *to, const Settings *from, FsError *err); // deep; to clear even after a failure
 void fs_settings_clear(Settings *settings);
 bool fs_settings_was_set(const Settings *settings, const char *name);  // by the user, not by default or preset
+bool fs_settings_has_word(const char *list, const char *word);         // of what a list was set to
 double fs_settings_number(const Settings *settings, const char *name); // of an option of type FLOAT
 double fs_settings_brightness(const Settings *settings); // 0 where it could not be undone: of radiance fields
 // The settings of the given stages as a JSON object text (caller frees), NULL when out of memory.

@@ -36,6 +36,17 @@ int fs_match_pair(int i, int j)
     return j * (j - 1) / 2 + i;
 }
 
+size_t fs_match_pairs(int n)
+{
+    return (size_t)n * (size_t)(n - 1) / 2;
+}
+
+void fs_match_free(MatchList *list, int n)
+{
+    for (size_t i = 0; i < fs_match_pairs(n) && list; i++) free(list[i].match);
+    free(list);
+}
+
 // Scalar products of `rows` descriptors of a with all of b into dot (rows, nb).
 WIDER static void products(const int16_t *a, int rows, const int16_t *b, int nb, int *dot)
 {
@@ -139,7 +150,7 @@ int fs_match_all(const Features *features, int n, MatchOptions options, Threads 
     Arena arena = {0};
     Subset *subset = ARENA_NEW(&arena, Subset, (size_t)n + 1);
     Work work = {.subset = subset, .options = &options, .list = list};
-    memset(list, 0, (size_t)n * (size_t)(n - 1) / 2 * sizeof *list);
+    memset(list, 0, fs_match_pairs(n) * sizeof *list);
     if (!subset) TRY(fs_error_memory(err));
     for (int i = 0; i < n; i++) TRY(choose(&features[i], options.max_features, &subset[i], &arena, err));
     for (; work.first < n; work.first += step) { // some columns of the triangle at a time, to be cancelled between
@@ -156,11 +167,10 @@ fail:
 int fs_match_choose(const Features *features, int n, Threads *threads, const Log *log, bool *pair, FsError *err)
 {
     int rc = 0;
-    size_t pairs = (size_t)n * (size_t)(n - 1) / 2;
-    MatchList *list = calloc(pairs + 1, sizeof *list);
+    MatchList *list = calloc(fs_match_pairs(n) + 1, sizeof *list);
     Ranked *other = malloc(((size_t)n + 1) * sizeof *other);
     if (!list || !other) TRY(fs_error_memory(err));
-    memset(pair, 0, pairs * sizeof *pair);
+    memset(pair, 0, fs_match_pairs(n) * sizeof *pair);
     TRY(fs_match_all(features, n, (MatchOptions){GLANCE_FEATURES, 0.8f, NULL}, threads, log, list, err));
     for (int i = 0; i < n; i++) {
         int k = 0;
@@ -173,8 +183,7 @@ int fs_match_choose(const Features *features, int n, Threads *threads, const Log
         for (k = 0; k < n - 1 && k < PARTNERS; k++) pair[other[k].index] = true;
     }
 fail:
-    for (size_t i = 0; i < pairs && list; i++) free(list[i].match);
-    free(list);
+    fs_match_free(list, n);
     free(other);
     return rc;
 }

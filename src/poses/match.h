@@ -29,10 +29,12 @@ typedef struct MatchOptions {
 } MatchOptions;
 
 // Mutual nearest neighbours for every pair of pictures. list: (n (n - 1) / 2), pair (i, j), i < j, at
-// fs_match_pair; each to be freed. Same result for any number of threads.
+// fs_match_pair. Same result for any number of threads.
 int fs_match_all(const Features *features, int n, MatchOptions options, Threads *threads, const Log *log,
                  MatchList *list, FsError *err);
-int fs_match_pair(int i, int j); // i < j
+int fs_match_pair(int i, int j);            // i < j
+size_t fs_match_pairs(int n);               // how many n pictures have
+void fs_match_free(MatchList *list, int n); // those of n pictures, and what they are in
 // Of many pictures: which pairs are worth matching, by a first look at few features of each. For every picture those
 // that have most in common with it, and those next to it.
 int fs_match_choose(const Features *features, int n, Threads *threads, const Log *log, bool *pair, FsError *err);

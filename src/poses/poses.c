@@ -59,7 +59,7 @@ static int match_and_verify(Colmap *colmap, const FsProject *project, const Capt
                             FsError *err)
 {
     int rc = 0;
-    size_t pairs = (size_t)capture->n * (size_t)(capture->n - 1) / 2;
+    size_t pairs = fs_match_pairs(capture->n);
     MatchList *list = calloc(pairs + 1, sizeof *list);
     bool *chosen = capture->n > MOST_FOR_ALL_PAIRS ? malloc(pairs * sizeof *chosen) : NULL;
     Threads *threads = fs_threads_new(project->set.threads);
@@ -77,8 +77,7 @@ static int match_and_verify(Colmap *colmap, const FsProject *project, const Capt
     TRY(fs_match_all(features, capture->n, (MatchOptions){most, 0.8f, chosen}, threads, &project->log, list, err));
     TRY(fs_colmap_verify(colmap, list, err));
 fail:
-    for (size_t i = 0; i < pairs && list; i++) free(list[i].match);
-    free(list);
+    fs_match_free(list, capture->n);
     free(chosen);
     fs_threads_free(threads);
     return rc;

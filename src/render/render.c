@@ -45,28 +45,6 @@ typedef struct Walk {
     Verdict *verdict;    // likewise
 } Walk;
 
-static int parse_layers(const char *list, bool wanted[RENDER_LAYERS], FsError *err)
-{
-    memset(wanted, 0, sizeof(bool) * RENDER_LAYERS);
-    for (const char *p = list; *p;) {
-        size_t n = strcspn(p, ",");
-        bool all = n == 3 && strncmp(p, "all", n) == 0, found = all;
-        for (int l = 0; l < RENDER_LAYERS; l++) {
-            bool named = strlen(fs_render_layers[l].name) == n && strncmp(fs_render_layers[l].name, p, n) == 0;
-            wanted[l] |= all || named;
-            found |= named;
-        }
-        if (!found)
-            return fs_error_set(err, FS_ERR_USAGE,
-                                "--layers: '%.*s' is no layer; `flashsplat render --help` lists them", (int)n, p);
-        p += n;
-        if (*p == ',') p++;
-    }
-    for (int l = 0; l < RENDER_LAYERS; l++)
-        if (wanted[l]) return 0;
-    return fs_error_set(err, FS_ERR_USAGE, "--layers: empty, expected a comma-separated list or all");
-}
-
 // ---- files of one view, encoded by all threads ----
 
 typedef struct SaveJobs {
@@ -303,7 +281,9 @@ static int open_run(Run *run, FsError *err)
     run->dir =
         *set->output ? fs_file_at("%s", set->output) : fs_file_at("%s/%s", project->out, spiral ? "path" : "renders");
     run->film_dir = fs_file_at("%s/video", *set->output ? set->output : project->out);
-    MUST(parse_layers(set->layers, run->wanted, err));
+    bool all = fs_settings_has_word(set->layers, "all");
+    for (int l = 0; l < RENDER_LAYERS; l++)
+        run->wanted[l] = all || fs_settings_has_word(set->layers, fs_render_layers[l].name);
     MUST(fs_scene_read(&run->scene, fs_file_at("%s/clouds", project->out).text, err));
     if (set->metres_per_unit > 0) run->scene.metres_per_unit = set->metres_per_unit;
     MUST(fs_dataset_read(&run->photos, views.text, err));

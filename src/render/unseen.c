@@ -4,33 +4,31 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
-#include "base/json_file.h"
 #include "base/order.h"
-
-#define MAX_BYTES (64 << 20)
+#include "model/scene.h"
 
 enum { BLOCK = 4, CELLS_MOST = 1024, PHOTOS = 5 }; // pixels that are told at once; cells to a side; that are enough
 
-static int damaged(const char *path, FsError *err)
+static int damaged(const char *out, FsError *err)
 {
-    return fs_error_set(err, FS_ERR_INPUT, "%s: \"hidden\" is not a grid of digits; train again", path);
+    return fs_error_set(err, FS_ERR_INPUT, "%s/clouds/photos.json: \"hidden\" is not a grid of digits; train again",
+                        out);
 }
 
-static int read_cells(const char *path, const json_t *rows, Hider *hider, FsError *err)
+static int read_cells(const char *out, const json_t *rows, Hider *hider, FsError *err)
 {
     size_t height = json_array_size(rows), width = json_string_length(json_array_get(rows, 0));
-    if (!height || !width || height > CELLS_MOST || width > CELLS_MOST) return damaged(path, err);
+    if (!height || !width || height > CELLS_MOST || width > CELLS_MOST) return damaged(out, err);
     hider->hides = malloc(height * width);
     if (!hider->hides) return fs_error_memory(err);
     hider->width = (int)width;
     hider->height = (int)height;
     for (size_t j = 0; j < height; j++) {
         const json_t *row = json_array_get(rows, j);
-        if (json_string_length(row) != width) return damaged(path, err);
+        if (json_string_length(row) != width) return damaged(out, err);
         for (size_t i = 0; i < width; i++) {
             char digit = json_string_value(row)[i];
-            if (digit < '0' || digit > '9') return damaged(path, err);
+            if (digit < '0' || digit > '9') return damaged(out, err);
             hider->hides[j * width + i] = digit >= '5'; // of ninths
         }
     }
@@ -46,10 +44,8 @@ static const Camera *camera_of(const Dataset *photos, const char *name)
 
 int fs_unseen_open(Unseen *unseen, const char *out, const Dataset *photos, FsError *err)
 {
-    FilePath path = fs_file_at("%s/clouds/photos.json", out);
-    json_t *root = NULL;
+    json_t *root = fs_scene_photos(out);
     int rc = 0;
-    fs_json_file_read(path.text, MAX_BYTES, &root, NULL); // of fields and given clouds there is none
     const json_t *list = json_object_get(root, "photos");
     *unseen = (Unseen){0, calloc(json_array_size(list) + 1, sizeof *unseen->hider)};
     if (!unseen->hider) TRY(fs_error_memory(err));
@@ -59,7 +55,7 @@ int fs_unseen_open(Unseen *unseen, const char *out, const Dataset *photos, FsErr
         if (!rows || !camera) continue;
         Hider *hider = &unseen->hider[unseen->n++];
         hider->camera = *camera;
-        TRY(read_cells(path.text, rows, hider, err));
+        TRY(read_cells(out, rows, hider, err));
     }
 fail:
     json_decref(root);
@@ -78,18 +74,16 @@ static bool shows(const Hider *hider, const double world[3])
 {
     const Camera *c = &hider->camera;
     double pixel[2];
-    if (!(fs_camera_project(c, world, pixel) > 0)) return false;
-    double x = pixel[0] / c->width, y = pixel[1] / c->height;
-    if (!(x >= 0 && x < 1 && y >= 0 && y < 1)) return false;
-    return !hider->hides[(int)(y * hider->height) * hider->width + (int)(x * hider->width)];
+    if (!(fs_camera_sees(c, world, pixel) > 0)) return false;
+    int i = (int)(pixel[0] / c->width * hider->width), j = (int)(pixel[1] / c->height * hider->height);
+    return !hider->hides[j * hider->width + i];
 }
 
 static bool enough_show(const Unseen *unseen, const Camera *camera, double x, double y, double z)
 {
-    const double *m = camera->w2c;
-    double p[3] = {(x - camera->cx) / camera->fx * z - m[3], (y - camera->cy) / camera->fy * z - m[7], z - m[11]};
+    const double p[3] = {(x - camera->cx) / camera->fx * z, (y - camera->cy) / camera->fy * z, z};
     double world[3];
-    for (int k = 0; k < 3; k++) world[k] = m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2];
+    fs_camera_to_world(camera, p, world);
     int n = 0, enough = unseen->n / 4 < PHOTOS ? (unseen->n + 3) / 4 : PHOTOS;
     for (int i = 0; i < unseen->n && n < enough; i++) n += shows(&unseen->hider[i], world);
     return n >= enough;

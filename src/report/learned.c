@@ -153,9 +153,8 @@ float fs_learned_white(const char *out)
 
 void fs_learned_write(FILE *f, const char *out)
 {
-    json_t *model, *root;
+    json_t *model, *root = fs_scene_photos(out);
     fs_json_file_read(fs_file_at("%s/clouds/model.json", out).text, MAX_BYTES, &model, NULL);
-    fs_json_file_read(fs_file_at("%s/clouds/photos.json", out).text, MAX_BYTES, &root, NULL);
     write_vignetting(f, model);
     write_response(f, model);
     write_bars(f, root);

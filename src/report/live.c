@@ -72,21 +72,14 @@ static void write_bar(FILE *f, const ReportLive *live)
 
 static void write_picture(FILE *f, const char *out)
 {
-    FileList list;
-    if (fs_file_list(fs_file_at("%s/progress", out).text, &list, NULL) < 0) return;
-    const char *newest = NULL;
-    for (int i = 0; i < list.n; i++)
-        if (fs_file_has_ext(list.name[i], "png") && (!newest || atoi(list.name[i]) >= atoi(newest)))
-            newest = list.name[i]; // by step
-    if (newest) {
-        fputs("<h2>So far</h2>\n<figure><img src=\"progress/", f);
-        fs_html_url(f, newest);
-        fprintf(f,
-                "\" alt=\"photo, composite and layers\"><figcaption><b>Photo, the model of it, and its layers</b>, at "
-                "step %d</figcaption></figure>\n",
-                atoi(newest));
-    }
-    fs_file_list_free(&list);
+    FilePath newest; // by step
+    if (!fs_file_last(fs_file_at("%s/progress", out).text, "png", &newest)) return;
+    fputs("<h2>So far</h2>\n<figure><img src=\"progress/", f);
+    fs_html_url(f, fs_file_name(newest.text));
+    fprintf(f,
+            "\" alt=\"photo, composite and layers\"><figcaption><b>Photo, the model of it, and its layers</b>, at "
+            "step %d</figcaption></figure>\n",
+            atoi(fs_file_name(newest.text)));
 }
 
 static void write_charts(FILE *f, const char *out)

@@ -68,10 +68,9 @@ static void look_from(Decision *d, const Camera *camera)
 {
     for (int i = 0; i < d->T->n; i++) {
         const float *p = d->T->field[CLOUD_MEANS] + 3 * (size_t)i;
-        double px[2], z = fs_camera_project(camera, (const double[3]){p[0], p[1], p[2]}, px);
-        bool in = z > 0 && px[0] >= 0 && px[0] < camera->width && px[1] >= 0 && px[1] < camera->height;
+        double px[2], z = fs_camera_sees(camera, (const double[3]){p[0], p[1], p[2]}, px);
         d->sight[i] = (Sight){0};
-        if (in) d->sight[i] = (Sight){(float)(px[0] / camera->width), (float)(px[1] / camera->width), (float)z};
+        if (z > 0) d->sight[i] = (Sight){(float)(px[0] / camera->width), (float)(px[1] / camera->width), (float)z};
     }
 }
 

@@ -8,29 +8,11 @@
 #include "base/file.h"
 #include "image/sheet.h"
 #include "image/tone.h"
+#include "model/preview.h"
 #include "train/trainer.h"
 
 #define MAX_LOG ((size_t)1 << 30)
 enum { SHEET_EDGE = 600 }; // pixels of a picture's longer side on a contact sheet, at most
-
-static void to_display(Image *image, float exposure)
-{
-    size_t n = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
-    for (size_t i = 0; i < n; i++) image->px[i] = fs_tone_pleasant(image->px[i], exposure);
-}
-
-// What is looked at in passing need not be of full size, which takes seconds to write; render's pictures are.
-static int shrink(Image *image, FsError *err)
-{
-    double scale = (double)SHEET_EDGE / (image->width > image->height ? image->width : image->height);
-    if (scale >= 1) return 0;
-    Image small = {0};
-    MUST(fs_image_resize_area(image, (int)(scale * image->width + 0.5), (int)(scale * image->height + 0.5), &small,
-                              err));
-    fs_image_free(image);
-    *image = small;
-    return 0;
-}
 
 // One of this lighting, a quarter on in their order; NULL: there is none.
 static const View *view_to_show(const Trainer *trainer, bool flash)
@@ -41,22 +23,27 @@ static const View *view_to_show(const Trainer *trainer, bool flash)
     return view;
 }
 
-// A row: photo, composite, T, R, beta. photo, which is linear, becomes what is shown of it.
-static int show(const Trainer *trainer, const View *view, float exposure, Image *photo, Renders *renders,
+// A row: photo, composite, T, R, beta. What is looked at in passing need not be of full size, which takes seconds to
+// write; render's pictures are.
+static int show(const Trainer *trainer, const View *view, float exposure, const Image *photo, Image picture[5],
                 SheetTile tiles[5], FsError *err)
 {
     const RenderLayer layers[4] = {view->flash ? RENDER_I_F : RENDER_I_N, view->flash ? RENDER_T_F : RENDER_T_N,
                                    RENDER_R, RENDER_BETA};
-    MUST(fs_engine_render(trainer->engine, &view->camera, renders, err));
-    to_display(photo, exposure);
-    tiles[0] = (SheetTile){photo, view->name};
+    int rc;
+    Renders renders = {0};
+    TRY(fs_engine_render(trainer->engine, &view->camera, &renders, err));
+    TRY(fs_preview_picture(photo, 0, exposure, &picture[0], err));
+    tiles[0] = (SheetTile){&picture[0], view->name};
     for (int k = 0; k < 4; k++) {
-        Image *image = &renders->layer[layers[k]];
-        MUST(shrink(image, err));
-        if (layers[k] != RENDER_BETA) to_display(image, exposure);
-        tiles[1 + k] = (SheetTile){image, fs_render_layers[layers[k]].name};
+        const Image *image = &renders.layer[layers[k]];
+        TRY(layers[k] == RENDER_BETA ? fs_preview_shrink(image, SHEET_EDGE, &picture[1 + k], err)
+                                     : fs_preview_picture(image, SHEET_EDGE, exposure, &picture[1 + k], err));
+        tiles[1 + k] = (SheetTile){&picture[1 + k], fs_render_layers[layers[k]].name};
     }
-    return 0;
+fail:
+    fs_engine_renders_free(&renders);
+    return rc;
 }
 
 // Two rows: a photo without flash, a photo with it; one exposure for both.
@@ -65,24 +52,24 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
     int rc = 0, rows = 0;
     const View *view[2];
     SheetTile tiles[10];
-    Image photo[2] = {{0}, {0}};
-    Renders renders[2] = {0};
+    Image full = {0}, photo[2] = {0}, picture[10] = {0};
     TRY(fs_file_mkdirs(fs_file_at("%s/progress", trainer->project->out).text, err));
     for (int flash = 0; flash < 2; flash++) {
         if (!(view[rows] = view_to_show(trainer, flash == 1))) continue;
-        TRY(fs_dataset_load_view(trainer->project->out, view[rows], &photo[rows], NULL, err));
-        TRY(shrink(&photo[rows], err));
+        TRY(fs_dataset_load_view(trainer->project->out, view[rows], &full, NULL, err));
+        TRY(fs_preview_shrink(&full, SHEET_EDGE, &photo[rows], err));
+        fs_image_free(&full);
         rows++;
     }
     float exposure = fs_tone_pleasant_exposure(photo, rows);
-    for (int r = 0; r < rows; r++) TRY(show(trainer, view[r], exposure, &photo[r], &renders[r], tiles + 5 * r, err));
+    for (int r = 0; r < rows; r++)
+        TRY(show(trainer, view[r], exposure, &photo[r], picture + 5 * r, tiles + 5 * r, err));
     TRY(fs_sheet_write(fs_file_at("%s/progress/%05d.png", trainer->project->out, trainer->step).text, tiles, 5 * rows,
                        5, err));
 fail:
-    for (int i = 0; i < 2; i++) {
-        fs_image_free(&photo[i]);
-        fs_engine_renders_free(&renders[i]);
-    }
+    fs_image_free(&full);
+    for (int r = 0; r < 2; r++) fs_image_free(&photo[r]);
+    for (int i = 0; i < 10; i++) fs_image_free(&picture[i]);
     return rc;
 }
 

@@ -6,7 +6,7 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/order.h"
-#include "base/rng.h"
+#include "model/made_scene.h"
 #include "train/train.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
@@ -43,35 +43,13 @@ static int load_photos(Engine *engine, const Camera *camera, FsError *err)
 {
     Image photo = {0}, mask = {0};
     int rc;
-    TRY(fs_image_new(&photo, camera->width, camera->height, 3, err));
-    TRY(fs_image_new(&mask, camera->width, camera->height, 1, err));
-    for (size_t i = 0; i < fs_image_pixels(&mask); i++) mask.px[i] = 1;
-    for (size_t i = 0; i < fs_image_values(&photo); i++) photo.px[i] = 0.2f + 0.15f * sinf(0.05f * (float)i);
+    TRY(fs_made_scene_photo(camera, &photo, &mask, err));
     for (int flash = 0; flash < 2; flash++)
         TRY(fs_engine_load_view(engine, &(EngineView){camera, flash, &photo, &mask}, err));
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);
     return rc;
-}
-
-static int make_cloud(Cloud *cloud, int n, Layer layer, int gains, FsError *err)
-{
-    Rng rng = fs_rng_new(3);
-    MUST(fs_cloud_new(cloud, n, fs_layers[layer].channels, gains, err));
-    for (int i = 0; i < n; i++) {
-        float *mean = cloud->field[CLOUD_MEANS] + 3 * i, z = 2 + 4 * fs_rng_uniform(&rng);
-        mean[0] = (fs_rng_uniform(&rng) - 0.5f) * z * 1.05f;
-        mean[1] = (fs_rng_uniform(&rng) - 0.5f) * z * 0.75f;
-        mean[2] = z;
-        float size = (float)log(SPLAT_SIZE / sqrt(n)) + 0.5f * fs_rng_normal(&rng);
-        for (int k = 0; k < 3; k++) cloud->field[CLOUD_SCALES][3 * i + k] = size + 0.5f * fs_rng_normal(&rng);
-        for (int k = 0; k < 4; k++) cloud->field[CLOUD_QUATS][4 * i + k] = fs_rng_normal(&rng);
-        cloud->field[CLOUD_OPACITIES][i] = -2.5f + fs_rng_normal(&rng);
-        for (int k = 0, c = cloud->width[CLOUD_COLORS]; k < c; k++)
-            cloud->field[CLOUD_COLORS][c * i + k] = fs_rng_uniform(&rng);
-    }
-    return 0;
 }
 
 static bool is_field(const Settings *set)
@@ -113,15 +91,15 @@ static int make_scene(Engine *engine, const Settings *set, int n, Scene *scene, 
     if (!neighbour) return fs_error_memory(err);
     for (int i = 0; i < n * ENGINE_NEIGHBOURS; i++)
         neighbour[i] = (i / ENGINE_NEIGHBOURS + i % ENGINE_NEIGHBOURS + 1) % n;
-    *scene = (Scene){.pane = {{0.5, 0, -0.866}, 0.1, 0.1},
-                     .gain_color = {1.5, 1.4, 1.3},
-                     .flash_distance = 3,
-                     .extent = 0.5,
-                     .flash_return = 0.1};
+    *scene = fs_made_scene();
     fs_scene_set_kind(scene, set);
     if (is_field(set)) TRY(make_field(scene, err));
-    for (int l = 0; l < LAYERS; l++)
-        if (has_cloud(set, l)) TRY(make_cloud(&scene->cloud[l], n, l, l == LAYER_T_N && scene->shared_geometry, err));
+    for (int l = 0; l < LAYERS; l++) {
+        if (!has_cloud(set, l)) continue;
+        bool gains = l == LAYER_T_N && scene->shared_geometry;
+        TRY(fs_cloud_new(&scene->cloud[l], n, fs_layers[l].channels, gains, err));
+        fs_made_scene_fill(&scene->cloud[l], SPLAT_SIZE / sqrt(n));
+    }
     TRY(fs_engine_scene_up(engine, scene, err));
     if (scene->cloud[LAYER_T_N].width[CLOUD_GAINS]) TRY(fs_engine_neighbours(engine, neighbour, err));
 fail:
@@ -134,14 +112,12 @@ static int time_step(const FsProject *project, const RunSize *size, int n, const
                      double *render, FsError *err)
 {
     const Settings *set = &project->set;
-    int width = size->width, height = size->height;
     Engine *engine = NULL;
     Scene scene = {0};
     Renders renders = {0};
     StepResult result;
     StepArgs args;
-    const Camera camera = {
-        width, height, width, width, 0.5 * width, 0.5 * height, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    const Camera camera = fs_made_scene_camera(size->width, size->height);
     int rc, steps = 0;
     TRY(fs_engine_new(&engine, set->device, set->cpu, set->threads, err));
     TRY(make_scene(engine, set, n, &scene, err));

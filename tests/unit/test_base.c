@@ -142,8 +142,15 @@ static void test_list_is_sorted(void **state)
     assert_string_equal(list.name[0], "a");
     assert_string_equal(list.name[2], "c10");
     fs_file_list_free(&list);
+    static const char *const pictures[] = {"900.png", "1000b.PNG", "1000a.png", "2000.jpg"};
+    FilePath last;
+    assert_false(fs_file_last(dir, "png", &last));
+    for (int i = 0; i < 4; i++) fs_file_write(fs_file_at("%s/%s", dir, pictures[i]).text, "", 0, NULL);
+    assert_true(fs_file_last(dir, "png", &last));
+    assert_string_equal(last.text, fs_file_at("%s/1000b.PNG", dir).text);
     fs_file_remove_tree(dir);
     assert_int_equal(fs_file_list(dir, &list, NULL), FS_ERR_INPUT);
+    assert_false(fs_file_last(dir, "png", &last));
     free(dir);
 }
 

@@ -289,6 +289,25 @@ static void test_transforms(void **state)
     free(path);
 }
 
+static void test_sees(void **state)
+{
+    (void)state;
+    const Camera camera = {40, 20, 40, 40, 20, 10, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -1}};
+    static const double places[][4] = {
+        {0, 0, 3, 2},       {0.5, 0.25, 2, 0},  {0.4999, 0.2499, 2, 1}, {-0.5, -0.25, 2, 1}, // the last edge is outside
+        {-0.5001, 0, 2, 0}, {0, -0.2501, 2, 0}, {0.5001, 0, 2, 0},      {0, 0.2501, 2, 0},
+        {0, 0, 1, 0},       {0, 0, -3, 0},      {NAN, 0, 3, 0},         {0, 0, NAN, 0},
+    };
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        double pixel[2], projected[2];
+        assert_near(fs_camera_sees(&camera, places[i], pixel), places[i][3], 0);
+        if (!(places[i][3] > 0)) continue;
+        fs_camera_project(&camera, places[i], projected);
+        assert_near(pixel[0], projected[0], 0);
+        assert_near(pixel[1], projected[1], 0);
+    }
+}
+
 static void test_dataset(void **state)
 {
     char *path = fs_file_path("%s/views.json", (char *)*state);
@@ -429,6 +448,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_truncated, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_wrong_text, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_transforms, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test(test_sees),
         cmocka_unit_test_setup_teardown(test_dataset, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_lift, temp_dir_make, temp_dir_remove),
         cmocka_unit_test(test_lenses),

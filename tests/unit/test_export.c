@@ -57,12 +57,10 @@ static void fill(Cloud *cloud, int n, int color_width, int gain_width, uint64_t 
 
 static void write_as(const char *format, const Cloud *cloud, const float *srgb, const char *path)
 {
-    bool wanted[FORMATS];
     Splats splats;
-    assert_int_equal(fs_formats_parse(format, wanted, NULL), 0);
     assert_int_equal(fs_splats_make(cloud, srgb, &splats, NULL), 0);
     for (int f = 0; f < FORMATS; f++)
-        if (wanted[f] && fs_formats[f].write) {
+        if (strcmp(fs_formats[f].name, format) == 0 && fs_formats[f].write) {
             assert_int_equal(fs_splats_sort(&splats, fs_formats[f].order, NULL), 0);
             assert_int_equal(fs_formats[f].write(&splats, path, NULL), 0);
         }
@@ -178,14 +176,6 @@ static void test_splats(void **state)
 static void test_formats(void **state)
 {
     (void)state;
-    bool wanted[FORMATS];
-    FsError err;
-    assert_int_equal(fs_formats_parse("spz,ply", wanted, NULL), 0);
-    for (int f = 0; f < FORMATS; f++)
-        assert_int_equal(wanted[f], !strcmp(fs_formats[f].name, "ply") || !strcmp(fs_formats[f].name, "spz"));
-    assert_int_equal(fs_formats_parse("ply,pl", wanted, &err), FS_ERR_USAGE);
-    assert_non_null(strstr(err.message, "'pl'"));
-    assert_int_equal(fs_formats_parse("", wanted, &err), FS_ERR_USAGE);
     for (int f = 0; f < FORMATS; f++) // the stage removes what it left by these
         for (int g = 0; g < f; g++) assert_string_not_equal(fs_formats[f].ending, fs_formats[g].ending);
     for (int f = 0; f < FORMATS; f++) {

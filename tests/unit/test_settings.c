@@ -9,6 +9,9 @@
 #include <cmocka.h>
 #include <jansson.h>
 
+#include "engine/engine.h"
+#include "export/clean.h"
+#include "export/formats.h"
 #include "model/settings.h"
 
 static int setup(void **state)
@@ -89,6 +92,10 @@ static void test_lists_and_ways(void **state)
     assert_int_equal(fs_settings_set(s, "layers", "", &err), FS_ERR_USAGE);
     assert_int_equal(fs_settings_set(s, "formats", "", &err), FS_ERR_USAGE);
     assert_int_equal(fs_settings_set(s, "formats", "ply,,spz", &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_set(s, "formats", ",", &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_set(s, "clean", ",", &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_set(s, "formats", "ply,pl", &err), FS_ERR_USAGE);
+    assert_non_null(strstr(err.message, "'pl'"));
     assert_string_equal(s->layers, "R,all");
     set(s, "path", "spiral");
     set(s, "cameras", "");
@@ -97,6 +104,36 @@ static void test_lists_and_ways(void **state)
     set(s, "cameras", "model");
     assert_int_equal(fs_settings_set(s, "path", "spiral", &err), FS_ERR_USAGE);
     assert_non_null(strstr(err.message, "--cameras"));
+}
+
+static const char *choices_of(const char *name)
+{
+    size_t n;
+    const FsOption *options = fs_settings_options(&n);
+    for (size_t i = 0; i < n; i++)
+        if (strcmp(options[i].name, name) == 0) return options[i].choices;
+    return "";
+}
+
+// What a list may name is what the stages have, and what they ask for are its words.
+static void test_words_of_lists(void **state)
+{
+    char names[400] = "";
+    Settings *s = *state;
+    for (int f = 0; f < FORMATS; f++) sprintf(names + strlen(names), "%s%s", f ? "|" : "", fs_formats[f].name);
+    assert_string_equal(choices_of("formats"), names);
+    strcpy(names, "all");
+    for (int l = 0; l < RENDER_LAYERS; l++) sprintf(names + strlen(names), "|%s", fs_render_layers[l].name);
+    assert_string_equal(choices_of("layers"), names);
+    set(s, "formats", "spz,ply,");
+    for (int f = 0; f < FORMATS; f++)
+        assert_int_equal(fs_settings_has_word(s->formats, fs_formats[f].name),
+                         !strcmp(fs_formats[f].name, "ply") || !strcmp(fs_formats[f].name, "spz"));
+    assert_false(fs_settings_has_word(s->formats, ""));
+    assert_false(fs_settings_has_word("", "ply"));
+    bool wanted[CLEAN_FORMATS];
+    fs_clean_wanted("dng,jpeg", wanted);
+    assert_true(wanted[CLEAN_JPEG] && !wanted[CLEAN_TIFF] && wanted[CLEAN_DNG]);
 }
 
 static void test_what_the_user_sets_wins_over_presets(void **state)
@@ -173,6 +210,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_out_of_range_is_refused_and_changes_nothing, setup, teardown),
         cmocka_unit_test_setup_teardown(test_minutes_or_steps, setup, teardown),
         cmocka_unit_test_setup_teardown(test_lists_and_ways, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_words_of_lists, setup, teardown),
         cmocka_unit_test_setup_teardown(test_what_the_user_sets_wins_over_presets, setup, teardown),
         cmocka_unit_test_setup_teardown(test_best_is_standard_with_more_steps, setup, teardown),
         cmocka_unit_test(test_presets_exist),
