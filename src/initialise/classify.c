@@ -67,7 +67,7 @@ static int link_neighbours(Graph *g, Arena *arena, Threads *threads, FsError *er
     for (int i = 0; i < g->n; i++)
         for (int k = 0; k < GRAPH_RAY; k++) {
             size_t at = (size_t)i * GRAPH_RAY + (size_t)k;
-            float apart = (fabsf(g->log_depth[g->ray[at]] - g->log_depth[i]) - 0.06f) / 0.1f;
+            float apart = (fabsf(g->log_depth[g->ray[at]] - g->log_depth[i]) - CLASSIFY_RAY_APART) / CLASSIFY_RAY_RAMP;
             g->ray_weight[at] *= fminf(fmaxf(apart, 0), 1);
         }
     return 0;
@@ -130,19 +130,21 @@ float fs_classify_slope_odds(float log_slope, float sigma)
 static void renew_depths(Graph *g, int round, float *weight)
 {
     float even = 1 / (g->depths.step * (DEPTH_ODDS_STEPS - 1));
-    for (int i = 0; i < g->n; i++) weight[i] = round == 0 && g->slope[i] < 0.3f ? 0 : g->p[i];
+    for (int i = 0; i < g->n; i++) weight[i] = round == 0 && g->slope[i] < CLASSIFY_DULL_SLOPE ? 0 : g->p[i];
     depth_table(g, weight, g->table_lit);
     if (round == 0) {
         int alone = 0;
         for (int i = 0; i < g->n; i++) {
-            weight[i] = g->p[i] < 0.3f && table_at(&g->depths, g->table_lit, g->log_depth[i]) < 0.1f * even;
+            weight[i] =
+                g->p[i] < CLASSIFY_DULL && table_at(&g->depths, g->table_lit, g->log_depth[i]) < CLASSIFY_ALONE * even;
             alone += weight[i] > 0;
         }
         depth_table(g, weight, g->table_mirrored);
-        for (int d = 0; d < DEPTH_ODDS_STEPS && alone <= 0.02 * g->n; d++) g->table_mirrored[d] = even;
+        for (int d = 0; d < DEPTH_ODDS_STEPS && alone <= CLASSIFY_ALONE_SHARE * g->n; d++) g->table_mirrored[d] = even;
     }
     for (int d = 0; d < DEPTH_ODDS_STEPS; d++) {
-        float odds = logf((0.9f * g->table_lit[d] + 0.1f * even) / (0.9f * g->table_mirrored[d] + 0.1f * even));
+        float any = CLASSIFY_ANY_DEPTH * even, lit = (1 - CLASSIFY_ANY_DEPTH) * g->table_lit[d] + any,
+              mirrored = (1 - CLASSIFY_ANY_DEPTH) * g->table_mirrored[d] + any, odds = logf(lit / mirrored);
         g->depths.odds[d] = fminf(fmaxf(odds, -CLASSIFY_DEPTH_MOST), CLASSIFY_DEPTH_MOST);
     }
     for (int i = 0; i < g->n; i++) g->depth_odds[i] = fs_classify_depth_odds(&g->depths, g->log_depth[i]);
@@ -152,10 +154,11 @@ static void round_job(void *context, int i, int worker)
 {
     (void)worker;
     Graph *g = context;
-    float lit = LIT_SLOPE * 2, support = 2, near = 0, ray = 0;
+    float lit = LIT_SLOPE * LIT_SUPPORT, support = LIT_SUPPORT, near = 0, ray = 0;
     for (int k = 0; k < GRAPH_FIELD; k++) {
         int j = g->field[(size_t)i * GRAPH_FIELD + (size_t)k];
-        float w = g->field_weight[(size_t)i * GRAPH_FIELD + (size_t)k] * g->p[j] / (g->sigma[j] * g->sigma[j] + 0.01f);
+        float w =
+            g->field_weight[(size_t)i * GRAPH_FIELD + (size_t)k] * g->p[j] / (g->sigma[j] * g->sigma[j] + LIT_VARIANCE);
         lit += w * g->slope[j];
         support += w;
     }
@@ -167,11 +170,11 @@ static void round_job(void *context, int i, int worker)
         size_t at = (size_t)i * GRAPH_RAY + (size_t)k;
         ray += g->ray_weight[at] * (2 * g->p[g->ray[at]] - 1);
     }
-    float own =
-        own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, 0.05f), support > 12 ? LIT_FIELD_SPREAD : LIT_SPREAD);
-    g->evidence[i] =
-        own + g->depth_odds[i] + CLASSIFY_NEAR_WEIGHT * near - CLASSIFY_RAY_WEIGHT * fminf(fmaxf(ray, -4), 4);
-    g->p_next[i] = 0.5f * g->p[i] + 0.5f * to_probability(g->evidence[i]);
+    float own = own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, LIT_LEAST),
+                         support > LIT_FIELD_SUPPORT ? LIT_FIELD_SPREAD : LIT_SPREAD);
+    g->evidence[i] = own + g->depth_odds[i] + CLASSIFY_NEAR_WEIGHT * near -
+                     CLASSIFY_RAY_WEIGHT * fminf(fmaxf(ray, -CLASSIFY_RAY_MOST), CLASSIFY_RAY_MOST);
+    g->p_next[i] = (1 - CLASSIFY_STEP) * g->p[i] + CLASSIFY_STEP * to_probability(g->evidence[i]);
 }
 
 static int settle(Graph *g, Arena *arena, Threads *threads, FsError *err)

@@ -40,6 +40,9 @@ enum {
     REAR_TRIALS = 3000,           // -          a plane
     REAR_ROUNDS = 5,              // -          of least squares
     SEEDS_SURFACE_POINTS = 25000, // -          that a surface is drawn from at most
+    SEEDS_ATTEMPTS = 25,          // -          to cover all photos, with larger cells each time
+    SEEDS_LEAST = 3,              // -          no seed shows smaller than a pixel over this,
+    SEEDS_MOST = 20,              // -          or larger than a photo over this
     COLORED_FEWEST = 8,           // -          points of a kind below which its depth is guessed
     ADVISE_FEW_POINTS = 50,       // captures
     ADVISE_FEW_PHOTOS = 5,        // captures   of either kind
@@ -55,15 +58,28 @@ enum {
 #define CLASSIFY_NEAR_RADIUS 0.06f  // -          all three: tangents of angle in the middle view
 #define CLASSIFY_FIELD_RADIUS 0.1f  // -
 #define CLASSIFY_RAY_RADIUS 0.04f   // -
+#define CLASSIFY_RAY_APART 0.06f    // -          in log depth; nearer than this it is the same place,
+#define CLASSIFY_RAY_RAMP 0.1f      // -          and this much farther another one for sure
+#define CLASSIFY_RAY_MOST 4         // -          of such neighbours that count, all told
 #define CLASSIFY_NEAR_WEIGHT 0.5f   // -
 #define CLASSIFY_RAY_WEIGHT 0.5f    // -
 #define CLASSIFY_DEPTH_MOST 2.5f    // -          most that the depth alone may say, log of odds
 #define CLASSIFY_DEPTH_KERNEL 0.15f // -          in log depth
+#define CLASSIFY_DULL_SLOPE 0.3f    // -          log; what grows less tells nothing, at first, of lit depths
+#define CLASSIFY_DULL 0.3f          // -          probability of "transmitted" below which a point is dull,
+#define CLASSIFY_ALONE 0.1f         // -          and how rare lit things are where they have no business
+#define CLASSIFY_ALONE_SHARE 0.02   // -          of the points that such are, or nothing is known of mirrored depths
+#define CLASSIFY_ANY_DEPTH 0.1f     // -          share of either kind that lies at any depth
+#define CLASSIFY_STEP 0.5f          // -          of the mean field in a round
 #define MIRRORED_SLOPE 0.04f        // -          log; a little of the flash comes back by the room
 #define MIRRORED_SPREAD 0.08f       // -
 #define LIT_SLOPE 0.7f              // captures   log; where no transmitted point is near (a growth of 2)
 #define LIT_SPREAD 0.4f             // -
 #define LIT_FIELD_SPREAD 0.25f      // -          where some are
+#define LIT_SUPPORT 2               // -          weight of LIT_SLOPE beside the points around
+#define LIT_VARIANCE 0.01f          // -          added to the variance that each of them is weighed by
+#define LIT_FIELD_SUPPORT 12        // -          weight of them from which on there are some
+#define LIT_LEAST 0.05f             // -          log; transmitted points grow by that at least
 #define CLASSIFY_OUTLIERS 0.02f     // -
 #define CLASSIFY_SIGMA_MIN 0.03f    // -
 #define DEPTH_CUE_WITHIN 0.99       // -          share of the points, in depth
@@ -73,6 +89,8 @@ enum {
 #define CLASSIFY_SURE 1.0f          // -          log of odds
 #define LIGHT_SIGMA_MOST 0.3f       // -          of a clear cue
 #define LIGHT_ALPHA_MIN 0.05        // -
+#define LIGHT_ALPHA_MAX 50          // -
+#define LIGHT_VARIANCE 0.04         // -          of a cue's log alpha, beside its own error's
 #define LIGHT_GAIN_MAX 1.5f         // -          the logarithm of the gain stays within this
 #define SWEEP_WINDOW_SIGMA 1.1f     // -          grid pixels
 #define SWEEP_EVEN_FLOOR 1e-6f      // -          of a pixel's contrast, squared, in the light that the photo shows
@@ -110,12 +128,17 @@ enum {
 #define SEEDS_COVERED 0.15f         // -          a cell is covered by a seed this near to its surface, relative depth
 #define SEEDS_SURFACE_SHARE 0.7f    // -          of what is left after the points; the rest are copies
 #define SEEDS_POINT_SHARE 0.6f      // -          of the count at most
+#define SEEDS_COPY_STEP 0.5f        // -          that copies are moved by, of the distance to the neighbours
 #define SEEDS_CELL_MIN_PX 1.0f      // -
 #define SEEDS_CELL_GROWTH 1.15f     // -          from one attempt to cover all photos to the next
 #define COLORS_DARKEST 0.01f        // -          share of the light at its place that a seed has at least
-#define COLORS_HIDDEN 0.93f      // -          a seed this much farther (inverse depth) than the drawn surface is hidden
-#define COLORS_ENOUGH_SEEDS 0.6f // -          seeds per pixel from which on every pixel is drawn, not every other
-#define COLORS_ALPHA_NOISE 0.15f // -          gains near or below this tell little
+#define COLORS_HIDDEN 0.93f // -          a seed this much farther (inverse depth) than the drawn surface is hidden
+#define COLORS_HIDDEN_WEIGHT 0.01f // -          what a hidden seed's photo counts
+#define COLORS_USUAL_SHARE 0.6f    // -          of the light that is T's, where gains tell nothing
+#define COLORS_UNSEEN 0.1f         // -          light of a seed that no photo shows
+#define COLORS_UNSEEN_LEFT 0.5f    // -          share of it that is R's
+#define COLORS_ENOUGH_SEEDS 0.6f   // -          seeds per pixel from which on every pixel is drawn, not every other
+#define COLORS_ALPHA_NOISE 0.15f   // -          gains near or below this tell little
 #define COLORED_GUESS_FARTHER 2.0f // -          a mirrored scene without points is this many times as far as the other
 #define RESIDUAL_SEEDS_PER_PIXEL 1.0f // -          of the scene that is subtracted
 #define BLOB_OPACITY 0.5f             // experiment at the start; faint blobs that hide each other hold the start up

@@ -96,7 +96,7 @@ static void average_job(void *context, int job, int worker)
             if (!fs_small_views_sample(view, pixel[0], pixel[1], rgb)) continue;
             if (p->own) {
                 sample_drawn(&p->own[f], pixel, own);
-                if (inverse < COLORS_HIDDEN * own[3]) w = 0.01f;
+                if (inverse < COLORS_HIDDEN * own[3]) w = COLORS_HIDDEN_WEIGHT;
             }
             if (p->other) sample_drawn(&p->other[f], pixel, other);
             for (int c = 0; c < 3; c++) sum[view->flash][i][c] += w * (rgb[c] - other[c]);
@@ -146,7 +146,7 @@ static void first_split(int n, const float *alpha, const float *I_N, const float
 {
     for (size_t i = 0; i < 3 * (size_t)n; i++) {
         float a = alpha[i], w = a * a / (a * a + COLORS_ALPHA_NOISE * COLORS_ALPHA_NOISE);
-        float t = w * fmaxf(I_F[i] - I_N[i], 0) / fmaxf(a, 1e-3f) + (1 - w) * 0.6f * I_N[i];
+        float t = w * fmaxf(I_F[i] - I_N[i], 0) / fmaxf(a, 1e-3f) + (1 - w) * COLORS_USUAL_SHARE * I_N[i];
         T_N[i] = clamp_share(t, I_N[i]);
         T_F[i] = clamp_share(T_N[i] * (1 + a), I_F[i]);
     }
@@ -194,15 +194,16 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
     average(&p, T, NULL, NULL, b.I_N, b.I_F, threads);
     average(&p, R, NULL, NULL, b.J_N, b.J_F, threads);
     for (size_t i = 0; i < 3 * (size_t)T->n; i++) {
-        b.I_N[i] = fmaxf(either(b.I_N[i], b.I_F[i] / (1 + alpha[i]), 0.1f), 0);
-        b.I_F[i] = fmaxf(either(b.I_F[i], b.I_N[i], 0.1f), 0);
+        b.I_N[i] = fmaxf(either(b.I_N[i], b.I_F[i] / (1 + alpha[i]), COLORS_UNSEEN), 0);
+        b.I_F[i] = fmaxf(either(b.I_F[i], b.I_N[i], COLORS_UNSEEN), 0);
     }
     first_split(T->n, alpha, b.I_N, b.I_F, T_N, T_F);
     for (int turn = 0; turn < COLORS_TURNS; turn++) {
         TRY(draw(&p, T, T_N, T_F, b.T, threads, err));
         average(&p, R, turn ? b.R : NULL, b.T, b.left_N, b.left_F, threads);
         for (size_t i = 0; i < 3 * (size_t)R->n; i++) {
-            float whole = either(b.J_N[i], b.J_F[i], 0.1f), left = either(b.left_N[i], b.left_F[i], 0.5f * whole);
+            float whole = either(b.J_N[i], b.J_F[i], COLORS_UNSEEN),
+                  left = either(b.left_N[i], b.left_F[i], COLORS_UNSEEN_LEFT * whole);
             if (isfinite(b.left_N[i]) && isfinite(b.left_F[i])) left = 0.5f * (b.left_N[i] + b.left_F[i]);
             R_color[i] = clamp_share(left, whole);
         }

@@ -54,7 +54,8 @@ int fs_light_fit(const SmallViews *views, const SparsePoints *points, FlashLight
         for (int i = 0; i < n; i++)
             if (clear_cue(&cue[i], kind[i]) && cue[i].slope[c] > 0)
                 value[m++] = ((double)cue[i].slope[c] - 1) / fs_light_falloff(views, light, xyz + 3 * (size_t)i);
-        if (m >= LIGHT_ENOUGH) light->color[c] = fmin(fmax(fs_order_median(value, (size_t)m), LIGHT_ALPHA_MIN), 50);
+        if (m >= LIGHT_ENOUGH)
+            light->color[c] = fmin(fmax(fs_order_median(value, (size_t)m), LIGHT_ALPHA_MIN), LIGHT_ALPHA_MAX);
     }
     free(value);
     return 0;
@@ -102,7 +103,7 @@ int fs_light_gains(const SmallViews *views, const FlashLight *light, const Spars
         memcpy(place + 3 * (size_t)m, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
         log_gain[m] = (float)log(alpha / mean_color / fs_light_falloff(views, light, points->xyz + 3 * (size_t)i));
         log_gain[m] = fminf(fmaxf(log_gain[m], -2 * LIGHT_GAIN_MAX), 2 * LIGHT_GAIN_MAX);
-        weight[m++] = (float)(1 / (sigma * sigma + 0.04));
+        weight[m++] = (float)(1 / (sigma * sigma + LIGHT_VARIANCE));
     }
     if (m == 0) goto fail; // gains stay 0
     tree = fs_knn_new(place, m);

@@ -127,7 +127,7 @@ static int cover_all(const SmallViews *views, const PointList *points, int count
     const Camera *middle = &views->view[order[0]].camera;
     float cell_px =
         fmaxf(sqrtf((float)middle->width * (float)middle->height / (float)(count - before)), SEEDS_CELL_MIN_PX);
-    for (int attempt = 0; attempt < 25; attempt++) {
+    for (int attempt = 0; attempt < SEEDS_ATTEMPTS; attempt++) {
         Rng rng = fs_rng_new(seed);
         seeds->n = before;
         for (int k = 0; k < views->n && seeds->n < count; k++)
@@ -149,7 +149,7 @@ static int neighbours_of(const float *xyz, int n, int k, int *index, float *dist
                   : 0;
 }
 
-// Copies of the points, moved by half the distance to their neighbours.
+// Copies of the points, moved by a share of the distance to their neighbours.
 static int add_copies(const PointList *points, int count, Rng *rng, Threads *threads, Seeds *seeds, FsError *err)
 {
     enum { K = 3 };
@@ -161,7 +161,7 @@ static int add_copies(const PointList *points, int count, Rng *rng, Threads *thr
         int i = fs_rng_below(rng, points->n);
         float sum = 0, step, xyz[3];
         for (int k = 0; k < K; k++) sum += isfinite(dist2[K * i + k]) ? sqrtf(dist2[K * i + k]) / K : 0;
-        step = 0.5f * sum;
+        step = SEEDS_COPY_STEP * sum;
         for (int k = 0; k < 3; k++)
             xyz[k] = points->xyz[3 * (size_t)i + (size_t)k] + step * fs_rng_normal(rng) * 0.57735f;
         append(seeds, xyz);
@@ -179,14 +179,13 @@ static int measure_scales(const SmallViews *views, Threads *threads, Seeds *seed
     float *dist2 = malloc(sizeof(float) * K * (size_t)seeds->n);
     int rc = 0;
     TRY(neighbours_of(seeds->xyz, seeds->n, K, index, dist2, threads, err));
-    // No seed shows larger than a twentieth of a photo, or smaller than a third of a pixel.
     double side = views->n ? fmax(views->view[0].camera.width, views->view[0].camera.height) : 300;
     for (int i = 0; i < seeds->n; i++) {
         const float *p = seeds->xyz + 3 * (size_t)i;
         double d2 = v3_distance2((double[3]){p[0], p[1], p[2]}, views->centre), mean = 0;
         for (int k = 0; k < K; k++) mean += isfinite(dist2[K * i + k]) ? sqrt((double)dist2[K * i + k]) / K : 0;
         double pixel = fmax(sqrt(d2), 1e-6) / views->focal_px;
-        seeds->scale[i] = (float)fmin(fmax(mean, pixel / 3), pixel * side / 20);
+        seeds->scale[i] = (float)fmin(fmax(mean, pixel / SEEDS_LEAST), pixel * side / SEEDS_MOST);
     }
 fail:
     free(index);
