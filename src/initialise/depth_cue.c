@@ -70,21 +70,20 @@ static void blur_line(double *line, int step)
     for (int i = 0; i < SIDE; i++) line[i * step] = out[i];
 }
 
-// Two means of the bins (Lloyd): the value from which on a bin belongs to the higher one.
-static double between_means(const double *bin)
+double fs_depth_cue_between_means(const double *value, int n)
 {
-    double mean[2] = {bin[0], bin[0]};
-    for (int i = 0; i < BINS; i++) {
-        mean[0] = fmin(mean[0], bin[i]);
-        mean[1] = fmax(mean[1], bin[i]);
+    double mean[2] = {INFINITY, -INFINITY};
+    for (int i = 0; i < n; i++) {
+        mean[0] = fmin(mean[0], value[i]);
+        mean[1] = fmax(mean[1], value[i]);
     }
     for (int round = 0; round < CUE_MEANS_ROUNDS && mean[1] > mean[0]; round++) {
-        double sum[2] = {0, 0}, n[2] = {0, 0}, middle = (mean[0] + mean[1]) / 2;
-        for (int i = 0; i < BINS; i++) {
-            sum[bin[i] > middle] += bin[i];
-            n[bin[i] > middle]++;
+        double sum[2] = {0, 0}, count[2] = {0, 0}, middle = (mean[0] + mean[1]) / 2;
+        for (int i = 0; i < n; i++) {
+            sum[value[i] > middle] += value[i];
+            count[value[i] > middle]++;
         }
-        for (int k = 0; k < 2; k++) mean[k] = sum[k] / fmax(n[k], 1);
+        for (int k = 0; k < 2; k++) mean[k] = sum[k] / fmax(count[k], 1);
     }
     return mean[1] > mean[0] ? (mean[0] + mean[1]) / 2 : INFINITY;
 }
@@ -98,7 +97,7 @@ int fs_depth_cue_find(const SmallViews *views, const SparsePoints *found, double
     count_bins(views, found, range, bin);
     for (int i = 0; i < SIDE; i++) blur_line(bin + i * SIDE, 1);
     for (int i = 0; i < SIDE; i++) blur_line(bin + i, SIDE);
-    double least = between_means(bin);
+    double least = fs_depth_cue_between_means(bin, BINS);
     for (int i = 0; i < BINS; i++)
         if (bin[i] > fmax(least, 0)) last = i / SIDE;
     if (last < 0)

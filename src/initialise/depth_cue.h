@@ -8,6 +8,8 @@
 
 // found: the points of the poses, with sightings. depth: where the scenes part, along the middle view.
 int fs_depth_cue_find(const SmallViews *views, const SparsePoints *found, double *depth, FsError *err);
+// Of two means (Lloyd) the value from which on one belongs to the higher; INFINITY where all are alike.
+double fs_depth_cue_between_means(const double *value, int n);
 // Sets kind; how many are mirrored.
 int fs_depth_cue_part(const SmallViews *views, double depth, SparsePoints *points);
 

@@ -3,10 +3,10 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "initialise/constants.h"
+#include "initialise/depth_cue.h"
 
 // Log of how much brighter the photos with the flash show a place; NAN: not seen in both lightings.
-static float growth_of(const SmallViews *views, const float xyz[3])
+static double growth_of(const SmallViews *views, const float xyz[3])
 {
     double sum[2] = {0, 0};
     int n[2] = {0, 0};
@@ -21,46 +21,33 @@ static float growth_of(const SmallViews *views, const float xyz[3])
         n[view->flash]++;
     }
     if (!n[0] || !n[1] || !(sum[0] > 0) || !(sum[1] > 0)) return NAN;
-    return (float)log(sum[1] / n[1] / (sum[0] / n[0]));
-}
-
-// Two means (Lloyd): what lies between them.
-static double between_means(const float *value, int n)
-{
-    double mean[2] = {INFINITY, -INFINITY};
-    for (int i = 0; i < n; i++) {
-        if (!isfinite(value[i])) continue;
-        mean[0] = fmin(mean[0], (double)value[i]);
-        mean[1] = fmax(mean[1], (double)value[i]);
-    }
-    for (int round = 0; round < CUE_MEANS_ROUNDS && mean[1] > mean[0]; round++) {
-        double sum[2] = {0, 0}, count[2] = {0, 0}, middle = (mean[0] + mean[1]) / 2;
-        for (int i = 0; i < n; i++) {
-            if (!isfinite(value[i])) continue;
-            sum[(double)value[i] > middle] += (double)value[i];
-            count[(double)value[i] > middle]++;
-        }
-        for (int k = 0; k < 2; k++) mean[k] = sum[k] / fmax(count[k], 1);
-    }
-    return mean[1] > mean[0] ? (mean[0] + mean[1]) / 2 : NAN;
+    return log(sum[1] / n[1] / (sum[0] / n[0]));
 }
 
 int fs_intensity_cue_part(const SmallViews *views, SparsePoints *points, double *growth, int *mirrored, FsError *err)
 {
-    float *value = malloc(sizeof *value * ((size_t)points->n + 1));
-    if (!value) return fs_error_memory(err);
+    size_t size = sizeof(double) * ((size_t)points->n + 1);
+    double *value = malloc(size), *known = malloc(size), middle = INFINITY;
+    int rc = 0, n = 0;
     *mirrored = 0;
-    for (int i = 0; i < points->n; i++) value[i] = growth_of(views, points->xyz + 3 * (size_t)i);
-    double middle = between_means(value, points->n);
-    *growth = exp(middle);
-    for (int i = 0; i < points->n && isfinite(middle); i++) {
-        bool rose = !((double)value[i] <= middle);
+    if (!value || !known) TRY(fs_error_memory(err));
+    for (int i = 0; i < points->n; i++) {
+        value[i] = growth_of(views, points->xyz + 3 * (size_t)i);
+        if (isfinite(value[i])) known[n++] = value[i];
+    }
+    middle = fs_depth_cue_between_means(known, n);
+    if (!isfinite(middle))
+        TRY(fs_error_set(err, FS_ERR_INPUT,
+                         "--flash-cue intensity: no two points differ in how much the flash raises their light; use "
+                         "--flash-cue contrast"));
+    for (int i = 0; i < points->n; i++) {
+        bool rose = !(value[i] <= middle);
         points->kind[i] = rose ? POINT_TRANSMITTED : POINT_REFLECTED;
         *mirrored += !rose;
     }
+    *growth = exp(middle);
+fail:
     free(value);
-    if (isfinite(middle)) return 0;
-    return fs_error_set(err, FS_ERR_INPUT,
-                        "--flash-cue intensity: no two points differ in how much the flash raises their light; use "
-                        "--flash-cue contrast");
+    free(known);
+    return rc;
 }
