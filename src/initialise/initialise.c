@@ -160,7 +160,12 @@ static int read_lightings(const Settings *set, SparsePoints *points, FsError *er
     const char *const path[2] = {set->noflash_points, set->flash_points};
     float *xyz[2] = {NULL, NULL};
     int rc = 0, n[2] = {0, 0};
-    for (int flash = 0; flash < 2; flash++) TRY(fs_points_ply_read(path[flash], &xyz[flash], &n[flash], err));
+    for (int flash = 0; flash < 2; flash++) {
+        TRY(fs_points_ply_read(path[flash], &xyz[flash], &n[flash], err));
+        if (n[flash] < INPUT_FEWEST)
+            TRY(fs_error_input(err, "%s: %d points, expected a dense cloud of the photos %s flash", path[flash],
+                               n[flash], flash ? "with" : "without"));
+    }
     TRY(fs_points_new(points, n[0] + n[1], err));
     for (int flash = 0, at = 0; flash < 2; at += n[flash++]) {
         memcpy(points->xyz + 3 * (size_t)at, xyz[flash], sizeof(float) * 3 * (size_t)n[flash]);

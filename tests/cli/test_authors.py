@@ -193,6 +193,9 @@ class Authors(FolderTest):
         other = float(re.search(r"parted at a depth of (\S+):", process.stdout + process.stderr)[1])
         self.assertNotEqual(depth, other)
         self.assert_fails(run(*alone, *clouds[:2]), 2, "give both")
+        authors_folder.write_dense(self.dir / "few.ply", transmitted[:5])
+        process = run(*alone, *clouds[:2], "--noflash-points", self.dir / "few.ply")
+        self.assert_fails(process, 1, self.dir / "few.ply", "5 points", "without flash")
         self.assert_fails(run("initialise", out, *clouds), 2, "--flash-cue depth")
         self.assert_fails(run("run", scene, "-o", self.dir / "b", "--flash-points", "no.ply", *clouds[2:], *few), 1, "no.ply")
 
