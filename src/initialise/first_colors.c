@@ -220,6 +220,29 @@ fail:
     return rc;
 }
 
+int fs_first_colors_of_photos(const SmallViews *views, ColoredSeeds *seeds, Threads *threads, FsError *err)
+{
+    size_t most = 3 * (size_t)(seeds->T.n > seeds->R.n ? seeds->T.n : seeds->R.n) + 1;
+    float *without = malloc(sizeof(float) * most), *with = malloc(sizeof(float) * most);
+    ColorWork p = {.views = views};
+    int rc = without && with ? 0 : fs_error_memory(err);
+    for (int k = 0; k < 2 && rc == 0; k++) {
+        const Seeds *own = k ? &seeds->R : &seeds->T;
+        average(&p, own, NULL, NULL, without, with, threads);
+        for (size_t i = 0; i < 3 * (size_t)own->n; i++) {
+            bool both = isfinite(without[i]) && isfinite(with[i]);
+            float color = both ? 0.5f * (without[i] + with[i]) : either(without[i], with[i], COLORS_UNSEEN);
+            if (k)
+                seeds->R_color[i] = fmaxf(color, 0);
+            else
+                seeds->T_N[i] = seeds->T_F[i] = fmaxf(color, 0);
+        }
+    }
+    free(without);
+    free(with);
+    return rc;
+}
+
 static void subtract(const Drawn *drawn, Image *photo)
 {
     for (int y = 0; y < photo->height; y++)

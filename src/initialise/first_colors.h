@@ -15,6 +15,10 @@ typedef struct ColoredSeeds {
 // From the seeds and alpha: T_N, T_F, R_color; none negative, and T + R about the photos.
 int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *threads, FsError *err);
 
+// The photos' own colours instead, of both lightings and whatever else is seen at a seed, as points of a dense cloud
+// have them: what the published program begins with.
+int fs_first_colors_of_photos(const SmallViews *views, ColoredSeeds *seeds, Threads *threads, FsError *err);
+
 // The photos less one scene: seeds with their colours in photos without and with flash. `residual` gets copies of the
 // cameras and photos; the rest of `views` is the same.
 int fs_first_colors_subtract(const SmallViews *views, const Seeds *seeds, const float *without, const float *with,

@@ -47,17 +47,18 @@ static int guess_f0(const float *R, int n, double *f0, FsError *err)
     return 0;
 }
 
-static int fill_scene(const SmallViews *views, ColoredSeeds *p, Blob blob, Scene *scene, FsError *err)
+static int fill_scene(const SmallViews *views, ColoredSeeds *p, bool ours, Scene *scene, FsError *err)
 {
     int rc = 0;
     TRY(guess_f0(p->R_color, p->R.n, &scene->pane.f0, err));
     scene->pane.dimming = PANE_GLASS;
-    for (int i = 0; i < p->R.n; i++) { // beta * R in the photos -> R, the room's own light
+    for (int i = 0; i < p->R.n && ours; i++) { // beta * R in the photos -> R, the room's own light
         double beta =
             scene->pane_beta ? fs_pane_beta_towards(&scene->pane, views->centre, p->R.xyz + 3 * (size_t)i) : 0.5;
         for (int k = 0; k < 3; k++) p->R_color[3 * (size_t)i + (size_t)k] /= (float)beta;
     }
     bool shared = scene->shared_geometry;
+    Blob blob = ours ? our_blob : paper_blob;
     TRY(cloud_from_seeds(&p->T, p->T_N, shared ? p->gain : NULL, blob, &scene->cloud[LAYER_T_N], err));
     if (!shared) TRY(cloud_from_seeds(&p->T, p->T_F, NULL, blob, &scene->cloud[LAYER_T_F], err));
     TRY(cloud_from_seeds(&p->R, p->R_color, NULL, blob, &scene->cloud[LAYER_R], err));
@@ -132,8 +133,10 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
     if (ours) {
         TRY(drop_before(&dealt_start, &colored, err));
         TRY(add_rear(&dealt_start, &colored, err));
+    } else {
+        TRY(fs_first_colors_of_photos(start->views, &colored, start->threads, err));
     }
-    TRY(fill_scene(start->views, &colored, ours ? our_blob : paper_blob, scene, err));
+    TRY(fill_scene(start->views, &colored, ours, scene, err));
     Cloud *T = &scene->cloud[LAYER_T_N];
     if (scene->separation != SEPARATION_FULL) memset(T->field[CLOUD_GAINS], 0, sizeof(float) * (size_t)T->n);
     if (scene->separation == SEPARATION_NONE) {

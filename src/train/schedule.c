@@ -5,11 +5,10 @@
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
-// Those of the scales and, times the scene's extent, of the means are settings.
+// Those of the colours, the scales and, times the scene's extent, of the means are settings.
 static const double rates[CLOUD_FIELDS] = {
     [CLOUD_QUATS] = RATE_QUATS,
     [CLOUD_OPACITIES] = RATE_OPACITIES,
-    [CLOUD_COLORS] = RATE_COLORS,
     [CLOUD_GAINS] = RATE_GAINS,
 };
 
@@ -97,6 +96,7 @@ void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArg
     fs_loss_weights(set, scene, (double)step / set->steps, args->weight);
     for (int f = 0; f < CLOUD_FIELDS; f++)
         args->rate[f] = rates[f] * (f == CLOUD_OPACITIES ? 1 : set->rate_scale) * settle(set, step + 1);
+    args->rate[CLOUD_COLORS] = set->colors_rate * settle(set, step + 1);
     args->rate[CLOUD_SCALES] = set->scales_rate * settle(set, step + 1);
     args->rate[CLOUD_MEANS] = means_rate(set, scene, step + 1);
     if (scene->separation != SEPARATION_FULL) args->rate[CLOUD_GAINS] = 0;

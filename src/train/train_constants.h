@@ -7,10 +7,9 @@
 #ifndef FS_TRAIN_TRAIN_CONSTANTS_H
 #define FS_TRAIN_TRAIN_CONSTANTS_H
 
-// Learning rates per step; the setting rate-scale multiplies all but the opacities'.
+// Learning rates per step; the setting rate-scale multiplies all here but the opacities'.
 #define RATE_QUATS 1e-3     // 3DGS
 #define RATE_OPACITIES 5e-2 // 3DGS
-#define RATE_COLORS 2.5e-3  // 3DGS
 #define RATE_GAINS 5e-3     // -
 #define MEANS_FALL 0.01     // 3DGS        of the means' rate, over the run
 #define SETTLE_FALL 0.1     // experiment  of the other rates, over the share `settle` of the steps

@@ -179,6 +179,8 @@ static void test_run(void **state)
     check_cloud(&scene.cloud[LAYER_T_F], 3, 0);
     check_cloud(&scene.cloud[LAYER_R], 3, 0);
     check_cloud(&scene.cloud[LAYER_BETA], 1, 0);
+    const Cloud *T_N = &scene.cloud[LAYER_T_N], *T_F = &scene.cloud[LAYER_T_F]; // begin in the photos' colours, both
+    assert_memory_equal(T_N->field[CLOUD_COLORS], T_F->field[CLOUD_COLORS], sizeof(float) * 3 * (size_t)T_N->n);
     fs_scene_free(&scene);
     check_comparisons(out, start);
     fs_small_views_free(&views);
