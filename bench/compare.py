@@ -3,7 +3,7 @@
 and compare.tex. Runs them as bench/quality.py does and keeps what it measured: with the same program, captures and
 options nothing runs twice. Held-out views are from places where no photo was taken.
 """
-import argparse, concurrent.futures, csv, json, os, pathlib, re, shutil, subprocess, sys, threading
+import argparse, concurrent.futures, csv, glob, json, os, pathlib, re, shutil, subprocess, sys, threading
 
 import quality
 
@@ -98,19 +98,27 @@ def drop_unknown(args):
 
 # ---- what there is to show ----
 
-def find_picture(folder, view):
-    """What a page can show of a view: its name, or that and more where only one file has it, as `evaluate` takes it."""
+def find_picture(folder, view, views):
+    """What a page can show of a view: its name, or that and more where only one file has it and no longer name of
+    `views` begins it, as `evaluate` takes it."""
     exact = quality.picture(folder, view) if folder.is_dir() else None
-    more = [p for p in folder.glob(f"{view}[-_. ]*") if p.suffix.lower() in (".png", ".jpg", ".jpeg")]
+    longer = tuple(v for v in views if len(v) > len(view) and v.startswith(view))
+    more = [p for p in folder.glob(f"{glob.escape(view)}[-_. ]*") if p.suffix.lower() in (".png", ".jpg", ".jpeg")
+            and not p.name.startswith(longer)]
     return exact or (more[0] if len(more) == 1 else None)
+
+
+def all_views(case):
+    """Names of what is rendered or true of a case."""
+    pictures = (case.out / "renders").glob("*/T_N/*.png") if isinstance(case, FolderCase) else (case.scene / "truth" / "T_N").glob("*.*")
+    return sorted({p.stem for p in pictures})
 
 
 def shown_views(args, case):
     """Held-out views, and the photos' own where there is something that has no others: other programs, COLMAP's poses."""
+    names = all_views(case)
     if isinstance(case, FolderCase):
-        names = sorted({p.stem for p in (case.out / "renders").glob("*/T_N/*.png")})
         return spread(args, of_others(args, case, names) or names)
-    names = sorted({p.stem for p in (case.scene / "truth" / "T_N").glob("*.*")})
     held_out = [n for n in names if n.startswith("TEST")]
     photos = [n for n in names if n not in held_out]
     photos = spread(args, of_others(args, case, photos) or photos)
@@ -122,7 +130,7 @@ def shown_views(args, case):
 def of_others(args, case, names):
     """Those that other programs have pictures of."""
     folders = [pathlib.Path(folder).resolve() / case.name / layer for _, folder in args.others for layer in quality.LAYERS]
-    return [n for n in names if any(find_picture(folder, n) for folder in folders)]
+    return [n for n in names if any(find_picture(folder, n, names) for folder in folders)]
 
 
 def spread(args, names):
@@ -132,10 +140,10 @@ def spread(args, names):
 
 def keep_pictures(args, case, who, folder):
     """Copies of the pictures that are shown; layer -> view -> path from the report."""
-    kept = {}
+    kept, names = {}, all_views(case)
     for layer in quality.LAYERS:
         for view in shown_views(args, case):
-            source = find_picture(folder / layer, view)
+            source = find_picture(folder / layer, view, names)
             if source is None:
                 continue
             name = f"pictures/{case.name}-{case.poses}/{who}/{layer}/{view}{source.suffix}"

@@ -39,7 +39,7 @@ static int pick(const Start *start, PointKind kind, PointList *list, FsError *er
     return 0;
 }
 
-static int mix_colors(const Start *start, ColoredSeeds *p, FsError *err)
+static int mix_colors(const Start *start, bool parted, ColoredSeeds *p, FsError *err)
 {
     const Seeds *T = &p->T, *R = &p->R;
     const FlashLight *light = start->light;
@@ -50,6 +50,7 @@ static int mix_colors(const Start *start, ColoredSeeds *p, FsError *err)
     p->gain = ARENA_NEW(&p->arena, float, n_T);
     p->alpha = ARENA_NEW(&p->arena, float, 3 * n_T);
     if (p->arena.failed) return fs_error_memory(err);
+    if (!parted) return fs_first_colors_of_photos(start->views, p, start->threads, err);
     int rc = fs_light_gains(start->views, light, start->points, T, p->gain, start->threads, err);
     if (rc < 0) return rc;
     for (size_t i = 0; i < n_T; i++) {
@@ -60,7 +61,7 @@ static int mix_colors(const Start *start, ColoredSeeds *p, FsError *err)
     return fs_first_colors_find(start->views, p, start->threads, err);
 }
 
-int fs_colored_seeds_make(const Start *start, int count, ColoredSeeds *seeds, FsError *err)
+int fs_colored_seeds_make(const Start *start, int count, bool parted, ColoredSeeds *seeds, FsError *err)
 {
     int rc = 0;
     PointList T = {0}, R = {0};
@@ -69,7 +70,7 @@ int fs_colored_seeds_make(const Start *start, int count, ColoredSeeds *seeds, Fs
     TRY(pick(start, POINT_REFLECTED, &R, err));
     TRY(fs_seeds_make(start->views, &T, count, 2 * start->seed, start->threads, &seeds->T, err));
     TRY(fs_seeds_make(start->views, &R, count, 2 * start->seed + 1, start->threads, &seeds->R, err));
-    TRY(mix_colors(start, seeds, err));
+    TRY(mix_colors(start, parted, seeds, err));
 fail:
     fs_points_list_free(&T);
     fs_points_list_free(&R);

@@ -52,9 +52,9 @@ static int fill_scene(const SmallViews *views, ColoredSeeds *p, bool ours, Scene
     int rc = 0;
     TRY(guess_f0(p->R_color, p->R.n, &scene->pane.f0, err));
     scene->pane.dimming = PANE_GLASS;
-    for (int i = 0; i < p->R.n && ours; i++) { // beta * R in the photos -> R, the room's own light
-        double beta =
-            scene->pane_beta ? fs_pane_beta_towards(&scene->pane, views->centre, p->R.xyz + 3 * (size_t)i) : 0.5;
+    for (int i = 0; i < p->R.n; i++) { // beta * R in the photos -> R, the room's own light; not the paper's
+        double beta = ours ? 0.5 : 1;
+        if (scene->pane_beta) beta = fs_pane_beta_towards(&scene->pane, views->centre, p->R.xyz + 3 * (size_t)i);
         for (int k = 0; k < 3; k++) p->R_color[3 * (size_t)i + (size_t)k] /= (float)beta;
     }
     bool shared = scene->shared_geometry;
@@ -129,12 +129,10 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
         dealt_start.points = &dealt_points;
         dealt_start.dense[0] = dealt_start.dense[1] = &none;
     }
-    TRY(fs_colored_seeds_make(&dealt_start, set->init_count, &colored, err));
+    TRY(fs_colored_seeds_make(&dealt_start, set->init_count, ours, &colored, err));
     if (ours) {
         TRY(drop_before(&dealt_start, &colored, err));
         TRY(add_rear(&dealt_start, &colored, err));
-    } else {
-        TRY(fs_first_colors_of_photos(start->views, &colored, start->threads, err));
     }
     TRY(fill_scene(start->views, &colored, ours, scene, err));
     Cloud *T = &scene->cloud[LAYER_T_N];

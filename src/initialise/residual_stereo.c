@@ -19,7 +19,7 @@ static int look_again(const Start *start, SweepAim aim, float lit_odds, int vote
     SmallViews residual = {0};
     const Camera *camera = &start->views->view[0].camera;
     int count = (int)(RESIDUAL_SEEDS_PER_PIXEL * (float)camera->width * (float)camera->height);
-    TRY(fs_colored_seeds_make(start, count, &seeds, err));
+    TRY(fs_colored_seeds_make(start, count, true, &seeds, err));
     const Seeds *other = reflected ? &seeds.T : &seeds.R;
     const float *without = reflected ? seeds.T_N : seeds.R_color, *with = reflected ? seeds.T_F : seeds.R_color;
     TRY(fs_first_colors_subtract(start->views, other, without, with, &residual, start->threads, err));

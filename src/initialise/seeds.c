@@ -22,7 +22,9 @@ static bool project_cell(const Camera *camera, const float xyz[3], int width, in
     double p[3] = {xyz[0], xyz[1], xyz[2]}, pixel[2];
     double z = fs_camera_sees(camera, p, pixel);
     if (!(z > 0)) return false;
-    *cell = (size_t)(pixel[1] / camera->height * height) * (size_t)width + (size_t)(pixel[0] / camera->width * width);
+    int x = (int)(pixel[0] / camera->width * width), y = (int)(pixel[1] / camera->height * height);
+    if (x >= width || y >= height) return false; // rounded up
+    *cell = (size_t)y * (size_t)width + (size_t)x;
     *inverse = (float)(1 / z);
     return true;
 }

@@ -24,8 +24,9 @@ typedef struct Start {
 // subtracted from the photos, and the other one is looked for again in what is left.
 // start->dense is not read. dense[2]: transmitted, reflected; they may come out empty.
 int fs_residual_stereo_find(const Start *start, PointList dense[2], FsError *err);
-// Both scenes as seeds with colours: from the points of each kind, by the flash's light on them.
-int fs_colored_seeds_make(const Start *start, int count, ColoredSeeds *seeds, FsError *err);
+// Both scenes as seeds with colours: from the points of each kind, by the flash's light on them; or, not parted, in the
+// photos' own colours.
+int fs_colored_seeds_make(const Start *start, int count, bool parted, ColoredSeeds *seeds, FsError *err);
 void fs_colored_seeds_free(ColoredSeeds *colored);
 // The first clouds of every layer, from the classified points.
 int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, FsError *err);

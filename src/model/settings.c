@@ -82,9 +82,10 @@ static const FsOption table[] = {
          "comparisons how much it raises its light, as the paper says; one depth, up to which photos with the flash "
          "find more points, as the paper's program does; or nothing, they are dealt to both by turns"),
     STRING("flash-points", flash_points, INITIALISE, "", "PLY",
-           "dense cloud of the flash photos alone, in the frame of the poses, which --flash-cue depth goes by beside"),
+           "with --flash-cue depth: a dense cloud of the flash photos alone, in the frame of the poses; with "
+           "--noflash-points it is counted instead of the poses' points"),
     STRING("noflash-points", noflash_points, INITIALISE, "", "PLY",
-           "that of the photos without flash, instead of the poses' points"),
+           "that of the photos without flash"),
     FLOAT("brightness", brightness, INITIALISE | TRAIN, "0.62", 0, 1, "X",
           "mean of the photos' tone-mapped values to which darker ones are raised while clouds are fitted to them; 0: "
           "as they are"),
@@ -116,8 +117,8 @@ static const FsOption table[] = {
     ENUM("lighting", lighting, INGEST | POSES | INITIALISE | TRAIN, "both", "both|flash|noflash",
          "train on photos of one lighting only, for comparisons"),
     ENUM("geometry", geometry, INITIALISE | TRAIN, "shared", "shared|separate",
-         "one set of Gaussians for T_F and T_N, or two (the paper's way; where --separation leaves one T it starts as "
-         "that does)"),
+         "one set of Gaussians for T_F and T_N, or two that begin as in the paper's program (where --separation leaves "
+         "one T, one)"),
     ENUM("beta", beta, INITIALISE | TRAIN, "pane", "pane|cloud",
          "reflectance as Fresnel's law on a pane, or as a fourth cloud (the paper's way)"),
     ENUM("densify", densify, TRAIN, "relocate", "relocate|fsgs|none",

@@ -168,6 +168,16 @@ class Means(FolderTest):
         self.assertEqual(text.count("\\begin{table}"), 122)
         check_tex(self, text)
 
+    def test_pictures_of_others(self):
+        """A file is of the longest name that it begins with, and of none where two begin with it."""
+        sys.path.insert(0, str(COMPARE.parent))
+        import compare  # pylint: disable=import-outside-toplevel
+        for name in ("a_1_flash_l.png", "a_2_l.png", "a_2_r.png", "b[3]_l.PNG"):
+            (self.dir / name).write_text("x")
+        views = ["a_1", "a_1_flash", "a_2", "b[3]"]
+        found = [compare.find_picture(self.dir, v, views) for v in views]
+        self.assertEqual([p and p.name for p in found], [None, "a_1_flash_l.png", None, "b[3]_l.PNG"])
+
 
 if __name__ == "__main__":
     common.main()
