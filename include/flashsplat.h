@@ -3,9 +3,10 @@
 // The only public header. A project is a folder (OUT) that the stages fill one after the other;
 // every stage reads what the stages before it left there, so each can be rerun alone.
 // No call prints, exits or throws: a fallible call returns 0 (fs_check: or FS_DOUBTS) or a negative FsStatus and fills
-// FsError. callbacks and err may be NULL, and what is freed or closed; nothing else. Texts that are given are copied or
-// not needed after the call; those of options and presets live as long as the program. One thread at a time may use a
-// project or settings.
+// FsError. callbacks and err may be NULL, and what is freed or closed; nothing else but where it says so. Texts that
+// are given are copied or not needed after the call; those of options and presets live as long as the program. One call
+// at a time in a process, but for fs_view: jansson's allocator and FFmpeg's log callback are set for all of it. Numbers
+// are read and written as the locale has them (LC_NUMERIC): it must have a decimal point, as "C" has.
 #ifndef FLASHSPLAT_H
 #define FLASHSPLAT_H
 
@@ -90,14 +91,15 @@ typedef struct FsOption {
 
 typedef struct FsSettings FsSettings;
 
-FsSettings *fs_settings_new(void); // defaults; NULL when out of memory; free with fs_settings_free
+// Defaults; NULL when out of memory, or where numbers of the locale have no decimal point; free with fs_settings_free.
+FsSettings *fs_settings_new(void);
 void fs_settings_free(FsSettings *settings);
 const FsOption *fs_settings_options(size_t *n);
 // Sets one option from text. "preset" sets all the options of that preset that were not set before.
 int fs_settings_set(FsSettings *settings, const char *name, const char *value, FsError *err);
 // Text of an option's present value into buf (cut to n bytes); negative when there is no such option.
 int fs_settings_get(const FsSettings *settings, const char *name, char *buf, size_t n);
-// The presets, for help: name and one line; NULL past the end.
+// The presets, for help: name and one line (help may be NULL); NULL past the end.
 const char *fs_settings_preset(size_t i, const char **help);
 
 // ---- project ----
@@ -129,9 +131,10 @@ int fs_pair(const char *flash, const char *noflash, const char *out, const FsSet
 // Whether photos will do, in seconds: a line for each and then what to do, through the log callback at FS_LOG_INFO.
 // 0: good, FS_DOUBTS, or FS_ERR_INPUT: not usable. Setting "json": the same as a file.
 int fs_check(const char *photos, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
-// One-file or one-project description, lines through the log callback at FS_LOG_INFO.
+// One-file or one-project description, lines through the log callback at FS_LOG_INFO. settings: not read yet.
 int fs_info(const char *path, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
-// Opens the project's page in the browser, or says where it is; setting "serve": over HTTP until cancelled.
+// Opens the project's page in the browser, or says where it is; setting "serve": over HTTP until the callback
+// cancelled says so.
 int fs_view(const char *out, const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
 int fs_bench(const FsSettings *settings, const FsCallbacks *callbacks, FsError *err);
 

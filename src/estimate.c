@@ -58,7 +58,7 @@ static int find_export(const FsProject *project, const char *photos, Estimate *e
     FsError why = {0};
     int rc = fs_export_estimate(project, photos, &e->export, &why);
     if (rc == FS_ERR_INPUT) return 0; // ingest, or export itself, will say it
-    if (rc < 0) *err = why;
+    if (rc < 0 && err) *err = why;
     return rc;
 }
 

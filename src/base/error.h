@@ -16,7 +16,7 @@
         if (rc_ < 0) return rc_;                                                                                       \
     } while (0)
 
-// Fills err (may be NULL) and returns code, so that a caller can `return fs_error(...)`.
+// Fills err (may be NULL) and returns code, so that a caller can `return fs_error_set(...)`.
 __attribute__((format(printf, 3, 4))) int fs_error_set(FsError *err, int code, const char *format, ...);
 // The same for the commonest code: a file or folder that is missing or wrong.
 #define fs_error_input(err, ...) fs_error_set(err, FS_ERR_INPUT, __VA_ARGS__)

@@ -144,8 +144,7 @@ int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err)
 {
     if (!is_size(view->photo, view->camera, 3) || !is_size(view->mask, view->camera, 1))
         return refuse(err, "a photo or mask that is not of its camera's size");
-    int rc = engine->device->load_view(engine, view, err);
-    if (rc < 0) return rc;
+    MUST(engine->device->load_view(engine, view, err));
     engine->n_views++;
     return 0;
 }

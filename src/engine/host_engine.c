@@ -39,11 +39,10 @@ static int open_reference(Engine **out, const char *cpu, int threads, FsError *e
 static void drop_views(Engine *base)
 {
     HostEngine *e = fs_host_engine(base);
-    for (int i = 0; i < e->n_views; i++) {
+    for (int i = 0; i < e->base.n_views; i++) {
         free(e->views[i].memory);
         free(e->views[i].occlusion);
     }
-    e->n_views = 0;
 }
 
 static void close_host(Engine *base)
@@ -227,8 +226,8 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
     HostEngine *e = fs_host_engine(base);
     int w = view->camera->width, h = view->camera->height;
     size_t three = fs_planes_floats(w, h, 3), bytes = (three + fs_planes_floats(w, h, 1)) * sizeof(float);
-    if (fs_memory_grow(&e->views, e->n_views, sizeof *e->views, err) < 0) return FS_ERR_MEMORY;
-    HostView *v = &e->views[e->n_views];
+    if (fs_memory_grow(&e->views, e->base.n_views, sizeof *e->views, err) < 0) return FS_ERR_MEMORY;
+    HostView *v = &e->views[e->base.n_views];
     *v = (HostView){.camera = *view->camera,
                     .flash = view->flash,
                     .state = view->state,
@@ -241,7 +240,6 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
     v->mask = fs_planes_over(v->memory + three, w, h, 1);
     from_image(view->photo, &v->photo, true);
     from_image(view->mask, &v->mask, false);
-    e->n_views++;
     return 0;
 }
 
@@ -249,7 +247,7 @@ static int photos_down(Engine *base, PhotoState *states, FsError *err)
 {
     (void)err;
     const HostEngine *e = fs_host_engine(base);
-    for (int i = 0; i < e->n_views; i++) states[i] = e->views[i].state;
+    for (int i = 0; i < e->base.n_views; i++) states[i] = e->views[i].state;
     return 0;
 }
 

@@ -32,8 +32,7 @@ typedef struct HostEngine {
     TrainState state;
     GainGraph graph;     // start NULL: none
     VolumesWork volumes; // of scene.field
-    HostView *views;
-    int n_views;
+    HostView *views;     // (base.n_views)
     RasterTask task[HOST_TASKS];
     Arena arena; // of one step or render
 } HostEngine;

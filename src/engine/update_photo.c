@@ -29,7 +29,7 @@ typedef struct Among {
 typedef struct PhotoFit {
     double mean[4]; // of the places, and of the number
     double slope[3];
-    double left; // sum of the squares of what lies off the plane,
+    double left; // sum of the squares of what lies off the plane, with what its slope costs the ridge,
     int freedom; // of so many free ones; 0: the plane takes it all
 } PhotoFit;
 
@@ -42,9 +42,9 @@ void fs_update_photo_middle(const HostEngine *e, double middle[3])
 {
     double centre[3];
     for (int k = 0; k < 3; k++) middle[k] = 0;
-    for (int i = 0; i < e->n_views; i++) {
+    for (int i = 0; i < e->base.n_views; i++) {
         fs_camera_centre(&e->views[i].camera, centre);
-        for (int k = 0; k < 3; k++) middle[k] += centre[k] / e->n_views;
+        for (int k = 0; k < 3; k++) middle[k] += centre[k] / e->base.n_views;
     }
 }
 
@@ -62,14 +62,14 @@ static int sum_rows(const HostEngine *e, const Among *among, double mean[4], dou
 {
     double row[4];
     int n = 0;
-    for (int i = 0; i < e->n_views; i++) {
+    for (int i = 0; i < e->base.n_views; i++) {
         if (!is_among(among, &e->views[i])) continue;
         place_row(e, among, &e->views[i], row);
         for (int c = 0; c < 4; c++) mean[c] += row[c];
         n++;
     }
     for (int c = 0; c < 4; c++) mean[c] /= n > 0 ? n : 1;
-    for (int i = 0; i < e->n_views; i++) {
+    for (int i = 0; i < e->base.n_views; i++) {
         if (!is_among(among, &e->views[i])) continue;
         place_row(e, among, &e->views[i], row);
         for (int r = 0; r < 4; r++)
@@ -137,7 +137,7 @@ static void take_middle_off(HostEngine *e, Among among)
     double middle[3], there = fit.mean[3];
     fs_update_photo_middle(e, middle);
     for (int k = 0; k < 3; k++) there += fit.slope[k] * (middle[k] / e->scene.extent - fit.mean[k]);
-    for (int i = 0; i < e->n_views; i++)
+    for (int i = 0; i < e->base.n_views; i++)
         for (int k = 0; k < among.n && is_among(&among, &e->views[i]); k++)
             e->views[i].state.x[among.number + k] -= (float)there;
 }
@@ -169,7 +169,7 @@ void fs_update_photo_run(const Update *u, StepResult *result)
     for (int k = 0; k < LOSS_TERMS; k++)
         if (u->args->weight[k] > 0 && fs_loss_terms[k].photo)
             result->loss[k] += fs_loss_terms[k].photo(state, &by_others, u->args->weight[k], g);
-    AdamRate rate = fs_adam_rate(RATE_PHOTO * u->args->settle, u->args->step / e->n_views + 1);
+    AdamRate rate = fs_adam_rate(RATE_PHOTO * u->args->settle, u->args->step / e->base.n_views + 1);
     for (int k = 0; k < PHOTO_NUMBERS; k++) {
         if (!(u->args->learn & (k < PHOTO_WHITE ? LEARN_LIGHT : LEARN_WHITE))) continue;
         if (k == PHOTO_FLASH ? !lit : k < PHOTO_FLASH && !u->plan->pane_beta) continue;

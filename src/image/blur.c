@@ -1,5 +1,6 @@
 #include "image/blur.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -8,6 +9,7 @@ static void blur_line(const float *in, float *out, int n, size_t step, float sig
 {
     int radius = (int)(3 * sigma + 0.5f);
     float weight[16], sum = 0;
+    assert(radius < 16);
     for (int k = 0; k <= radius; k++) sum += (k ? 2 : 1) * (weight[k] = expf(-0.5f * (float)(k * k) / (sigma * sigma)));
     for (int i = 0; i < n; i++) {
         float v = 0;

@@ -1,4 +1,4 @@
-// A Gaussian over an image, mirrored at the edges.
+// A Gaussian over an image, mirrored at the edges. sigma: pixels, up to 5.
 #pragma once
 
 #include "image/image.h"

@@ -12,6 +12,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include "image/boxes.h"
 #include "image/heif.h"
 
 #define MAX_TEXT (1 << 20) // of a PNG
@@ -194,28 +195,19 @@ static void read_boxes(const Block *block, int depth, ExifInfo *info)
     static const unsigned char canon[16] = {0x85, 0xc0, 0xb6, 0x87, 0x82, 0x0f, 0x11, 0xe0,
                                             0x81, 0x11, 0xf4, 0xce, 0x46, 0x2b, 0x6a, 0x48};
     unsigned char p[16];
-    uint64_t at = 0;
-    for (int i = 0; i < 200 && fs_ifd_read_at(block, at, p, 8); i++) {
-        uint64_t size = big32(p), head = 8;
-        if (size == 1) {
-            if (!fs_ifd_read_at(block, at + 8, p + 8, 8)) return;
-            size = (uint64_t)big32(p + 8) << 32 | big32(p + 12);
-            head = 16;
-        } else if (size == 0) {
-            size = block->size - at;
-        }
-        if (size < head || size > block->size - at) return;
-        Block inside = part(block, at + head, size - head);
-        if (memcmp(p + 4, "moov", 4) == 0 && depth == 0) {
+    char type[4];
+    Block inside;
+    uint64_t at = 0, next;
+    for (int i = 0; i < 200 && fs_boxes_at(block, at, &inside, type, &next); i++, at = next) {
+        if (memcmp(type, "moov", 4) == 0 && depth == 0) {
             read_boxes(&inside, 1, info);
-        } else if (memcmp(p + 4, "uuid", 4) == 0 && depth == 1 && inside.size > 16 &&
+        } else if (memcmp(type, "uuid", 4) == 0 && depth == 1 && inside.size > 16 &&
                    fs_ifd_read_at(&inside, 0, p, 16) && memcmp(p, canon, 16) == 0) {
             Block boxes = part(&inside, 16, inside.size - 16);
             read_boxes(&boxes, 2, info);
-        } else if (depth == 2 && (memcmp(p + 4, "CMT1", 4) == 0 || memcmp(p + 4, "CMT2", 4) == 0)) {
+        } else if (depth == 2 && (memcmp(type, "CMT1", 4) == 0 || memcmp(type, "CMT2", 4) == 0)) {
             read_block(&inside, info);
         }
-        at += size;
     }
 }
 

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "base/file.h"
-#include "image/ifd.h"
+#include "image/boxes.h"
 
 #define TRUSTED "dng cr2 nef nrw arw rw2 rwl orf pef srw" // files whose directories say the truth about their data
 #define SLACK 64                                          // of which a part so small may still be missing
@@ -31,15 +31,11 @@ static bool is_cut_raf(const Block *file, const unsigned char *head) // Fujifilm
 
 static bool is_cut_crx(const Block *file) // Canon: boxes one after the other
 {
-    unsigned char p[16];
-    uint64_t at = 0;
-    for (int i = 0; i < 100 && fs_ifd_read_at(file, at, p, 8); i++) {
-        uint64_t size = big32(p);
-        if (size == 1 && fs_ifd_read_at(file, at, p, 16)) size = (uint64_t)big32(p + 8) << 32 | big32(p + 12);
-        if (size < 8) return false; // to the end
-        if (size > file->size - at) return true;
-        at += size;
-    }
+    Block inside;
+    char type[4];
+    uint64_t at = 0, next;
+    for (int i = 0; i < 100 && fs_boxes_at(file, at, &inside, type, &next); i++, at = next)
+        if (next > file->size) return true;
     return false;
 }
 

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "image/boxes.h"
 #include "image/heif.h"
 
 enum { MAX_LINKS = 4096, MAX_DEPTH = 6, MAX_BOXES = 4096 };
@@ -25,25 +26,6 @@ static uint32_t big(const unsigned char *p, int bytes)
     return v;
 }
 
-// The box at `at`, without its header; false where there is none.
-static bool get_box(const Block *block, uint64_t at, Block *inside, char type[4], uint64_t *next)
-{
-    unsigned char p[16];
-    if (!fs_ifd_read_at(block, at, p, 8)) return false;
-    uint64_t size = big(p, 4), head = 8;
-    if (size == 1) {
-        if (!fs_ifd_read_at(block, at + 8, p + 8, 8)) return false;
-        size = (uint64_t)big(p + 8, 4) << 32 | big(p + 12, 4);
-        head = 16;
-    }
-    if (size == 0 || size > block->size - at) size = block->size - at; // to the end
-    if (size < head) return false;
-    memcpy(type, p + 4, 4);
-    *inside = (Block){.fd = block->fd, .start = block->start + at + head, .size = size - head};
-    *next = at + size;
-    return true;
-}
-
 static void add_link(Links *links, uint32_t whole, uint32_t part)
 {
     if (links->n == MAX_LINKS) links->too_many = true;
@@ -61,7 +43,7 @@ static void read_references(const Block *iref, Links *links)
     char type[4];
     if (!fs_ifd_read_at(iref, 0, p, 1)) return;
     int width = p[0] == 0 ? 2 : 4;
-    for (int i = 0; i < MAX_BOXES && get_box(iref, at, &box, type, &next); i++, at = next) {
+    for (int i = 0; i < MAX_BOXES && fs_boxes_at(iref, at, &box, type, &next); i++, at = next) {
         if (!fs_ifd_read_at(&box, 0, p, (size_t)width)) continue;
         uint32_t from = big(p, width);
         if (!fs_ifd_read_at(&box, (uint64_t)width, p, 2)) continue;
@@ -81,10 +63,10 @@ static void read_links(const Block *file, Links *links)
     uint64_t at = 0, inner, next, inner_next;
     Block meta, iref;
     char type[4];
-    for (int i = 0; i < MAX_BOXES && get_box(file, at, &meta, type, &next); i++, at = next) {
+    for (int i = 0; i < MAX_BOXES && fs_boxes_at(file, at, &meta, type, &next); i++, at = next) {
         if (memcmp(type, "meta", 4) != 0) continue;
         inner = 4;
-        for (int k = 0; k < MAX_BOXES && get_box(&meta, inner, &iref, type, &inner_next); k++, inner = inner_next)
+        for (int k = 0; k < MAX_BOXES && fs_boxes_at(&meta, inner, &iref, type, &inner_next); k++, inner = inner_next)
             if (memcmp(type, "iref", 4) == 0) read_references(&iref, links);
     }
 }

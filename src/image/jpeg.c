@@ -210,7 +210,7 @@ int fs_jpeg_write(const char *path, const Image *image, int quality, const JpegE
         encode(&s, file.f, image, quality, extras ? extras : &(JpegExtras){0});
     else if (s.rc == FS_ERR_INPUT)
         s.rc = fs_file_failed(&file, why.message, err);
-    else
+    else if (err)
         *err = why;
     jpeg_destroy_compress(&s.out);
     free(s.row);

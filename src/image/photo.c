@@ -79,12 +79,12 @@ int fs_photo_read_info(const char *path, ExifInfo *exif, double white_balance[3]
     for (int c = 0; c < 3; c++) white_balance[c] = 0;
     MUST(check_empty(path, err));
     MUST(fs_exif_read(path, exif, err));
-    if (fs_photo_kind_inside(path) == PHOTO_NPY)
-        return fs_npy_photo_size(path, &exif->width, &exif->height, memory, err);
+    PhotoKind kind = fs_photo_kind_inside(path);
+    if (kind == PHOTO_NPY) return fs_npy_photo_size(path, &exif->width, &exif->height, memory, err);
     double stored = (double)exif->width * exif->height;
-    double bytes = FLOATS_BYTES + (fs_photo_kind_inside(path) == PHOTO_HEIF ? HEIF_BYTES : 0);
+    double bytes = FLOATS_BYTES + (kind == PHOTO_HEIF ? HEIF_BYTES : 0);
     if (memory) *memory = bytes * (stored > 0 ? stored : UNKNOWN_PIXELS);
-    if (fs_photo_kind_inside(path) != PHOTO_RAW) return check_size(path, exif, err);
+    if (kind != PHOTO_RAW) return check_size(path, exif, err);
     MUST(fs_raw_read_info(path, &raw, err));
     bool known = raw.white_balance[0] > 0;
     for (int c = 0; c < 3; c++) white_balance[c] = known ? raw.white_balance[c] : raw.daylight[c];
@@ -176,12 +176,13 @@ int fs_photo_read(const char *path, const SensorLevels *levels, PhotoSizes *size
 {
     *light = PHOTO_LIGHT;
     fs_sizes_clear(sizes);
-    if (fs_photo_kind_inside(path) == PHOTO_RAW) return fs_raw_read(path, levels->gain, false, sizes, err);
-    if (fs_photo_kind_inside(path) == PHOTO_NPY) return fs_npy_read_photo(path, levels, sizes, err);
+    PhotoKind kind = fs_photo_kind_inside(path);
+    if (kind == PHOTO_RAW) return fs_raw_read(path, levels->gain, false, sizes, err);
+    if (kind == PHOTO_NPY) return fs_npy_read_photo(path, levels, sizes, err);
     Image image = {0};
     Profile profile;
     int rc = read_profile(path, &profile, light, err);
-    bool small = sizes->enough > 0 && fs_photo_kind_inside(path) == PHOTO_JPEG;
+    bool small = sizes->enough > 0 && kind == PHOTO_JPEG;
     if (rc == 0 && small) rc = fs_jpeg_read_small(path, sizes->enough, &image, err);
     if (rc == 0 && !small) rc = fs_photo_read_stored(path, &image, err);
     if (rc == 0) rc = linearise(&image, &profile, sizes, err);

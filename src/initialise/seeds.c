@@ -60,26 +60,28 @@ static void append(Seeds *seeds, const float xyz[3])
     memcpy(seeds->xyz + 3 * (size_t)seeds->n++, xyz, sizeof(float) * 3);
 }
 
-void fs_seeds_order(const SmallViews *views, int *order)
+int fs_seeds_order(const SmallViews *views, int *order, FsError *err)
 {
+    double *nearest = malloc(sizeof *nearest * ((size_t)views->n + 1)); // squared, to those chosen; -1: chosen itself
+    if (!nearest) return fs_error_memory(err);
+    for (int i = 0; i < views->n; i++) nearest[i] = INFINITY;
     for (int k = 0; k < views->n; k++) {
         int best = -1;
         double best_d = 0;
         for (int i = 0; i < views->n; i++) {
-            double nearest = INFINITY;
-            for (int j = 0; j < (k ? k : 1); j++) {
-                const double *to = k ? views->view[order[j]].centre : views->centre;
-                nearest = fmin(nearest, v3_distance2(views->view[i].centre, to));
-            }
-            bool taken = false;
-            for (int j = 0; j < k; j++) taken |= order[j] == i;
-            if (!taken && (best < 0 || (k ? nearest > best_d : nearest < best_d))) {
-                best = i;
-                best_d = nearest;
-            }
+            if (nearest[i] < 0) continue;
+            double d = k ? nearest[i] : -v3_distance2(views->view[i].centre, views->centre);
+            if (best >= 0 && d <= best_d) continue;
+            best = i;
+            best_d = d;
         }
         order[k] = best;
+        for (int i = 0; i < views->n; i++)
+            nearest[i] = fmin(nearest[i], v3_distance2(views->view[i].centre, views->view[best].centre));
+        nearest[best] = -1;
     }
+    free(nearest);
+    return 0;
 }
 
 // One view's surface: a seed in each cell that no seed covers yet. Stops at the count.
@@ -125,7 +127,7 @@ static int cover_all(const SmallViews *views, const PointList *points, int count
     if (!order || !some.xyz) TRY(fs_error_memory(err));
     for (int i = 0; i < n; i += stride)
         memcpy(some.xyz + 3 * (size_t)some.n++, points->xyz + 3 * (size_t)i, sizeof(float) * 3);
-    fs_seeds_order(views, order);
+    TRY(fs_seeds_order(views, order, err));
     const Camera *middle = &views->view[order[0]].camera;
     float cell_px =
         fmaxf(sqrtf((float)middle->width * (float)middle->height / (float)(count - before)), SEEDS_CELL_MIN_PX);

@@ -18,6 +18,6 @@ int fs_seeds_make(const SmallViews *views, const PointList *points, int count, u
 void fs_seeds_free(Seeds *seeds);
 
 // SmallViews in the order of how much they add: the one in the middle, then always the one farthest from those before.
-void fs_seeds_order(const SmallViews *views, int *order);
+int fs_seeds_order(const SmallViews *views, int *order, FsError *err); // order: (views->n)
 
 #endif

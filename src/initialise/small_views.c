@@ -48,14 +48,13 @@ void fs_small_views_finish(SmallViews *views)
     double down[3] = {0};
     views->n_flash = 0;
     views->focal_px = 0;
-    for (int k = 0; k < 3; k++) views->centre[k] = views->forward[k] = 0;
+    for (int k = 0; k < 3; k++) views->forward[k] = 0;
     for (int i = 0; i < views->n; i++) {
         SmallView *f = &views->view[i];
         fs_camera_centre(&f->camera, f->centre);
         views->n_flash += f->flash;
         views->focal_px += f->camera.fx / views->n;
         for (int k = 0; k < 3; k++) {
-            views->centre[k] += f->centre[k] / views->n;
             views->forward[k] += f->camera.w2c[8 + k];
             down[k] += f->camera.w2c[4 + k];
         }
@@ -64,9 +63,7 @@ void fs_small_views_finish(SmallViews *views)
     v3_cross(down, views->forward, views->right);
     v3_normalise(views->right);
     v3_cross(views->forward, views->right, views->down);
-    views->extent = 0;
-    for (int i = 0; i < views->n; i++)
-        views->extent = fmax(views->extent, sqrt(v3_distance2(views->view[i].centre, views->centre)));
+    views->extent = fs_camera_extent(&views->view->camera, sizeof *views->view, views->n, views->centre);
 }
 
 void fs_small_views_free(SmallViews *views)

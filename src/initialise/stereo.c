@@ -202,7 +202,7 @@ int fs_stereo_find(const Start *start, DepthMaps *maps, FsError *err)
     int rc = 0, *order = malloc(sizeof(int) * ((size_t)views->n + 1));
     if (!order) return fs_error_memory(err);
     *maps = (DepthMaps){.n = views->n < STEREO_VIEWS ? views->n : STEREO_VIEWS};
-    fs_seeds_order(views, order);
+    TRY(fs_seeds_order(views, order, err));
     for (int k = 0; k < maps->n; k++) {
         maps->view[k] = order[k];
         TRY(find_range(start, order[k], &maps->range[k], err));

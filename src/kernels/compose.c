@@ -63,14 +63,4 @@ static void decode(const Planes *toned, const Planes *linear, int y0, int y1)
         }
 }
 
-static void encode(const Planes *linear, const Planes *toned, int y0, int y1)
-{
-    for (int c = 0; c < linear->channels; c++)
-        for (int y = y0; y < y1; y++) {
-            const float *from = fs_planes_row(linear, c, y);
-            float *to = fs_planes_row(toned, c, y);
-            for (int x = 0; x < linear->width; x++) to[x] = tone_encode(from[x]);
-        }
-}
-
-const ComposeKernels fs_compose_scalar = {forward, backward, decode, encode};
+const ComposeKernels fs_compose_scalar = {forward, backward, decode};

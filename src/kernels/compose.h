@@ -36,9 +36,8 @@ typedef struct ComposeArgs {
 typedef struct ComposeKernels {
     void (*forward)(const ComposeArgs *args, int y0, int y1);
     void (*backward)(const ComposeArgs *args, int y0, int y1);
-    // The conversions alone, for any number of channels; in place is allowed.
+    // The conversion alone, for any number of channels; in place is allowed.
     void (*decode)(const Planes *toned, const Planes *linear, int y0, int y1);
-    void (*encode)(const Planes *linear, const Planes *toned, int y0, int y1);
 } ComposeKernels;
 
 extern const ComposeKernels fs_compose_scalar, fs_compose_avx2, fs_compose_avx512, fs_compose_neon;

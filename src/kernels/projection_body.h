@@ -1,4 +1,4 @@
-// The maths of project.h, written once over `real`: float (the scalar definition), double (gradient checks) or a
+// The maths of projection.h, written once over `real`: float (the scalar definition), double (gradient checks) or a
 // vector with one Gaussian per lane. The includer defines real, r_set, r_sqrt, r_exp, r_log2, r_max, r_min,
 // r_where (|a| <= limit ? b : 0) and LANES.
 #define LOG2E 1.4426950408889634f

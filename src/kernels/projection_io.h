@@ -1,4 +1,4 @@
-// Loads and stores around project_body.h: Gaussians of interleaved arrays into lanes and back. The includer defines
+// Loads and stores around projection_body.h: Gaussians of interleaved arrays into lanes and back. The includer defines
 // LANES, real, r_floor, r_column (every stride-th of n floats) and get(real*, lane).
 
 FN void load_gaussians(const ProjectParams *params, int i, int n, Gaussian *g)

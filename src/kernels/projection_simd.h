@@ -1,4 +1,4 @@
-// SIMD twin of project.c: one Gaussian per lane.
+// SIMD twin of projection.c: one Gaussian per lane.
 #include "kernels/projection.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-// The maths of shade.h over `real`, as in project_body.h; r_pow(x, e) for x > 0.
+// The maths of shade.h over `real`, as in projection_body.h; r_pow(x, e) for x > 0.
 FN void shade_lanes(const ShadeLight *light, const ShadeCloud *cloud, int i, int n, real alpha[3], real grow[3])
 {
     const float *means = cloud->means, *gains = cloud->gains;

@@ -153,7 +153,7 @@ static int read_rows(FILE *f, const char *path, const Layout *layout, Cloud *clo
     for (int i0 = 0; i0 < cloud->n; i0 += CHUNK) {
         int m = cloud->n - i0 < CHUNK ? cloud->n - i0 : CHUNK;
         if (fread(rows, sizeof(float) * n_floats, (size_t)m, f) != (size_t)m)
-            TRY(fs_error_input(err, "%s: read failed: %s", path, strerror(errno)));
+            TRY(fs_error_input(err, "%s: read failed: %s", path, ferror(f) ? strerror(errno) : "it became shorter"));
         for (int i = 0; i < m; i++)
             for (size_t p = 0; p < n_floats; p++) {
                 float v = rows[(size_t)i * n_floats + p];

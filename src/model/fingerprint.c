@@ -107,7 +107,7 @@ char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage)
     json_t *settings = settings_of(project, stage->stage), *inputs = settings ? inputs_of(project, stage) : NULL;
     json_t *root = inputs ? json_pack("{s:o, s:o}", "settings", settings, "inputs", inputs) : NULL;
     char *text = root ? json_dumps(root, JSON_COMPACT) : NULL;
-    if (!root) json_decref(settings);
+    if (!inputs) json_decref(settings); // json_pack takes both, even where it fails
     json_decref(root);
     return text;
 }

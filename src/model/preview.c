@@ -7,11 +7,9 @@
 
 int fs_preview_shrink(const Image *image, int long_edge, Image *smaller, FsError *err)
 {
-    int side = image->width > image->height ? image->width : image->height;
-    if (long_edge <= 0 || side <= long_edge) return fs_image_copy(smaller, image, err);
-    int width = (int)((double)image->width * long_edge / side + 0.5);
-    int height = (int)((double)image->height * long_edge / side + 0.5);
-    return fs_image_resize_area(image, width < 1 ? 1 : width, height < 1 ? 1 : height, smaller, err);
+    int width = image->width, height = image->height;
+    fs_image_limit(long_edge, &width, &height);
+    return fs_image_resize_area(image, width, height, smaller, err);
 }
 
 int fs_preview_picture(const Image *linear, int long_edge, float exposure, Image *picture, FsError *err)
@@ -47,19 +45,17 @@ int fs_preview_choose(const Dataset *dataset, int most, int *chosen)
 
 int fs_preview_exposure(const char *out, const Dataset *dataset, float *exposure, FsError *err)
 {
-    Image small[EXPOSURE_PHOTOS] = {0}, photo = {0}, mask = {0};
+    Image small[EXPOSURE_PHOTOS] = {0}, photo = {0};
     int chosen[EXPOSURE_PHOTOS], n = fs_preview_choose(dataset, EXPOSURE_PHOTOS, chosen), rc = 0;
     if (n == 0) return fs_error_input(err, "%s: no posed photos to take the exposure from", out);
     for (int i = 0; i < n; i++) {
-        TRY(fs_dataset_load_view(out, &dataset->view[chosen[i]], &photo, &mask, err));
+        TRY(fs_dataset_load_view(out, &dataset->view[chosen[i]], &photo, NULL, err));
         TRY(fs_preview_shrink(&photo, EXPOSURE_EDGE, &small[i], err));
         fs_image_free(&photo);
-        fs_image_free(&mask);
     }
     *exposure = fs_tone_pleasant_exposure(small, n);
 fail:
     fs_image_free(&photo);
-    fs_image_free(&mask);
     for (int i = 0; i < n; i++) fs_image_free(&small[i]);
     return rc;
 }

@@ -135,7 +135,8 @@ bool fs_project_done(FsProject *project, unsigned stage)
 
 bool fs_project_done_with(const FsProject *project, unsigned stage, const char *option, const char *value)
 {
-    json_t *root = json_load_file(mark_path(project, stage).text, 0, NULL);
+    json_t *root;
+    fs_json_file_read(mark_path(project, stage).text, MAX_MARK_BYTES, &root, NULL);
     const char *was = json_string_value(json_object_get(json_object_get(root, "settings"), option));
     bool same = was && strcmp(was, value) == 0;
     json_decref(root);

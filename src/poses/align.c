@@ -43,7 +43,7 @@ static int nearest(const Described *a, const Described *b, int nb)
     return clear ? best.at : -1;
 }
 
-// Middle spread of the points in one frame, to measure agreement with.
+// Root mean square distance of the cameras from their mean, to measure agreement with.
 static double spread(const ColmapModel *model)
 {
     double mean[3] = {0}, sum = 0;

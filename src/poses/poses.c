@@ -129,6 +129,7 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
         TRY(fs_adjust_poses(&colmap, sparse, err));
         TRY(fs_sparse_triangulate(sparse, project, capture, features, err));
     }
+    TRY(fs_sparse_colour(sparse, capture, err));
 fail:
     for (int i = 0; i < capture->n; i++) fs_database_features_free(&features[i]);
     free(features);

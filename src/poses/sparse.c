@@ -143,8 +143,7 @@ static float *undistorted(const Lens *lens, const Camera *camera, const Features
     return xy;
 }
 
-// Colours from the pictures, mean over the sightings.
-static int colour_points(Sparse *sparse, const Capture *capture, FsError *err)
+int fs_sparse_colour(Sparse *sparse, const Capture *capture, FsError *err)
 {
     int rc = 0;
     double(*sum)[4] = calloc((size_t)sparse->n_points + 1, sizeof *sum);
@@ -218,7 +217,6 @@ int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Captur
     TRY(fs_triangulate(&(PosedFeatures){posed, camera, n}, &fs_triangulate_defaults, threads, &project->log, &set,
                        err));
     TRY(take_triangulated(sparse, &set, photo_of, posed, err));
-    TRY(colour_points(sparse, capture, err));
 fail:
     fs_triangulate_free(&set);
     fs_threads_free(threads);

@@ -44,9 +44,12 @@ int fs_sparse_from_file(Sparse *sparse, const Capture *capture, const char *path
 int fs_sparse_to_colmap(const Sparse *sparse, const Capture *capture, int least, bool as_taken, ColmapModel *model,
                         FsError *err);
 
-// Replaces the points by ones triangulated from features.
+// Replaces the points by ones triangulated from features, which have no colours yet.
 int fs_sparse_triangulate(Sparse *sparse, const FsProject *project, const Capture *capture, const Features *features,
                           FsError *err);
+
+// The points' colours in the pictures, mean over the sightings.
+int fs_sparse_colour(Sparse *sparse, const Capture *capture, FsError *err);
 
 // Moves `moving` (poses and points) into the frame of `fixed`, a model of the same scene made apart, by the similarity
 // that most points agree with whose features look alike in both.

@@ -56,7 +56,13 @@ static int failed(const Video *video, const char *what, int code, FsError *err)
     return fs_file_failed(&video->file, why, err);
 }
 
-static int put_out(void *file, uint8_t *data, int size)
+#if LIBAVFORMAT_VERSION_MAJOR < 61 // FFmpeg 7
+typedef uint8_t OutByte;
+#else
+typedef const uint8_t OutByte;
+#endif
+
+static int put_out(void *file, OutByte *data, int size)
 {
     return fs_file_put(file, data, (size_t)size) == size ? size : AVERROR(((AtomicFile *)file)->error);
 }

@@ -52,10 +52,10 @@ static int read_render(const Show *show, RenderLayer layer, const char *view, Im
 // The display picture of one view; empty when its source is not there.
 static int make_picture(const Show *show, Preview preview, const View *view, Image *picture, FsError *err)
 {
-    Image source = {0}, mask = {0}, full = {0};
+    Image source = {0}, full = {0};
     int rc;
     if (preview == PREVIEW_PHOTO)
-        TRY(fs_dataset_load_view(show->project->out, view, &source, &mask, err));
+        TRY(fs_dataset_load_view(show->project->out, view, &source, NULL, err));
     else
         TRY(read_render(show, fs_previews[preview].layer[view->flash], view->name, &source, err));
     if (!source.px) goto fail;
@@ -69,7 +69,6 @@ static int make_picture(const Show *show, Preview preview, const View *view, Ima
     }
 fail:
     fs_image_free(&source);
-    fs_image_free(&mask);
     fs_image_free(&full);
     return rc;
 }

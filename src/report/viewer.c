@@ -78,15 +78,14 @@ static double scale_of(const FsProject *project, const Scene *scene)
 
 static int write_photo(const FsProject *project, const View *view, int number, float exposure, FsError *err)
 {
-    Image photo = {0}, mask = {0}, picture = {0};
+    Image photo = {0}, picture = {0};
     FilePath path = fs_file_at("%s/report/photo_%d.jpg", project->out, number);
     int rc;
-    TRY(fs_dataset_load_view(project->out, view, &photo, &mask, err));
+    TRY(fs_dataset_load_view(project->out, view, &photo, NULL, err));
     TRY(fs_preview_picture(&photo, PHOTO_EDGE, exposure, &picture, err));
     TRY(fs_jpeg_write(path.text, &picture, PHOTO_QUALITY, NULL, err));
 fail:
     fs_image_free(&photo);
-    fs_image_free(&mask);
     fs_image_free(&picture);
     return rc;
 }

@@ -32,7 +32,7 @@ static double weight_of(const Cloud *cloud, const float *screen, int i)
     return screen ? opacity * ((double)screen[2 * i] + 1e-12) : opacity;
 }
 
-// Draws `count` of the first n Gaussians, those alive, by opacity.
+// Draws `count` of the first n Gaussians, those alive, by their weights.
 static void draw(const Cloud *cloud, int n, int count, Rng *rng, Draws *d)
 {
     double total = 0;

@@ -251,8 +251,9 @@ static void write_answer(Client *c)
 // ---- all of them ----
 
 // False where the system has no more files to give: it will be asked again in a while, not at once.
-static bool admit(const Server *server, Client *client)
+static bool admit(const Server *server)
 {
+    Client *client = server->client;
     int s = accept4(server->socket, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC), i = 0;
     if (s < 0) return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
     while (i < CLIENTS && client[i].socket >= 0) i++;
@@ -276,7 +277,7 @@ static void attend(const Server *server, Client *c, const struct pollfd *heard, 
 
 void fs_serve_until_cancelled(const Server *server, const Log *log)
 {
-    static Client client[CLIENTS];
+    Client *client = server->client;
     for (int i = 0; i < CLIENTS; i++) client[i] = (Client){.socket = -1, .file = -1};
     double closed_until = 0;
     while (!fs_log_cancelled(log)) {
@@ -288,7 +289,7 @@ void fs_serve_until_cancelled(const Server *server, const Log *log)
         double now = fs_clock_seconds();
         for (int i = 0; i < CLIENTS; i++)
             if (client[i].socket >= 0) attend(server, &client[i], &list[1 + i], now);
-        if (list[0].revents && !admit(server, client)) closed_until = now + POLL_MS / 1000.0;
+        if (list[0].revents && !admit(server)) closed_until = now + POLL_MS / 1000.0;
     }
     for (int i = 0; i < CLIENTS; i++)
         if (client[i].socket >= 0) drop(&client[i]);
@@ -307,11 +308,13 @@ int fs_serve_open(Server *server, const char *dir, int port, FsError *err)
         return fs_error_set(err, FS_ERR_IO, "127.0.0.1:%d: cannot serve there: %s; give another --port", port,
                             strerror(errno));
     server->port = ntohs(at.sin_port);
-    return 0;
+    server->client = malloc(CLIENTS * sizeof *server->client);
+    return server->client ? 0 : fs_error_memory(err);
 }
 
 void fs_serve_close(Server *server)
 {
     if (server->socket >= 0) close(server->socket);
-    server->socket = -1;
+    free(server->client);
+    *server = (Server){.socket = -1};
 }
