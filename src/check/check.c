@@ -24,6 +24,7 @@ static int look_at(const Photos *photos, PhotoFile *photo, FsError *err)
     int rc;
     TRY(fs_photo_read(fs_photos_path(photos, photo).text, &levels, &sizes, &light, err));
     TRY(fs_image_orient(rgb, photo->exif.orientation, err));
+    fs_look_free(&photo->look);
     TRY(fs_look_at(&photo->look, rgb, err));
     for (size_t i = 0; i < fs_image_pixels(clipped); i++)
         photo->look.clipped += (double)clipped->px[i] / (double)fs_image_pixels(clipped);
@@ -53,6 +54,7 @@ static int look_at_all(Photos *photos, int wanted, const Log *log, FsError *err)
     Threads *threads = fs_threads_new(wanted);
     if (!threads) return fs_error_memory(err);
     fs_photos_read_headers(photos, threads);
+    if (fs_photos_take_jpegs(photos, log)) fs_photos_read_headers(photos, threads);
     for (int i = 0; i < photos->n; i++) largest = fmax(largest, photos->photo[i].memory);
     int n = (int)fmax(1, fmin(fs_threads_count(threads), FS_PHOTOS_AT_ONCE / largest));
     fs_threads_free(threads);
@@ -156,6 +158,7 @@ int fs_check_run(const char *folder, const FsSettings *settings, const Log *log,
     TRY(fs_photos_scan(&photos, folder, log, err));
     TRY(fs_photos_levels(&photos.npy, settings, err));
     TRY(look_at_all(&photos, settings->threads, log, err));
+    if (fs_photos_take_jpegs(&photos, log)) TRY(look_at_all(&photos, settings->threads, log, err));
     TRY(fs_photos_mark_flash(&photos, settings, log, err));
     TRY(fs_photos_drop_failed(&photos, log, err));
     fs_photos_drop_copies(&photos);

@@ -28,7 +28,7 @@ int fs_photo_kind(const char *path)
                              "mef mos rwl gpr"},
                  {PHOTO_NPY, "npy"},
                  {PHOTO_HEIF, "heic heif hif avif heics avifs"},
-                 {PHOTO_JPEG, "jpg jpeg jpe"},
+                 {PHOTO_JPEG, "jpg jpeg jpe jfif"},
                  {PHOTO_PNG, "png"},
                  {PHOTO_TIFF, "tif tiff"}};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++)

@@ -111,7 +111,7 @@ static void check_pictures(const Photos *photos, const Log *log)
 static int warn_of_findings(Photos *photos, const Log *log, FsError *err)
 {
     static const char *const kinds[] = {"misfire", "wrong-flash", "gap",  "blur", "zoom",     "clipped", "dark",
-                                        "untold",  "copy",        "both", "twin", "stranger", "body"};
+                                        "untold",  "copy",        "both", "twin", "stranger", "body",    "few"};
     Findings findings;
     MUST(fs_findings_make(&findings, photos, err));
     for (int i = 0; i < findings.n; i++)
@@ -125,11 +125,11 @@ static json_t *photo_json(const PhotoFile *photo)
 {
     double focal =
         fs_exif_focal_px(&photo->exif, photo->orig_width, photo->orig_height) * photo->width / photo->orig_width;
-    return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f}", "name",
+    return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f}", "name",
                      photo->name, "file", photo->file, "flash", photo->flash, "width", photo->width, "height",
                      photo->height, "orig_width", photo->orig_width, "orig_height", photo->orig_height, "exposure_s",
                      photo->exif.exposure_s, "iso", photo->exif.iso, "f_number", photo->exif.f_number, "focal_px",
-                     focal, "quality",
+                     focal, "focal_mm", photo->exif.focal_mm, "quality",
                      photo->encoded  ? "reduced"
                      : photo->untold ? "untold"
                                      : "raw",
@@ -218,6 +218,13 @@ static int remember_again(const FsProject *project, const char *folder, FsError 
     return rc;
 }
 
+static int level(const FsProject *project, Photos *photos, FsError *err)
+{
+    MUST(fs_photos_find_flash(photos, project, err));
+    MUST(fs_level_photos(photos, &project->log, err));
+    return fs_photo_mask_check(photos, &project->log, err);
+}
+
 int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
 {
     MUST(fs_originals_check(project, folder, err));
@@ -232,11 +239,15 @@ int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
     photos.masks = project->set.masks;
     TRY(fs_photos_levels(&photos.npy, &project->set, err));
     fs_photos_read_headers(&photos, threads);
-    TRY(fs_photos_find_flash(&photos, project, err));
-    TRY(fs_level_photos(&photos, log, err));
-    TRY(fs_photo_mask_check(&photos, log, err));
+    if (fs_photos_take_jpegs(&photos, log)) fs_photos_read_headers(&photos, threads);
+    TRY(level(project, &photos, err));
     TRY(begin(project, &photos, dir.text, err));
     TRY(develop_all(project, &photos, dir.text, threads, err));
+    if (fs_photos_take_jpegs(&photos, log)) {
+        fs_photos_read_headers(&photos, threads);
+        TRY(level(project, &photos, err));
+        TRY(develop_all(project, &photos, dir.text, threads, err));
+    }
     TRY(fs_photos_drop_failed(&photos, log, err));
     drop_copies(&photos, dir.text);
     TRY(fs_photos_check_groups(&photos, project, err));
@@ -281,7 +292,12 @@ int fs_ingest_estimate(const FsProject *project, const char *folder, RunSize *si
     const PhotoFile *photo = NULL;
     double seconds = 0, largest;
     TRY(make_folders(dir.text, err));
-    TRY(develop_some(&photos, dir.text, project->set.long_edge, &photo, &seconds, err));
+    rc = develop_some(&photos, dir.text, project->set.long_edge, &photo, &seconds, err);
+    if (rc == FS_ERR_INPUT && fs_photos_take_jpegs(&photos, &(Log){0})) {
+        fs_photos_read_headers(&photos, threads);
+        rc = develop_some(&photos, dir.text, project->set.long_edge, &photo, &seconds, err);
+    }
+    TRY(rc);
     int n = at_once(&photos, project->set.long_edge, fs_threads_count(threads), &largest);
     int width = photo->orig_width, height = photo->orig_height;
     fs_image_limit(FS_DEVELOP_FEATURES_EDGE, &width, &height);

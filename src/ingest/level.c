@@ -2,29 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "base/order.h"
 #include "ingest/develop.h"
-
-#define MOST_GAIN 1000 // between photos: more is an error of the file
-
-// Of the n values that are above 0; the lower one of two in the middle, so that it is some photo's own. 0: none.
-static double median(const double *value, int n)
-{
-    double *sorted = malloc((size_t)(n > 0 ? n : 1) * sizeof *sorted), m = 0;
-    int k = 0;
-    if (!sorted) {
-        fs_error_memory(NULL);
-        return 0;
-    }
-    for (int i = 0; i < n; i++)
-        if (value[i] > 0) sorted[k++] = value[i];
-    if (k) {
-        fs_order_doubles(sorted, (size_t)k);
-        m = sorted[(k - 1) / 2];
-    }
-    free(sorted);
-    return m;
-}
 
 static void level_white_balance(Photos *photos, double *value, const Log *log)
 {
@@ -40,7 +18,7 @@ static void level_white_balance(Photos *photos, double *value, const Log *log)
             raws, photos->n - raws);
     for (int c = 0; c < 3; c++) {
         for (int i = 0; i < photos->n; i++) value[i] = photos->photo[i].white_balance[c];
-        double m = median(value, photos->n);
+        double m = fs_photos_median(value, photos->n);
         photos->white_balance[c] = m > 0 ? m : 1;
         for (int i = 0; i < photos->n; i++)
             if (value[i] > 0 && fabs(value[i] / photos->white_balance[c] - 1) > 0.03) odd = &photos->photo[i];
@@ -55,28 +33,10 @@ static void level_white_balance(Photos *photos, double *value, const Log *log)
         fs_log_info(log, "white balance %.3f %.4g %.3f", wb[0], wb[1], wb[2]);
 }
 
-// What a photo does not tell is taken to be as with the others. 0: its shutter time is not known.
-static void find_exposures(const Photos *photos, double *value)
-{
-    for (int i = 0; i < photos->n; i++) value[i] = photos->photo[i].exif.iso;
-    double iso = median(value, photos->n);
-    for (int i = 0; i < photos->n; i++) value[i] = photos->photo[i].exif.f_number;
-    double f_number = median(value, photos->n);
-    for (int i = 0; i < photos->n; i++) {
-        ExifInfo exif = photos->photo[i].exif;
-        if (!(exif.iso > 0)) exif.iso = iso;
-        if (!(exif.f_number > 0)) exif.f_number = f_number;
-        value[i] = fs_exif_exposure(&exif);
-    }
-    double m = median(value, photos->n);
-    for (int i = 0; i < photos->n; i++)
-        if (!(value[i] < MOST_GAIN * m && MOST_GAIN * value[i] > m)) value[i] = 0;
-}
-
 static void level_exposure(Photos *photos, double *value, const Log *log)
 {
-    find_exposures(photos, value);
-    double m = median(value, photos->n);
+    fs_photos_exposures(photos, value);
+    double m = fs_photos_median(value, photos->n);
     int unknown = 0, differ = 0;
     const PhotoFile *odd = NULL;
     for (int i = 0; i < photos->n; i++) {
@@ -111,7 +71,7 @@ static void level_flash(Photos *photos, double *value, const Log *log)
         value[i] = photo->flash == 1 && value[i] > 0 ? photo->gain * value[i] / photo->exif.exposure_s : 0;
         flash += photo->flash == 1;
     }
-    double m = median(value, photos->n);
+    double m = fs_photos_median(value, photos->n);
     for (int i = 0; i < photos->n; i++) {
         if (m == 0 || value[i] == 0) continue;
         photos->photo[i].flash_gain = value[i] / m;

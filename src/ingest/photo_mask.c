@@ -1,6 +1,8 @@
 #include "ingest/photo_mask.h"
 
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 // One channel, of the photo's size.
 static int read_mask(const char *path, const Image *photo, Image *mask, FsError *err)
@@ -46,6 +48,30 @@ int fs_photo_mask_apply(const char *path, Image *photo, Image *trusted, Image *m
     return 0;
 }
 
+// A mask of no photo is one that somebody drew in vain.
+static int warn_of_unused(const Photos *photos, const Log *log, FsError *err)
+{
+    FileList list;
+    FilePath path;
+    int unused = 0;
+    const char *example = "";
+    MUST(fs_file_list(photos->masks, &list, err));
+    bool *used = calloc((size_t)list.n + 1, sizeof *used);
+    for (int i = 0; i < photos->n && used; i++) {
+        if (!fs_photos_mask(photos, &photos->photo[i], &path)) continue;
+        for (int k = 0; k < list.n; k++) used[k] |= strcmp(list.name[k], fs_file_name(path.text)) == 0;
+    }
+    for (int k = 0; k < list.n && used; k++)
+        if (!used[k] && fs_file_has_ext(list.name[k], "png")) unused++, example = list.name[k];
+    if (unused)
+        fs_log_warn(log, "%s: %d masks are of no photo, e.g. %s: name them like %s.png", photos->masks, unused, example,
+                    photos->photo[0].path);
+    fs_file_list_free(&list);
+    bool looked = used;
+    free(used);
+    return looked ? 0 : fs_error_memory(err);
+}
+
 int fs_photo_mask_check(const Photos *photos, const Log *log, FsError *err)
 {
     FilePath path;
@@ -58,5 +84,5 @@ int fs_photo_mask_check(const Photos *photos, const Log *log, FsError *err)
                               "not to be used",
                               photos->masks, photos->photo[0].path);
     fs_log_info(log, "ingest: %d of %d photos have a mask", n, photos->n);
-    return 0;
+    return warn_of_unused(photos, log, err);
 }

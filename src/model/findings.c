@@ -19,8 +19,9 @@ enum {
 #define CLIPPED 0.05    // of a photo
 #define WEAK_FLASH 0.12 // light that it adds
 #define NO_FLASH 0.02
-#define TOO_LITTLE 0.4    // of the usual step of brightness, in logarithms
-#define OTHER_FOCAL 0.015 // share
+#define TOO_LITTLE 0.4        // of the usual step of brightness, in logarithms
+#define OTHER_FOCAL 0.015     // share
+#define OTHER_FILM_FOCAL 0.05 // of what is told in whole millimetres
 #define OTHER_EXPOSURE 0.02
 #define FAR_STEPS 1.9 // of the path, to a photo of the other lighting
 #define DARK 0.003    // mean light
@@ -136,18 +137,14 @@ static double usual_step(const Photos *photos, const double *light, double *scra
 }
 
 // The photos' light as if all had one exposure; those that do not tell theirs count as having the usual one.
-static void undo_exposure(const Photos *photos, double *light, double *scratch)
+static void undo_exposure(const Photos *photos, double *light)
 {
-    size_t known = 0;
-    for (int i = 0; i < photos->n; i++) {
-        double exposure = fs_exif_exposure(&photos->photo[i].exif);
-        if (exposure > 0) scratch[known++] = exposure;
-    }
-    double usual = known ? fs_order_median(scratch, known) : 1;
+    fs_photos_exposures(photos, light);
+    double usual = fs_photos_median(light, photos->n);
     for (int i = 0; i < photos->n; i++) {
         const PhotoFile *photo = &photos->photo[i];
-        double exposure = fs_exif_exposure(&photo->exif);
-        light[i] = photo->look.mean / photo->look_gain / (exposure > 0 ? exposure : usual);
+        double exposure = light[i] > 0 ? light[i] : usual > 0 ? usual : 1;
+        light[i] = photo->look.mean / photo->look_gain / exposure;
     }
 }
 
@@ -155,7 +152,7 @@ static void find_wrong_flash(Findings *f, Photos *photos, double *light, bool *m
 {
     char text[200];
     double *scratch = light + photos->n;
-    undo_exposure(photos, light, scratch);
+    undo_exposure(photos, light);
     double usual = usual_step(photos, light, scratch);
     f->flash_adds = exp(usual) - 1;
     if (!isfinite(usual)) return;
@@ -249,15 +246,27 @@ static void find_twins(Findings *f, const Photos *photos, bool *marked)
     }
 }
 
+// Of another focal length, the last of them; -1: none. of_film: its equivalent, which tells of a digital zoom, too.
+static int mark_zoom(const Photos *photos, bool of_film, double *value, bool *marked, double *usual)
+{
+    int n = photos->n, last = -1;
+    for (int i = 0; i < n; i++) value[i] = of_film ? photos->photo[i].exif.focal_35mm : photos->photo[i].exif.focal_mm;
+    *usual = commonest(value, n, of_film ? OTHER_FILM_FOCAL : OTHER_FOCAL);
+    for (int i = 0; i < n; i++) {
+        marked[i] = value[i] > 0 && fabs(value[i] / *usual - 1) >= (of_film ? OTHER_FILM_FOCAL : OTHER_FOCAL);
+        if (marked[i]) last = i;
+    }
+    return last;
+}
+
 // Another zoom is said as such, and a blurred photo is hardly like any other.
 static void find_strangers(Findings *f, const Photos *photos, double *focal, bool *marked)
 {
     char text[200];
     int n = photos->n;
-    for (int i = 0; i < n; i++) focal[i] = photos->photo[i].exif.focal_mm;
-    double usual = commonest(focal, n, OTHER_FOCAL);
-    for (int i = 0; i < n; i++)
-        marked[i] = photos->photo[i].stranger && !(focal[i] > 0 && fabs(focal[i] / usual - 1) >= OTHER_FOCAL);
+    double usual;
+    if (mark_zoom(photos, false, focal, marked, &usual) < 0) mark_zoom(photos, true, focal, marked, &usual);
+    for (int i = 0; i < n; i++) marked[i] = photos->photo[i].stranger && !marked[i];
     if (count(marked, n))
         add(f, "stranger", FINDING_DOUBT,
             "nothing in common with the other photos: %s: of another place, or too far from them; leave them out, or "
@@ -281,7 +290,8 @@ static void find_places(const Photos *photos, double *place, double *scratch)
         const char *name = photos->photo[i].name, *first = photos->photo[0].name;
         size_t prefix = strlen(name);
         while (prefix > 0 && strchr("0123456789", name[prefix - 1])) prefix--;
-        numbered = numbered && name[prefix] && strncmp(name, first, prefix) == 0 && strlen(name + prefix) < 16;
+        size_t digits = strlen(name + prefix); // more are a time's
+        numbered = numbered && digits > 0 && digits < 6 && strncmp(name, first, prefix) == 0;
         place[i] = numbered ? strtod(name + prefix, NULL) : i;
     }
     for (int i = 0; i + 1 < n && numbered; i++) {
@@ -371,18 +381,17 @@ static void find_body(Findings *f, const Photos *photos, bool *marked)
 static void find_zoom(Findings *f, const Photos *photos, double *value, bool *marked)
 {
     char text[200];
-    int n = photos->n, last = 0;
-    for (int i = 0; i < n; i++) value[i] = photos->photo[i].exif.focal_mm;
-    double usual = commonest(value, n, OTHER_FOCAL);
-    for (int i = 0; i < n; i++) {
-        marked[i] = value[i] > 0 && fabs(value[i] / usual - 1) >= OTHER_FOCAL;
-        if (marked[i]) last = i;
-    }
-    if (count(marked, n))
+    int n = photos->n;
+    double usual;
+    for (int of_film = 0; of_film < 2; of_film++) {
+        int last = mark_zoom(photos, of_film, value, marked, &usual);
+        if (last < 0) continue;
         add(f, "zoom", FINDING_DOUBT,
-            "another focal length: %s (%.4g mm, the others %.4g mm): one for all is surer; retake them or "
+            "another focal length: %s (%.4g mm%s, the others %.4g mm): one for all is surer; retake them or "
             "leave them out",
-            names(photos, marked, text), value[last], usual);
+            names(photos, marked, text), value[last], of_film ? " on 35 mm film" : "", usual);
+        break;
+    }
     for (int i = 0; i < n; i++) {
         const ExifInfo *e = &photos->photo[i].exif;
         value[i] = e->width > e->height ? e->width + 1e-5 * e->height : e->height + 1e-5 * e->width;
@@ -445,8 +454,24 @@ static void find_light(Findings *f, const Photos *photos, bool *marked)
             untold, odd);
 }
 
+static int compare_times(const void *a, const void *b)
+{
+    const PhotoFile *s = a, *t = b;
+    int by_time = strcmp(s->exif.taken, t->exif.taken);
+    return by_time ? by_time : strverscmp(s->name, t->name);
+}
+
+// In the order in which they were taken, where all tell it; else as they are, by name.
+static void put_in_order(Photos *photos)
+{
+    for (int i = 0; i < photos->n; i++)
+        if (!*photos->photo[i].exif.taken) return;
+    qsort(photos->photo, (size_t)photos->n, sizeof *photos->photo, compare_times);
+}
+
 int fs_findings_make(Findings *findings, Photos *photos, FsError *err)
 {
+    put_in_order(photos);
     *findings = (Findings){.flash_adds = NAN};
     size_t n = (size_t)photos->n + 1;
     bool *marked = calloc(n, sizeof *marked);

@@ -17,7 +17,8 @@ typedef struct Findings {
     double flash_adds; // light of a flash photo over that of its neighbours without, less 1; NAN: unknown
 } Findings;
 
-// The photos' flash states, looks and lights must be there; fills their sharpness, and what is beside and like them.
+// The photos' flash states, looks and lights must be there; puts them in the order in which they were taken, and fills
+// their sharpness, and what is beside and like them.
 int fs_findings_make(Findings *findings, Photos *photos, FsError *err);
 FindingWeight fs_findings_worst(const Findings *findings);
 void fs_findings_free(Findings *findings);

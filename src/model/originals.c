@@ -83,14 +83,19 @@ int fs_originals_folder(const FsProject *project, FilePath *folder, FsError *err
                           list_path(project).text);
 }
 
-static bool find_level(const json_t *list, const char *name, double *gain)
+// As ingest read it: which of two files, and brought to which exposure.
+static bool find_reading(const json_t *list, PhotoFile *photo)
 {
     for (size_t i = 0; i < json_array_size(list); i++) {
-        const json_t *photo = json_array_get(list, i);
-        const char *is = json_string_value(json_object_get(photo, "name"));
-        if (!is || strcmp(is, name) != 0) continue;
-        *gain = json_number_value(json_object_get(photo, "exposure_gain"));
-        return *gain > 1e-6 && *gain < 1e6;
+        const json_t *read = json_array_get(list, i);
+        const char *is = json_string_value(json_object_get(read, "name"));
+        const char *file = json_string_value(json_object_get(read, "file"));
+        if (!is || strcmp(is, photo->name) != 0) continue;
+        bool other = file && photo->instead && strcmp(fs_file_name(file), fs_file_name(photo->file)) != 0;
+        if (other && strcmp(fs_file_name(file), fs_file_name(photo->instead)) == 0 && fs_photos_take_instead(photo) < 0)
+            return false;
+        photo->gain = json_number_value(json_object_get(read, "exposure_gain"));
+        return photo->gain > 1e-6 && photo->gain < 1e6;
     }
     return false;
 }
@@ -106,7 +111,7 @@ static int find_photos(Originals *o, const Dataset *views, const json_t *ingeste
                                   "the photos with --originals DIR",
                                   o->photos.folder, views->view[v].name);
         o->of_view[v] = p;
-        if (!find_level(ingested, views->view[v].name, &o->photos.photo[p].gain))
+        if (!find_reading(ingested, &o->photos.photo[p]))
             return fs_error_input(err, "ingest.json: has no photo %s: rerun the stage ingest with --force",
                                   views->view[v].name);
     }

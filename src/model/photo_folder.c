@@ -158,6 +158,7 @@ static int search(Search *s, const char *below, int says, FsError *err)
         int kind = poses ? -1 : fs_photo_kind(list.name[i]);
         FilePath path = fs_file_at("%s%s", below, list.name[i]),
                  whole = fs_file_at("%s/%s", s->photos->folder, path.text);
+        if (fs_file_is_dir(whole.text)) continue;
         if (kind < 0 || fs_owned_is_result(whole.text)) { // photos and results in one folder
             s->others++;
             snprintf(s->other, sizeof s->other, "%s", list.name[i]);
@@ -182,6 +183,12 @@ static bool has_raw(const char *folder)
     return fs_file_is_dir(fs_file_at("%s/raw", folder).text);
 }
 
+// What network drives and archives put beside photos: small pictures of them, and what has their names.
+static bool is_rubbish(const char *folder)
+{
+    return strcmp(folder, "@eaDir") == 0 || strcmp(folder, "__MACOSX") == 0 || strcmp(folder, "#recycle") == 0;
+}
+
 static int search_below(Search *s, const char *below, int says, int depth, FsError *err)
 {
     FileList list = {0};
@@ -193,7 +200,7 @@ static int search_below(Search *s, const char *below, int says, int depth, FsErr
         FilePath inner = fs_file_at("%s%s/", below, list.name[i]);
         FilePath whole = fs_file_at("%s/%s", s->photos->folder, inner.text);
         int inner_says = what_folder_says(list.name[i]);
-        if (!fs_file_is_dir(whole.text)) continue;
+        if (!fs_file_is_dir(whole.text) || is_rubbish(list.name[i])) continue;
         if (is_ours(whole.text)) {
             whole.text[strlen(whole.text) - 1] = 0; // slash
             if (!*s->ours.text || has_raw(whole.text)) s->ours = whole;
@@ -229,9 +236,15 @@ int fs_photos_list(Photos *photos, const Log *log, FsError *err)
     SceneFolder scene;
     bool published = fs_scene_folder_find(&scene, photos->folder);
     MUST(search(&s, published ? fs_file_at("%s/", scene.photos).text : "", -1, err));
-    if (photos->n == 0 && !published) {
-        MUST(search_below(&s, "", -1, MAX_DEPTH, err));
-        if (photos->n) fs_log_info(log, "%s: no photos; %d in its subfolders are taken", photos->folder, photos->n);
+    int alone = photos->n; // one photo is no capture: a cover, say
+    if (alone < 2 && !published) MUST(search_below(&s, "", -1, MAX_DEPTH, err));
+    if (photos->n > alone && alone == 0)
+        fs_log_info(log, "%s: no photos; %d in its subfolders are taken", photos->folder, photos->n);
+    if (photos->n > alone && alone == 1) {
+        fs_log_warn(log, "%s: one photo, %s, which is left out: the %d in its subfolders are taken", photos->folder,
+                    photos->photo[0].file, photos->n - 1);
+        fs_photos_drop(&photos->photo[0]);
+        fs_photos_close_gaps(photos);
     }
     if (photos->n == 0) return say_none(&s, err);
     if (s.others)

@@ -3,18 +3,22 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/file.h"
 #include "base/hash.h"
+#include "base/order.h"
 #include "image/photo.h"
 
+#define MOST_GAIN 1000                                // between photos: more is an error of the file
 enum { NAMES = sizeof((Photos *)0)->left_out_names }; // bytes
 
-static void free_photo(PhotoFile *photo)
+void fs_photos_drop(PhotoFile *photo)
 {
     free(photo->path);
+    free(photo->instead);
     free(photo->file);
     free(photo->name);
     fs_look_free(&photo->look);
@@ -23,7 +27,7 @@ static void free_photo(PhotoFile *photo)
 
 void fs_photos_free(Photos *photos)
 {
-    for (int i = 0; i < photos->n; i++) free_photo(&photos->photo[i]);
+    for (int i = 0; i < photos->n; i++) fs_photos_drop(&photos->photo[i]);
     free(photos->photo);
     free(photos->folder);
     *photos = (Photos){0};
@@ -34,8 +38,7 @@ FilePath fs_photos_path(const Photos *photos, const PhotoFile *photo)
     return fs_file_at("%s/%s", photos->folder, photo->path);
 }
 
-// Drops the photos without a path.
-static void close_gaps(Photos *photos)
+void fs_photos_close_gaps(Photos *photos)
 {
     int kept = 0;
     for (int i = 0; i < photos->n; i++)
@@ -43,56 +46,23 @@ static void close_gaps(Photos *photos)
     photos->n = kept;
 }
 
-static int compare_photos(const void *a, const void *b)
-{
-    const PhotoFile *s = a, *t = b;
-    int by_name = strcmp(s->name, t->name);
-    if (by_name) return by_name;
-    return s->kind != t->kind ? (int)s->kind - (int)t->kind : strcmp(s->path, t->path);
-}
-
 static size_t folder_length(const PhotoFile *photo)
 {
     return (size_t)(fs_file_name(photo->path) - photo->path);
 }
 
-static bool same_folder(const PhotoFile *a, const PhotoFile *b)
+bool fs_photos_same_folder(const PhotoFile *a, const PhotoFile *b)
 {
     size_t n = folder_length(a);
     return n == folder_length(b) && strncmp(a->path, b->path, n) == 0;
 }
 
-// Taken at the same second: 1, or not: 0; where one does not tell: -1.
-static int same_time(const Photos *photos, const PhotoFile *a, const PhotoFile *b)
+static int compare_photos(const void *a, const void *b)
 {
-    ExifInfo info[2];
-    if (fs_exif_read(fs_photos_path(photos, a).text, &info[0], NULL) != 0) return -1;
-    if (fs_exif_read(fs_photos_path(photos, b).text, &info[1], NULL) != 0) return -1;
-    return *info[0].taken && *info[1].taken ? strcmp(info[0].taken, info[1].taken) == 0 : -1;
-}
-
-// Whether the folder's own name is one that cameras give: three digits and five letters or digits, "100CANON/".
-static bool camera_folder(const PhotoFile *photo, char name[9])
-{
-    size_t n = folder_length(photo), k = 0;
-    if (n < 9 || (n > 9 && photo->path[n - 10] != '/')) return false;
-    snprintf(name, 9, "%s", photo->path + n - 9);
-    while (k < 3 && isdigit((unsigned char)name[k])) k++;
-    while (k >= 3 && k < 8 && (isalnum((unsigned char)name[k]) || name[k] == '_')) k++;
-    return k == 8;
-}
-
-// What a camera writes beside its RAW, or its HEIF: 2. In another folder it may be of another shot, as cameras begin to
-// count again: 1 where nothing but the name tells, 0: no.
-static int is_pair(const Photos *photos, const PhotoFile *better, const PhotoFile *photo)
-{
-    if (better->folder_says != photo->folder_says || better->kind > PHOTO_HEIF || photo->kind <= better->kind ||
-        photo->kind > PHOTO_JPEG)
-        return 0;
-    int same = same_folder(better, photo) ? 1 : same_time(photos, better, photo);
-    char a[9], b[9];
-    if (same >= 0) return 2 * same;
-    return !camera_folder(better, a) || !camera_folder(photo, b) || strcmp(a, b) == 0;
+    const PhotoFile *s = a, *t = b;
+    int by_name = strverscmp(s->name, t->name); // "IMG (2)" before "IMG (10)"
+    if (by_name) return by_name;
+    return s->kind != t->kind ? (int)s->kind - (int)t->kind : strcmp(s->path, t->path);
 }
 
 // Photos of one name: the second of them; NULL: none.
@@ -119,115 +89,16 @@ static int add_folders(Photos *photos, FsError *err)
     return 0;
 }
 
-// Photos of one name stand together, RAW first.
-static void drop_pairs(Photos *photos, const Log *log)
-{
-    int doubles = 0, raws = 0, unsure = 0;
-    char example[300] = "";
-    for (PhotoFile *photo = photos->photo + photos->n - 1; photo > photos->photo; photo--) {
-        int pair = 0;
-        const PhotoFile *of = NULL;
-        for (const PhotoFile *p = photo; p > photos->photo && pair < 2 && strcmp(p[-1].name, photo->name) == 0; p--) {
-            int is = is_pair(photos, p - 1, photo);
-            if (is > pair) pair = is, of = p - 1;
-        }
-        if (!of) continue;
-        doubles++;
-        raws += of->kind == PHOTO_RAW;
-        if (pair == 1) snprintf(example, sizeof example, "%s beside %s", photo->file, of->file), unsure++;
-        free_photo(photo);
-    }
-    close_gaps(photos);
-    const char *used = raws ? "RAW" : "HEIF";
-    if (doubles) fs_log_info(log, "%d photos are there as %s and as JPEG: the %s files are used", doubles, used, used);
-    if (unsure)
-        fs_log_warn(log, "%d photos are left out for their names alone (e.g. %s): rename them if they are other shots",
-                    unsure, example);
-}
-
 static int name_apart(Photos *photos, FsError *err)
 {
     const PhotoFile *clash = find_clash(photos);
-    if (clash && !same_folder(clash, clash - 1)) {
+    if (clash && !fs_photos_same_folder(clash, clash - 1)) {
         MUST(add_folders(photos, err));
         clash = find_clash(photos);
     }
     if (!clash) return 0;
     return fs_error_input(err, "%s: %s and %s would both become the view %s: rename or remove one of them",
                           photos->folder, clash[-1].file, clash->file, clash->name);
-}
-
-static char *first_of(const char *name, size_t n)
-{
-    char *first = strndup(name, n);
-    if (!first) fs_error_memory(NULL);
-    return first;
-}
-
-// The name of what "IMG_1 (1)", "IMG_1 copy 2", "IMG_1 - Copy" or "Copy of IMG_1" is a copy of; NULL: it is none.
-static char *copied_name(const char *name)
-{
-    size_t n = strlen(name);
-    if (strncasecmp(name, "copy of ", 8) == 0 && n > 8) return first_of(name + 8, n - 8);
-    if (n > 3 && name[n - 1] == ')') { // a number in brackets
-        size_t k = n - 1;
-        while (k > 0 && isdigit((unsigned char)name[k - 1])) k--;
-        if (k == n - 1 || k < 2 || name[k - 1] != '(') return NULL;
-        for (n = k - 1; n > 1 && name[n - 1] == ' ';) n--;
-    } else { // a number behind "copy"
-        while (n > 0 && isdigit((unsigned char)name[n - 1])) n--;
-        while (n > 0 && name[n - 1] == ' ') n--;
-        if (n < 6 || strncasecmp(name + n - 4, "copy", 4) != 0 || !strchr(" -_", name[n - 5])) return NULL;
-    }
-    if (n > 5 && strncasecmp(name + n - 4, "copy", 4) == 0 && strchr(" -_", name[n - 5])) n -= 4;
-    while (n > 1 && strchr(" -_", name[n - 1])) n--;
-    return first_of(name, n);
-}
-
-static bool same_content(const Photos *photos, const PhotoFile *a, const PhotoFile *b)
-{
-    uint64_t hash[2] = {FS_HASH_EMPTY, FS_HASH_EMPTY}, size[2];
-    return fs_hash_file(fs_photos_path(photos, a).text, true, &hash[0], &size[0]) == 0 &&
-           fs_hash_file(fs_photos_path(photos, b).text, true, &hash[1], &size[1]) == 0 && size[0] == size[1] &&
-           hash[0] == hash[1];
-}
-
-// The photo beside it of such a name, the one it is a copy of before others; NULL: there is none.
-static const PhotoFile *find_original(const Photos *photos, const PhotoFile *photo, const char *name, bool *copy)
-{
-    const PhotoFile *found = NULL;
-    *copy = false;
-    for (const PhotoFile *of = photos->photo; of < photos->photo + photos->n && !*copy; of++) {
-        if (of == photo || !of->path || strcmp(of->name, name) != 0 || !same_folder(of, photo)) continue;
-        bool raw_too = of->kind == PHOTO_RAW && photo->kind != PHOTO_RAW;
-        *copy = same_content(photos, of, photo) || (raw_too && same_time(photos, of, photo) == 1);
-        if (*copy || !found) found = of;
-    }
-    return found;
-}
-
-// One shot under two names would count twice.
-static void drop_copies(Photos *photos, const Log *log)
-{
-    int dropped = 0;
-    const char *example = NULL;
-    for (PhotoFile *photo = photos->photo; photo < photos->photo + photos->n; photo++) {
-        errno = 0;
-        char *name = copied_name(photo->name);
-        if (!name && errno == ENOMEM) fs_error_memory(NULL);
-        bool copy = false;
-        const PhotoFile *of = name ? find_original(photos, photo, name, &copy) : NULL;
-        free(name);
-        if (of && !copy)
-            fs_log_warn(log, "%s seems to be another version of %s: take one away if they are one shot", photo->file,
-                        of->file);
-        if (!copy) continue;
-        dropped++;
-        example = of->file;
-        free_photo(photo);
-    }
-    if (dropped) fs_log_info(log, "%d photos are copies of others (e.g. of %s): left out", dropped, example);
-    close_gaps(photos);
 }
 
 // Arrays beside pictures are not photos but something about them: depth, features.
@@ -237,8 +108,8 @@ static void drop_arrays(Photos *photos, const Log *log)
     for (int i = 0; i < photos->n; i++) arrays += photos->photo[i].kind == PHOTO_NPY;
     if (arrays == 0 || arrays == photos->n) return;
     for (int i = 0; i < photos->n; i++)
-        if (photos->photo[i].kind == PHOTO_NPY) free_photo(&photos->photo[i]);
-    close_gaps(photos);
+        if (photos->photo[i].kind == PHOTO_NPY) fs_photos_drop(&photos->photo[i]);
+    fs_photos_close_gaps(photos);
     fs_log_info(log, "%d .npy files beside photos are not taken for photos", arrays);
 }
 
@@ -252,9 +123,8 @@ int fs_photos_scan(Photos *photos, const char *folder, const Log *log, FsError *
         TRY(fs_error_input(err, "%s: is a file, expected the folder that holds the photos", folder));
     TRY(fs_photos_list(photos, log, err));
     drop_arrays(photos, log);
+    fs_photos_drop_twice(photos, log);
     qsort(photos->photo, (size_t)photos->n, sizeof *photos->photo, compare_photos);
-    drop_copies(photos, log); // while the JPEGs they may be copies of are there
-    drop_pairs(photos, log);
     TRY(name_apart(photos, err));
 fail:
     if (rc < 0) fs_photos_free(photos);
@@ -269,13 +139,29 @@ static uint64_t add_file(uint64_t hash, const char *path, const char *name)
     return hash;
 }
 
+// In any case of its letters: "MASK_01.PNG".
+static bool find_mask(const Photos *photos, const FileList *list, const char *name, FilePath *path)
+{
+    FilePath file = fs_file_at("%s.png", name);
+    for (int i = 0; i < list->n; i++) {
+        if (strcasecmp(list->name[i], file.text) != 0) continue;
+        *path = fs_file_at("%s/%s", photos->masks, list->name[i]);
+        return true;
+    }
+    return false;
+}
+
 bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path)
 {
     if (!photos->masks || !*photos->masks) return false;
     *path = fs_file_at("%s/%s.png", photos->masks, photo->path);
     if (fs_file_exists(path->text)) return true;
-    *path = fs_file_at("%s/%s.png", photos->masks, photo->name);
-    return fs_file_exists(path->text);
+    FileList list;
+    if (fs_file_list(photos->masks, &list, NULL) < 0) return false;
+    bool found = find_mask(photos, &list, photo->path, path) || find_mask(photos, &list, photo->name, path) ||
+                 (photo->instead && find_mask(photos, &list, photo->instead, path));
+    fs_file_list_free(&list);
+    return found;
 }
 
 void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17])
@@ -320,13 +206,49 @@ static void read_header(void *context, int i, int worker)
     PhotoFile *photo = &photos->photo[i];
     fs_photo_read_info(fs_photos_path(photos, photo).text, &photo->exif, photo->white_balance, &photo->memory,
                        &photo->failure);
-    if (photo->failure.code) photo->memory = 0; // nobody will read it
+    if (photo->failure.code) photo->memory = 0;                             // nobody will read it
+    photo->kind = fs_photo_kind_inside(fs_photos_path(photos, photo).text); // JPEGs are called .DNG, too
     if (photo->kind == PHOTO_NPY) memcpy(photo->white_balance, photos->npy.gain, sizeof photo->white_balance);
 }
 
 void fs_photos_read_headers(Photos *photos, Threads *threads)
 {
     fs_threads_for(threads, photos->n, read_header, photos);
+}
+
+double fs_photos_median(const double *value, int n)
+{
+    double *sorted = malloc((size_t)(n > 0 ? n : 1) * sizeof *sorted), m = 0;
+    int k = 0;
+    if (!sorted) {
+        fs_error_memory(NULL);
+        return 0;
+    }
+    for (int i = 0; i < n; i++)
+        if (value[i] > 0) sorted[k++] = value[i];
+    if (k) {
+        fs_order_doubles(sorted, (size_t)k);
+        m = sorted[(k - 1) / 2];
+    }
+    free(sorted);
+    return m;
+}
+
+void fs_photos_exposures(const Photos *photos, double *value)
+{
+    for (int i = 0; i < photos->n; i++) value[i] = photos->photo[i].exif.iso;
+    double iso = fs_photos_median(value, photos->n);
+    for (int i = 0; i < photos->n; i++) value[i] = photos->photo[i].exif.f_number;
+    double f_number = fs_photos_median(value, photos->n);
+    for (int i = 0; i < photos->n; i++) {
+        ExifInfo exif = photos->photo[i].exif;
+        if (!(exif.iso > 0)) exif.iso = iso;
+        if (!(exif.f_number > 0)) exif.f_number = f_number;
+        value[i] = fs_exif_exposure(&exif);
+    }
+    double m = fs_photos_median(value, photos->n);
+    for (int i = 0; i < photos->n; i++)
+        if (!(value[i] < MOST_GAIN * m && MOST_GAIN * value[i] > m)) value[i] = 0;
 }
 
 static void add_name(char names[NAMES], const char *name)
@@ -356,8 +278,8 @@ void fs_photos_drop_copies(Photos *photos)
         add_name(photos->copies_names, photos->photo[i].file);
     }
     for (int i = n - 1; i >= 0; i--) // what they are copies of comes before them
-        if (fs_photos_is_copy(photos, &photos->photo[i])) free_photo(&photos->photo[i]);
-    close_gaps(photos);
+        if (fs_photos_is_copy(photos, &photos->photo[i])) fs_photos_drop(&photos->photo[i]);
+    fs_photos_close_gaps(photos);
 }
 
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
@@ -373,15 +295,15 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
         if (!photos->left_out++) photos->left_out_why = photo->failure;
         add_name(photos->left_out_names, photo->file);
     }
-    if (photos->left_out * 3 > all)
+    if (photos->left_out * FS_PHOTOS_MOST_FAILED > all)
         return fs_error_input(err, "%s: %d of %d photos cannot be used: %s (first: %s)", photos->folder,
                               photos->left_out, all, photos->left_out_names, photos->left_out_why.message);
     for (int i = 0; i < n; i++) {
         PhotoFile *photo = &photos->photo[i];
         if (!photo->failure.code) continue;
         fs_log_warn(log, "left out: %s", photo->failure.message);
-        free_photo(photo);
+        fs_photos_drop(photo);
     }
-    close_gaps(photos);
+    fs_photos_close_gaps(photos);
     return 0;
 }

@@ -8,9 +8,10 @@
 #include "model/project.h"
 
 typedef struct PhotoFile {
-    char *path; // on disk, below the photos' folder
-    char *file; // the same as people read it: UTF-8
-    char *name; // the view's: without folder and extension
+    char *path;    // on disk, below the photos' folder
+    char *file;    // the same as people read it: UTF-8
+    char *name;    // the view's: without folder and extension
+    char *instead; // path of the same shot as JPEG or HEIF, which was left out for this one; NULL: none
     PhotoKind kind;
     ExifInfo exif;
     int folder_says;         // flash, by the name of its folder: 1 with, 0 without, -1 nothing
@@ -42,7 +43,7 @@ typedef struct PhotoFile {
 
 typedef struct Photos {
     char *folder;
-    PhotoFile *photo; // sorted by name
+    PhotoFile *photo; // sorted by name, numbers in it as such
     int n;
     double white_balance[3]; // of the whole capture
     SensorLevels npy;        // of the .npy files
@@ -65,21 +66,36 @@ int fs_photos_list(Photos *photos, const Log *log, FsError *err); // for scan: e
 char *fs_photos_view_name(const char *path);
 // What is not UTF-8 is taken for Latin-1, as old cards and archives have it. NULL: out of memory.
 char *fs_photos_utf8(const char *text);
+bool fs_photos_same_folder(const PhotoFile *a, const PhotoFile *b);
+void fs_photos_drop(PhotoFile *photo);     // frees it; it has no path then
+void fs_photos_close_gaps(Photos *photos); // where photos were dropped
+// Shots that are there twice are left with one file, RAW before others. Any order before and after.
+void fs_photos_drop_twice(Photos *photos, const Log *log);
+int fs_photos_take_instead(PhotoFile *photo); // there must be one; what was read of the other file is to be read again
+// Where too many photos failed whose shots are there as JPEG too, takes these for all that have one: true, and then
+// they are to be read from the header on.
+bool fs_photos_take_jpegs(Photos *photos, const Log *log);
 FilePath fs_photos_path(const Photos *photos, const PhotoFile *photo);
 // Of the names and contents of the photos, their masks and of the list of flash photos (may be NULL): tells whether
 // anything changed since the last time.
 void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17]);
-// The mask of a photo in photos->masks, as COLMAP names it: PHOTO.png, of the photo's whole name or of the one without
-// extension. False where there is none.
+// The mask of a photo in photos->masks, as COLMAP names it: PHOTO.png, of the photo's whole name, of the one without
+// extension or of its JPEG's, in any case of letters. False where there is none.
 bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path);
 // What the settings say of .npy files.
 int fs_photos_levels(SensorLevels *npy, const Settings *set, FsError *err);
 SensorLevels fs_photos_developed(const Photos *photos); // what all photos are read with
 // Bytes that the photos which are read at the same time may take; one may take more.
 #define FS_PHOTOS_AT_ONCE 2e9
+// Of the n values that are above 0; the lower one of two in the middle, so that it is some photo's own. 0: none.
+double fs_photos_median(const double *value, int n);
+// exposure: (n) of EXIF (exif.h). What a photo does not tell is taken to be as with the others; 0: its shutter time is
+// not known.
+void fs_photos_exposures(const Photos *photos, double *exposure);
 // Headers of all photos; those that cannot be read get a failure.
 void fs_photos_read_headers(Photos *photos, Threads *threads);
-// Drops the photos that failed, each with a warning; an error when that leaves fewer than two thirds.
+// Drops the photos that failed, each with a warning; an error when they are more than one in three.
+#define FS_PHOTOS_MOST_FAILED 3
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err);
 
 // A photo before it of the same lighting has the same pixels. Looks and flash states must be there.

@@ -46,6 +46,7 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
         return fs_error_input(err, "%s: a photo without name, width or height; rerun the stage ingest with --force",
                               path);
     double focal = json_number_value(json_object_get(object, "focal_px"));
+    double mm = json_number_value(json_object_get(object, "focal_mm"));
     const char *quality = json_string_value(json_object_get(object, "quality"));
     *photo = (Photo){.flash_gain = gain_of(object, "flash_gain"),
                      .exposure_gain = gain_of(object, "exposure_gain"),
@@ -54,7 +55,8 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
                      .encoded = quality && strcmp(quality, "reduced") == 0,
                      .width = (int)w,
                      .height = (int)h,
-                     .focal_px = focal > 0 && isfinite(focal) ? focal : 0};
+                     .focal_px = focal > 0 && isfinite(focal) ? focal : 0,
+                     .focal_mm = mm > 0 && isfinite(mm) ? mm : 0};
     photo->name = strdup(name);
     photo->picture = fs_file_path("%s.png", name);
     return photo->name && photo->picture ? 0 : fs_error_memory(err);

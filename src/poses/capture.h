@@ -12,6 +12,7 @@ typedef struct Photo {
     bool encoded;         // came as display values, linearised by a guess
     int width, height;    // working image
     double focal_px;      // of the working image; 0 when not known
+    double focal_mm;      // the same on the sensor, whose size need not be known
     char *picture;        // file name of the picture for feature detection, in Capture.pictures
     int picture_width, picture_height;
 } Photo;

@@ -72,9 +72,10 @@ static Lens prior_lens(const Photo *photo)
 // Of one size, and of one focal length where both tell it.
 static bool same_camera(const Photo *p, const Photo *q)
 {
-    bool known = p->focal_px > 0 && q->focal_px > 0;
+    bool known = p->focal_px > 0 && q->focal_px > 0, mm = p->focal_mm > 0 && q->focal_mm > 0;
+    double ratio = known ? p->focal_px / q->focal_px : mm ? p->focal_mm / q->focal_mm : 1;
     return p->picture_width == q->picture_width && p->picture_height == q->picture_height &&
-           (!known || fabs(p->focal_px / q->focal_px - 1) < SAME_FOCAL);
+           fabs(ratio - 1) < SAME_FOCAL;
 }
 
 static bool one_camera(const Capture *cap)

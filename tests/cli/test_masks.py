@@ -77,6 +77,15 @@ class Masks(FolderTest):
         self.assertFalse((self.out / "linear/features_masks/IMG_0001.png.png").exists())
         self.assertEqual(len(list(self.masks.iterdir())), 3)
 
+    def test_names(self):
+        """Any case of letters will do; a mask of no photo is told of."""
+        png(self.masks / "img_0001.dng.PNG", [[0] * (W // 2) + [255] * (W // 2)] * H)
+        png(self.masks / "IMG_0004.png.png", [[255] * W] * H)
+        said = self.ingest("--masks", self.masks)
+        self.assertIn("1 of 8 photos have a mask", said.stdout + said.stderr)
+        self.assertIn("1 masks are of no photo, e.g. IMG_0004.png.png", said.stdout + said.stderr)
+        self.assertEqual(values(self.out / "linear/IMG_0001_mask.png")[0][0], 0)
+
     def test_refused(self):
         self.assert_fails(run("ingest", self.photos, "-o", self.out, "--masks", self.masks), 1, str(self.masks), "IMG_0001.DNG.png")
         self.assert_fails(run("ingest", self.photos, "-o", self.out, "--masks", self.dir / "none"), 1, "none")

@@ -48,6 +48,66 @@ static void test_subfolders(void **state)
     expect_error("photos", NULL, "no photos");
 }
 
+// What lies beside photos and is none: folders, whatever their names, small pictures of network drives, a cover.
+static void test_folders_beside(void **state)
+{
+    (void)state;
+    FILL({"flash.dng", "IMG_1.DNG"}, {"ambient.dng", "IMG_2.DNG"}, {"make.py", "IMG_3.JPG/notes.txt"});
+    expect_good("photos", NULL, "1 with flash, 1 without");
+    assert_null(strstr(said, "left out"));
+    FILL({"flash.dng", "flash/IMG_1.DNG"}, {"ambient.dng", "noflash/IMG_2.DNG"},
+         {"rgb.jpg", "flash/@eaDir/IMG_1.DNG/SYNOPHOTO_THUMB_M.jpg"}, {"rgb.jpg", "__MACOSX/a.jpg"});
+    expect_good("photos", NULL, "2 in its subfolders are taken");
+    assert_null(strstr(said, "left out"));
+    FILL({"flash.dng", "flash/IMG_1.DNG"}, {"ambient.dng", "noflash/IMG_2.DNG"}, {"rgb.jpg", "cover.jpg"});
+    expect_good("photos", NULL, "W ");
+    assert_non_null(strstr(said, "one photo, cover.jpg, which is left out: the 2 in its subfolders are taken"));
+    assert_non_null(strstr(said, "2 photos: 1 with flash"));
+}
+
+// The two files of a shot, as cameras, phones and people call them.
+static void test_pairs(void **state)
+{
+    (void)state;
+    FILL({"flash.dng", "IMG_1.DNG"}, {"rgb.jpg", "img_1.jpg"}, {"ambient.dng", "PXL_2024_10.RAW-02.ORIGINAL.dng"},
+         {"rgb.jpg", "PXL_2024_10.RAW-01.COVER.jpg"}, {"ambient.dng", "PXL_2024_11.dng"},
+         {"rgb.jpg", "PXL_2024_11.MP.jpg"});
+    expect_good("photos", NULL, "3 photos are there as RAW and as JPEG");
+    assert_non_null(strstr(said, "3 photos: 1 with flash"));
+    expect_view("PXL_2024_10.RAW-02.ORIGINAL", "PXL_2024_10.RAW-02.ORIGINAL.dng", false);
+}
+
+// RAW files that cannot be read do not take their JPEGs with them.
+static void test_unreadable_raw(void **state)
+{
+    (void)state;
+    FILL({"make.py", "IMG_1.CR3"}, {"rgb.jpg", "IMG_1.JPG"}, {"make.py", "IMG_2.CR3"}, {"rgb.jpg", "img_2.jpg"},
+         {"flash.dng", "IMG_3.DNG"}, {"rgb.jpg", "IMG_3.JPG"});
+    expect_good("photos", SET("flash-glob=*1.*"), "W 2 of 3 files cannot be read");
+    expect_view("IMG_1", "IMG_1.JPG", true);
+    expect_view("IMG_2", "img_2.jpg", false);
+    expect_view("IMG_3", "IMG_3.JPG", false); // of one kind with the others
+    expect_good("photos", SET("flash-glob=*1.*"), "skipped");
+    // where few fail, RAW is worth more than they are
+    FILL({"flash.dng", "IMG_1.DNG"}, {"ambient.dng", "IMG_2.DNG"}, {"ambient.dng", "IMG_3.DNG"},
+         {"make.py", "IMG_4.DNG"}, {"rgb.jpg", "IMG_4.JPG"});
+    expect_good("photos", NULL, "W left out: ");
+    assert_non_null(strstr(said, "4 photos: 1 with flash") ? said : strstr(said, "3 photos: 1 with flash"));
+}
+
+// "IMG (2)" comes before "IMG (10)".
+static void test_order(void **state)
+{
+    (void)state;
+    FILL({"flash.dng", "P 10.DNG"}, {"ambient.dng", "P 9.DNG"}, {"ambient.dng", "P 100.DNG"}, {"flash.dng", "P 1.DNG"});
+    expect_good("photos", NULL, "2 with flash");
+    static const char *const order[] = {"P 1", "P 9", "P 10", "P 100"};
+    json_t *root = json_load_file(temp("out/ingest.json"), 0, NULL), *photos = json_object_get(root, "photos");
+    for (size_t i = 0; i < 4; i++)
+        assert_string_equal(json_string_value(json_object_get(json_array_get(photos, i), "name")), order[i]);
+    json_decref(root);
+}
+
 static void test_own_results_are_no_photos(void **state)
 {
     (void)state;
@@ -246,6 +306,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_subfolders),
+        cmocka_unit_test(test_folders_beside),
+        cmocka_unit_test(test_pairs),
+        cmocka_unit_test(test_unreadable_raw),
+        cmocka_unit_test(test_order),
         cmocka_unit_test(test_own_results_are_no_photos),
         cmocka_unit_test(test_names_that_break_lines),
         cmocka_unit_test(test_names_that_say_flash),
