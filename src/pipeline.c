@@ -138,7 +138,7 @@ int fs_evaluate(FsProject *project, const char *truth, FsError *err)
     MUST(need(truth, "the folder of the truth", err));
     MUST(fs_project_lock(project, err));
     unsigned failures = begin_stage(project, "evaluate");
-    fs_warnings_forget(project->out, "evaluate"); // it always measures anew
+    fs_warnings_renew(project->warnings); // it always measures anew
     int rc = fs_memory_end(failures, fs_evaluate_run(project, truth, err), err);
     return rc < 0 ? rc : refresh_report(project, err);
 }

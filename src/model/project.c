@@ -129,7 +129,7 @@ bool fs_project_done(FsProject *project, unsigned stage)
 {
     project->fingerprint_stage = 0; // anew: files may have changed
     bool done = is_done(project, fs_project_stage(stage));
-    if (!done) fs_warnings_forget(project->out, fs_project_stage(stage)->name);
+    if (!done) fs_warnings_renew(project->warnings);
     return done;
 }
 
@@ -430,6 +430,7 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
     }
     unsigned from_here = stage | (project->planned & ~(stage - 1)); // the bits are in the order of the stages
     if (rc == 0) rc = check_plan(project, from_here, &names, err);
+    if (rc == 0) fs_warnings_settle(project->warnings);
     if (rc == 0 && adds(project, fs_project_stage(stage))) {
         rc = write_mark(project, stage, false, err);
     } else if (rc == 0) {

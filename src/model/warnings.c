@@ -13,6 +13,8 @@ struct Warnings {
     FsCallbacks to;
     char *out;
     const char *stage;
+    bool renewing;
+    char *held; // lines, while renewing; NULL: none
 };
 
 static FilePath file_of(const char *out, const char *stage)
@@ -28,8 +30,16 @@ static bool has_line(const char *text, const char *line)
     return false;
 }
 
+static void hold(Warnings *warnings, const char *line)
+{
+    char *held = warnings->held ? fs_file_path("%s%s\n", warnings->held, line) : fs_file_path("%s\n", line);
+    if (!held) return; // counted there
+    free(warnings->held);
+    warnings->held = held;
+}
+
 // Keeping a warning is a courtesy: where the disk will not have it, the log still has it.
-static void keep(const Warnings *warnings, const char *message)
+static void keep(Warnings *warnings, const char *message)
 {
     FilePath path = file_of(warnings->out, warnings->stage);
     char *text = NULL, *line = strdup(message);
@@ -38,6 +48,10 @@ static void keep(const Warnings *warnings, const char *message)
     if (!line) goto out;
     for (char *p = line; *p; p++)
         if (*p == '\n' || *p == '\r') *p = ' ';
+    if (warnings->renewing) {
+        hold(warnings, line);
+        goto out;
+    }
     if (fs_file_exists(path.text) && fs_file_read(path.text, MAX_BYTES, &text, &size, NULL) < 0) goto out;
     if (size + strlen(line) + 1 > MAX_BYTES || has_line(text, line)) goto out;
     if (fs_file_mkdirs(fs_file_at("%s/warnings", warnings->out).text, NULL) < 0) goto out;
@@ -51,7 +65,7 @@ out:
 
 static void pass_log(void *user, FsLogLevel level, const char *message)
 {
-    const Warnings *warnings = user;
+    Warnings *warnings = user;
     if (level == FS_LOG_WARN && warnings->stage) keep(warnings, message);
     if (warnings->to.log) warnings->to.log(warnings->to.user, level, message);
 }
@@ -86,6 +100,7 @@ int fs_warnings_new(Warnings **result, const char *out, const FsCallbacks *callb
 void fs_warnings_free(Warnings *warnings)
 {
     if (!warnings) return;
+    free(warnings->held);
     free(warnings->out);
     free(warnings);
 }
@@ -93,11 +108,26 @@ void fs_warnings_free(Warnings *warnings)
 void fs_warnings_stage(Warnings *warnings, const char *stage)
 {
     warnings->stage = stage;
+    warnings->renewing = false;
+    free(warnings->held);
+    warnings->held = NULL;
 }
 
-void fs_warnings_forget(const char *out, const char *stage)
+void fs_warnings_renew(Warnings *warnings)
 {
-    fs_owned_remove(file_of(out, stage).text);
+    if (warnings) warnings->renewing = true;
+}
+
+void fs_warnings_settle(Warnings *warnings)
+{
+    if (!warnings || !warnings->renewing || !warnings->stage) return;
+    char *rest, *held = warnings->held;
+    warnings->renewing = false;
+    warnings->held = NULL;
+    fs_owned_remove(file_of(warnings->out, warnings->stage).text);
+    for (char *line = held ? strtok_r(held, "\n", &rest) : NULL; line; line = strtok_r(NULL, "\n", &rest))
+        keep(warnings, line);
+    free(held);
 }
 
 char *fs_warnings_read(const char *out)

@@ -1,5 +1,6 @@
 // Warnings outlive the run that gave them: each goes on to the caller's log and into OUT/warnings/<stage>.txt, one line
-// each and each line once, for the report. A stage that starts anew begins with none (fs_project_done sees to it).
+// each and each line once, for the report. A stage that starts anew begins with none, but not before all is well with
+// its inputs (fs_project_done and fs_project_begin see to it).
 #pragma once
 
 #include "base/log.h"
@@ -12,7 +13,10 @@ void fs_warnings_free(Warnings *warnings); // accepts NULL
 // Whose warnings come now: a name that outlives the call; NULL: nobody's, they are not kept.
 void fs_warnings_stage(Warnings *warnings, const char *stage);
 
-void fs_warnings_forget(const char *out, const char *stage);
+// Warnings from here on are held back, until fs_warnings_settle has them take the place of the stage's earlier ones;
+// where another stage comes first, they are dropped.
+void fs_warnings_renew(Warnings *warnings);
+void fs_warnings_settle(Warnings *warnings);
 // The kept warnings of all stages in the order of the stages, lines of text; the caller frees. NULL when there are
 // none.
 char *fs_warnings_read(const char *out);
