@@ -30,6 +30,7 @@ typedef struct Estimate {
     RunSize size;
     RunCost ingest, poses, initialise, train, render, export;
     int steps;
+    unsigned done; // stages that cost nothing any more
 } Estimate;
 
 static double initialise_pixels(const RunSize *size)
@@ -93,6 +94,9 @@ static int find_seconds(const FsProject *project, Estimate *e, double begin, dou
     if (!fs_initialise_looks(&project->set)) e->initialise.seconds *= INITIALISE_PLAIN;
     e->poses.seconds = step * n * POSES_STEPS * fs_poses_pixels(project, &e->size);
     if (!*project->set.poses) e->poses.seconds += step * threads * COLMAP_STEPS * n * fmax(1, n / 100);
+    if (e->done & FS_STAGE_INGEST) e->ingest.seconds = 0;
+    if (e->done & FS_STAGE_POSES) e->poses.seconds = 0;
+    if (e->done & FS_STAGE_INITIALISE) e->initialise.seconds = 0;
     double spent = e->ingest.seconds + e->poses.seconds + e->initialise.seconds;
     return find_steps(project, e, step, spent + fs_clock_seconds() - begin, err);
 }
@@ -107,12 +111,25 @@ static const char *clock_text(double seconds, char text[24])
     return text;
 }
 
+// Those up to the first that is to be done (again).
+static unsigned stages_done(FsProject *project)
+{
+    static const unsigned order[] = {FS_STAGE_INGEST, FS_STAGE_POSES, FS_STAGE_INITIALISE, FS_STAGE_TRAIN};
+    unsigned done = 0;
+    int steps = project->set.steps;
+    if (project->set.minutes > 0) fs_project_take_steps(project);
+    for (int i = 0; i < 4 && !project->set.force && fs_project_done_as(project, order[i]); i++) done |= order[i];
+    project->set.steps = steps;
+    return done;
+}
+
 int fs_estimate_run(FsProject *project, const char *photos, double begin, FsError *err)
 {
     Estimate e = {0};
     FsError why = {0};
-    bool begun = fs_file_exists(fs_file_at("%s/done/ingest.json", project->out).text);
-    if (project->set.steps < LEAST_STEPS || (begun && !project->set.force)) return 0;
+    bool resumes = project->set.resume && fs_file_exists(fs_file_at("%s/checkpoint/state.json", project->out).text);
+    e.done = stages_done(project);
+    if (project->set.steps < LEAST_STEPS || resumes || (e.done & FS_STAGE_TRAIN)) return 0;
     double early = 0;
     MUST(fs_train_reference(project, &early, err));
     int rc = fs_ingest_estimate(project, photos, &e.size, &e.ingest, &why);

@@ -2,6 +2,7 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <limits.h>
 #include <fcntl.h>
 #include <ftw.h>
 #include <pthread.h>
@@ -319,6 +320,22 @@ bool fs_file_has_ext(const char *path, const char *ext)
         if (strlen(dot + 1) == n && strncasecmp(dot + 1, ext, n) == 0) return true;
     }
     return false;
+}
+
+FilePath fs_file_whole(const char *name)
+{
+    char there[PATH_MAX] = "";
+    size_t n = strlen(name), above = n; // up to that part; before it
+    if (realpath(name, there)) return fs_file_at("%s", there);
+    if (errno == ENOMEM) fs_error_memory(NULL);
+    for (;; n = above) {
+        while (above && name[above - 1] == '/') above--;
+        while (above && name[above - 1] != '/') above--;
+        if (!above || fs_file_exists(fs_file_at("%.*s", (int)above, name).text)) break;
+    }
+    FilePath path = fs_file_at("%s%s%s", there, name[n] ? "/" : "", name + n);
+    for (size_t end = strlen(path.text); end > 1 && path.text[end - 1] == '/'; end--) path.text[end - 1] = 0;
+    return path;
 }
 
 int fs_file_list(const char *dir, FileList *list, FsError *err)

@@ -57,6 +57,8 @@ typedef struct FileList {
     int n;
 } FileList;
 int fs_file_list(const char *dir, FileList *list, FsError *err);
+// The whole path of a name, which may lead nowhere: without links as far as it is there.
+FilePath fs_file_whole(const char *name);
 void fs_file_list_free(FileList *list);
 // The last file of a folder with an extension, by the number that its name begins with, then by name; false: none.
 bool fs_file_last(const char *dir, const char *ext, FilePath *path);

@@ -8,9 +8,10 @@
 #include "engine/view_plan.h"
 #include "image/tone.h"
 
-void fs_as_shot_open(AsShot *a, const Scene *scene, const char *out)
+int fs_as_shot_open(AsShot *a, const Scene *scene, const char *out, FsError *err)
 {
-    *a = (AsShot){scene, fs_scene_photos(out)};
+    *a = (AsShot){.scene = scene};
+    return fs_scene_photos(out, &a->photos, err);
 }
 
 void fs_as_shot_close(AsShot *a)

@@ -10,7 +10,7 @@ typedef struct AsShot {
     struct json_t *photos; // fs_scene_photos
 } AsShot;
 
-void fs_as_shot_open(AsShot *as_shot, const Scene *scene, const char *out);
+int fs_as_shot_open(AsShot *as_shot, const Scene *scene, const char *out, FsError *err);
 void fs_as_shot_close(AsShot *as_shot);
 // Linear light, in place; what is not known of the view's photo is left as it is.
 int fs_as_shot_apply(const AsShot *as_shot, const View *view, Image *composite, FsError *err);

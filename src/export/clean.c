@@ -294,7 +294,7 @@ int fs_clean_run(const CleanArgs *args, FsError *err)
     TRY(check_lenses(args, err));
     c.threads = fs_threads_new(set->threads);
     if (!c.threads) TRY(fs_error_memory(err));
-    fs_as_shot_open(&c.as_shot, args->scene, args->project->out);
+    TRY(fs_as_shot_open(&c.as_shot, args->scene, args->project->out, err));
     TRY(fs_engine_new(&c.engine, set->device, set->cpu, set->threads, err));
     TRY(fs_engine_scene_up(c.engine, args->scene, err));
     TRY(fs_file_mkdirs(dir.text, err));

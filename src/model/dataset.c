@@ -227,20 +227,33 @@ static int check_picture(const char *path, const Image *image, int channels, con
                           channels == 1 ? " (grey)" : "");
 }
 
+// A damaged picture, with what to do.
+static int again(const char *out, int rc, const FsError *why, FsError *err)
+{
+    if (rc == FS_ERR_INPUT)
+        return fs_error_input(err,
+                              "%s; `flashsplat ingest PHOTOS -o %s --force` and `flashsplat poses %s --force` make "
+                              "it again",
+                              why->message, out, out);
+    if (rc < 0 && err) *err = *why;
+    return rc;
+}
+
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err)
 {
     int rc = 0;
+    FsError why = {0};
     FilePath path = fs_file_at("%s/images/%s.tif", out, view->name);
     for (int i = 0; i < 1 + (mask != NULL); i++) {
         FilePath name = fs_file_at("images/%s%s", view->name, i ? "_mask.png" : ".tif");
         if (!fs_file_exists(fs_file_at("%s/%s", out, name.text).text))
             TRY(fs_project_missing(out, FS_STAGE_POSES, name.text, err));
     }
-    TRY(fs_tiff_read(path.text, photo, err));
+    TRY(again(out, fs_tiff_read(path.text, photo, &why), &why, err));
     TRY(check_picture(path.text, photo, 3, view, err));
     for (size_t i = 0; view->lift > 0 && i < fs_image_values(photo); i++) photo->px[i] *= (float)view->lift;
     path = fs_file_at("%s/images/%s_mask.png", out, view->name);
-    if (mask) TRY(fs_png_read(path.text, mask, err));
+    if (mask) TRY(again(out, fs_png_read(path.text, mask, &why), &why, err));
     if (mask) TRY(check_picture(path.text, mask, 1, view, err));
 fail:
     if (rc < 0) fs_image_free(photo);

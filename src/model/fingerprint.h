@@ -5,6 +5,8 @@
 
 // As JSON text, {"settings": {...}, "inputs": {...}}; NULL when out of memory or the CPU lacks what is asked for. The
 // caller frees. An input that is not there has no hash.
+// The settings of it.
+struct json_t *fs_fingerprint_settings(const FsProject *project, unsigned stage);
 char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage);
 enum { FINGERPRINT_SETTINGS = 1, FINGERPRINT_INPUTS = 2 };
 // Which of these differ; one that does, in words for the user, into text; 0: nothing does. An input without hash now is

@@ -1,7 +1,6 @@
 #include "model/originals.h"
 
 #include <errno.h>
-#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,23 +30,6 @@ int fs_originals_remember(const FsProject *project, const char *folder, FsError 
     return rc;
 }
 
-// The whole path of a name that leads nowhere: realpath goes as far as the first part that is missing.
-static FilePath missing_path(const char *name)
-{
-    char there[PATH_MAX] = "";
-    size_t n = strlen(name), above = n; // up to that part; before it
-    if (realpath(name, there)) return fs_file_at("%s", there);
-    if (errno == ENOMEM) fs_error_memory(NULL);
-    for (;; n = above) {
-        while (above && name[above - 1] == '/') above--;
-        while (above && name[above - 1] != '/') above--;
-        if (!above || fs_file_exists(fs_file_at("%.*s", (int)above, name).text)) break;
-    }
-    FilePath path = fs_file_at("%s%s%s", there, name[n] ? "/" : "", name + n);
-    for (size_t end = strlen(path.text); end > 1 && path.text[end - 1] == '/'; end--) path.text[end - 1] = 0;
-    return path;
-}
-
 int fs_originals_check(const FsProject *project, const char *folder, FsError *err)
 {
     json_t *root = NULL;
@@ -55,7 +37,7 @@ int fs_originals_check(const FsProject *project, const char *folder, FsError *er
     if (fs_file_exists(folder)) return 0;
     fs_json_file_read(list_path(project).text, MAX_BYTES, &root, NULL);
     const char *was = json_string_value(json_object_get(root, "folder"));
-    if (was && strcmp(missing_path(folder).text, was) != 0)
+    if (was && strcmp(fs_file_whole(folder).text, was) != 0)
         rc = fs_error_input(err, "%s: no such folder; the photos in %s are of %s: name that, or a folder that is there",
                             folder, project->out, was);
     json_decref(root);

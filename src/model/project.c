@@ -339,6 +339,21 @@ int fs_project_check_input(const FsProject *project, const char *path, FsError *
     return rc;
 }
 
+int fs_project_check_output(const FsProject *project, const char *path, FsError *err)
+{
+    FilePath whole = fs_file_whole(path), out = fs_file_whole(project->out);
+    size_t n = strlen(out.text);
+    if (strncmp(whole.text, out.text, n) != 0 || whole.text[n] != '/') return 0;
+    const char *name = whole.text + n + 1;
+    bool beside = is_beside(name, FS_OWNED_DIR);
+    for (int i = 0; i < PROJECT_STAGES; i++)
+        for (int k = 0; k < PROJECT_OUTPUTS && fs_project_stages[i].output[k]; k++)
+            beside |= fs_project_stages[i].stage != FS_STAGE_RENDER && is_beside(name, fs_project_stages[i].output[k]);
+    if (!beside) return 0;
+    return fs_error_input(err, "%s: is where other results go (%s/%.*s): name another folder for the pictures", path,
+                          project->out, (int)strcspn(name, "/"), name);
+}
+
 int fs_project_missing(const char *out, unsigned stage, const char *name, FsError *err)
 {
     const char *made = fs_project_stage(stage)->name, *photos = stage == FS_STAGE_INGEST ? "PHOTOS -o " : "";
@@ -348,6 +363,16 @@ int fs_project_missing(const char *out, unsigned stage, const char *name, FsErro
                           "%s/%s: is missing: `flashsplat %s %s%s --force` makes it again, with the options that it "
                           "was made with",
                           out, name, made, photos, out);
+}
+
+bool fs_project_done_as(const FsProject *project, unsigned stage)
+{
+    json_t *mark, *now = fs_fingerprint_settings(project, stage);
+    fs_json_file_read(mark_path(project, stage).text, MAX_MARK_BYTES, &mark, NULL);
+    bool same = now && json_equal(now, json_object_get(mark, "settings"));
+    json_decref(mark);
+    json_decref(now);
+    return same;
 }
 
 static int check_plan(const FsProject *project, unsigned stages, const Names *names, FsError *err)

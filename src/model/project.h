@@ -76,6 +76,10 @@ void fs_project_unmark(const FsProject *project, unsigned stage); // and the sta
 int fs_project_begin(FsProject *project, unsigned stage, const char *const *view, int n, FsError *err);
 // An error when a file or folder of the user's that a stage reads is not there, or is where results go.
 int fs_project_check_input(const FsProject *project, const char *path, FsError *err);
+// Renders that are to go to `path` must not get into what other stages made.
+int fs_project_check_output(const FsProject *project, const char *path, FsError *err);
+// Done with these settings, whatever its inputs.
+bool fs_project_done_as(const FsProject *project, unsigned stage);
 
 // An error: <out>/<name>, which the stage makes, is not there, and what makes it.
 int fs_project_missing(const char *out, unsigned stage, const char *name, FsError *err);

@@ -15,11 +15,13 @@
 
 const char *const fs_scene_separations[SEPARATIONS] = {"full", "flashless", "linear", "none"};
 
-json_t *fs_scene_photos(const char *out)
+int fs_scene_photos(const char *out, json_t **photos, FsError *err)
 {
-    json_t *photos;
-    fs_json_file_read(fs_file_at("%s/clouds/photos.json", out).text, MAX_PHOTOS, &photos, NULL);
-    return photos;
+    FilePath path = fs_file_at("%s/clouds/photos.json", out);
+    FsError why = {0};
+    *photos = NULL;
+    if (!fs_file_exists(path.text) || fs_json_file_read(path.text, MAX_PHOTOS, photos, &why) == 0) return 0;
+    return fs_error_set(err, why.code, "%s: `flashsplat train %s --force` makes it again", why.message, out);
 }
 
 Separation fs_scene_separation(const char *name)

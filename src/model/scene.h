@@ -78,7 +78,8 @@ void fs_scene_lift(Scene *scene, double factor);
 int fs_scene_copy(Scene *to, const Scene *from, FsError *err);
 // What training found of each photo (OUT/clouds/photos.json), to be released; NULL: there is none, as beside fields and
 // given clouds.
-struct json_t *fs_scene_photos(const char *out);
+struct json_t;
+int fs_scene_photos(const char *out, struct json_t **photos, FsError *err);
 Separation fs_scene_separation(const char *name); // SEPARATIONS when there is none of that name
 // Sets separation, shared_geometry and pane_beta as settings ask for them.
 void fs_scene_set_kind(Scene *scene, const Settings *set);

@@ -185,6 +185,18 @@ double fs_poses_pixels(const FsProject *project, const RunSize *size)
     return fmin(size->picture_pixels, edge * edge * size->width * size->height);
 }
 
+// Before what they were posed with goes.
+static int check_working_images(const FsProject *project, const Capture *capture, FsError *err)
+{
+    for (int i = 0; i < capture->n; i++)
+        for (int k = 0; k < 2; k++) {
+            FilePath name = fs_file_at("linear/%s%s", capture->photo[i].name, k ? "_mask.png" : ".tif");
+            if (!fs_file_exists(fs_file_at("%s/%s", project->out, name.text).text))
+                return fs_project_missing(project->out, FS_STAGE_INGEST, name.text, err);
+        }
+    return 0;
+}
+
 int fs_poses_run(FsProject *project, FsError *err)
 {
     if (fs_project_done(project, FS_STAGE_POSES)) return update_held_out(project, err);
@@ -193,6 +205,7 @@ int fs_poses_run(FsProject *project, FsError *err)
     Sparse sparse = {0};
     if (*project->set.poses) TRY(fs_project_check_input(project, project->set.poses, err));
     TRY(fs_capture_read(project->out, &capture, err));
+    TRY(check_working_images(project, &capture, err));
     if (!*project->set.poses) TRY(fs_colmap_check(project, err));
     TRY(fs_project_begin(project, FS_STAGE_POSES, NULL, 0, err)); // what was there goes
     fs_owned_remove(fs_file_at("%s/" FS_OWNED_DIR "/colmap", project->out).text);

@@ -291,7 +291,7 @@ static int open_run(Run *run, FsError *err)
         return fs_error_input(err, "%s: no posed photos in it; run flashsplat poses first", views.text);
     MUST(fs_engine_new(&run->engine, set->device, set->cpu, set->threads, err));
     MUST(fs_engine_scene_up(run->engine, &run->scene, err));
-    fs_as_shot_open(&run->as_shot, &run->scene, project->out);
+    MUST(fs_as_shot_open(&run->as_shot, &run->scene, project->out, err));
     MUST(fs_unseen_open(&run->unseen, project->out, &run->photos, err));
     run->threads = fs_threads_new(set->threads);
     return run->threads ? 0 : fs_error_memory(err);
@@ -326,6 +326,7 @@ int fs_render_run(FsProject *project, FsError *err)
     Run run = {.project = project};
     int rc;
     if (usual && fs_project_done(project, FS_STAGE_RENDER)) return 0;
+    if (*set->output) MUST(fs_project_check_output(project, set->output, err));
     TRY(open_run(&run, err));
     if (usual) TRY(fs_project_begin(project, FS_STAGE_RENDER, NULL, 0, err));
     if (!usual && is_own_place(&run)) {

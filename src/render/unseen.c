@@ -44,8 +44,10 @@ static const Camera *camera_of(const Dataset *photos, const char *name)
 
 int fs_unseen_open(Unseen *unseen, const char *out, const Dataset *photos, FsError *err)
 {
-    json_t *root = fs_scene_photos(out);
+    json_t *root;
     int rc = 0;
+    *unseen = (Unseen){0};
+    MUST(fs_scene_photos(out, &root, err));
     const json_t *list = json_object_get(root, "photos");
     *unseen = (Unseen){0, calloc(json_array_size(list) + 1, sizeof *unseen->hider)};
     if (!unseen->hider) TRY(fs_error_memory(err));

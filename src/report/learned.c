@@ -153,7 +153,8 @@ float fs_learned_white(const char *out)
 
 void fs_learned_write(FILE *f, const char *out)
 {
-    json_t *model, *root = fs_scene_photos(out);
+    json_t *model, *root;
+    fs_scene_photos(out, &root, NULL);
     fs_json_file_read(fs_file_at("%s/clouds/model.json", out).text, MAX_BYTES, &model, NULL);
     write_vignetting(f, model);
     write_response(f, model);

@@ -1,6 +1,7 @@
 #include "report/report.h"
 
 #include "base/file.h"
+#include "base/owned.h"
 #include "report/page.h"
 
 int fs_report_run(FsProject *project, FsError *err)
@@ -10,6 +11,7 @@ int fs_report_run(FsProject *project, FsError *err)
     AtomicFile file = {0};
     Page page = {.project = project, .dataset = &dataset};
     int rc;
+    TRY(fs_owned_open(project->out, "project", err));
     TRY(fs_dataset_read(&dataset, views.text, err));
     if (dataset.n == 0) TRY(fs_error_input(err, "%s: no posed photos in it; run flashsplat poses first", views.text));
     TRY(fs_charts_read_log(fs_file_at("%s/log.jsonl", project->out).text, &page.curve, err));

@@ -21,8 +21,7 @@ static int each_moment(TrainState *state, const Scene *scene, const char *dir, b
             FilePath path = fs_file_at("%s/%s_%s.ply", dir, fs_layers[l].name, k ? "v" : "m");
             TRY(write ? fs_cloud_ply_write(moments[k], path.text, err) : fs_cloud_ply_read(moments[k], path.text, err));
             if (moments[k]->n != cloud->n || memcmp(moments[k]->width, cloud->width, sizeof cloud->width) != 0)
-                TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not of its cloud of %d Gaussians; remove the checkpoint",
-                                 path.text, cloud->n));
+                TRY(fs_error_set(err, FS_ERR_INPUT, "%s: not of its cloud of %d Gaussians", path.text, cloud->n));
         }
     }
 fail:
@@ -40,9 +39,7 @@ static int each_array(const char *dir, const char *name, void **array, size_t si
     free(*array);
     *array = NULL;
     if (fs_file_exists(path.text)) TRY(fs_file_read(path.text, size, &data, &found, err));
-    if (found != size)
-        TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %zu bytes, expected %zu; remove the checkpoint", path.text, found,
-                         size));
+    if (found != size) TRY(fs_error_set(err, FS_ERR_INPUT, "%s: %zu bytes, expected %zu", path.text, found, size));
     *array = data;
     return 0;
 fail:
@@ -56,8 +53,7 @@ static int each_moments(const char *dir, const char *of, float **moments[2], siz
     for (int k = 0; k < 2; k++) {
         FilePath name = fs_file_at("%s_%s", of, k ? "v" : "m");
         MUST(each_array(dir, name.text, (void **)moments[k], floats * sizeof(float), write, err));
-        if (!*moments[k])
-            return fs_error_set(err, FS_ERR_INPUT, "%s/%s.bin: not there; remove the checkpoint", dir, name.text);
+        if (!*moments[k]) return fs_error_set(err, FS_ERR_INPUT, "%s/%s.bin: not there", dir, name.text);
     }
     return 0;
 }
@@ -91,8 +87,7 @@ static int each_statistic(Trainer *trainer, const char *dir, bool write, FsError
     if (rc == 0) rc = each_array(dir, "T_N_neighbours", (void **)&trainer->neighbour, size, write, err);
     for (int i = 0; rc == 0 && trainer->neighbour && i < n * ENGINE_NEIGHBOURS; i++)
         if (trainer->neighbour[i] < 0 || trainer->neighbour[i] >= n)
-            rc =
-                fs_error_set(err, FS_ERR_INPUT, "%s/T_N_neighbours.bin: not of this cloud; remove the checkpoint", dir);
+            rc = fs_error_set(err, FS_ERR_INPUT, "%s/T_N_neighbours.bin: not of this cloud", dir);
     return rc;
 }
 
@@ -103,7 +98,7 @@ static int each_photo(Trainer *trainer, const char *dir, bool write, FsError *er
     if (size == 0) return 0;
     MUST(each_array(dir, "photos", (void **)&trainer->photo, size, write, err));
     if (trainer->photo) return 0;
-    return fs_error_set(err, FS_ERR_INPUT, "%s/photos.bin: not there; remove the checkpoint", dir);
+    return fs_error_set(err, FS_ERR_INPUT, "%s/photos.bin: not there", dir);
 }
 
 // Where the photographer is mirrored, as far as looked for.
@@ -115,8 +110,7 @@ static int each_occlusion(Trainer *trainer, const char *dir, bool write, FsError
         for (int i = 0; i < OCCLUSION_CELLS; i++) {
             const OcclusionState *state = &trainer->occlusion[v];
             if (!(state->q[i] >= 0 && state->q[i] <= 1) || !isfinite(state->cost[i]))
-                return fs_error_set(err, FS_ERR_INPUT, "%s/occlusion.bin: not shares of light; remove the checkpoint",
-                                    dir);
+                return fs_error_set(err, FS_ERR_INPUT, "%s/occlusion.bin: not shares of light", dir);
         }
     return 0;
 }
@@ -190,7 +184,7 @@ static int read_state(Trainer *trainer, const char *dir, FsError *err)
     if (!root || step < 0 || read_numbers(root, "global_m", trainer->state.m, ENGINE_NUMBERS) ||
         read_numbers(root, "global_v", trainer->state.v, ENGINE_NUMBERS) ||
         read_numbers(root, "smoothed", trainer->smoothed, LOSS_TERMS))
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; remove the folder and train again",
+        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; run without --resume, which begins anew",
                           path.text);
     if (rc == 0)
         rc = fs_project_check(trainer->project, FS_STAGE_TRAIN, json_string_value(json_object_get(root, "made_from")),
@@ -201,6 +195,19 @@ static int read_state(Trainer *trainer, const char *dir, FsError *err)
     return rc;
 }
 
+static int read_arrays(Trainer *trainer, const char *dir, FsError *err)
+{
+    fs_scene_free(&trainer->scene);
+    MUST(fs_scene_read(&trainer->scene, dir, err));
+    MUST(each_moment(&trainer->state, &trainer->scene, dir, false, err));
+    MUST(each_field_moment(&trainer->state, &trainer->scene, dir, false, err));
+    MUST(each_veil_moment(&trainer->state, &trainer->scene, dir, false, err));
+    MUST(each_statistic(trainer, dir, false, err));
+    MUST(each_photo(trainer, dir, false, err));
+    MUST(each_occlusion(trainer, dir, false, err));
+    return each_passer(trainer, dir, false, err);
+}
+
 int fs_checkpoint_read(Trainer *trainer, FsError *err)
 {
     static const char *const names[] = {"checkpoint", "checkpoint.old"}; // .old: the swap was cut short
@@ -209,16 +216,13 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
         FilePath dir = fs_file_at("%s/%s", trainer->project->out, names[i]);
         if (!fs_file_exists(fs_file_at("%s/state.json", dir.text).text)) continue;
         TRY(read_state(trainer, dir.text, err)); // first: of other settings, the rest has other sizes
-        fs_scene_free(&trainer->scene);
-        TRY(fs_scene_read(&trainer->scene, dir.text, err));
-        TRY(each_moment(&trainer->state, &trainer->scene, dir.text, false, err));
-        TRY(each_field_moment(&trainer->state, &trainer->scene, dir.text, false, err));
-        TRY(each_veil_moment(&trainer->state, &trainer->scene, dir.text, false, err));
-        TRY(each_statistic(trainer, dir.text, false, err));
-        TRY(each_photo(trainer, dir.text, false, err));
-        TRY(each_occlusion(trainer, dir.text, false, err));
-        TRY(each_passer(trainer, dir.text, false, err));
-        rc = 1;
+        FsError why = {0};
+        rc = read_arrays(trainer, dir.text, &why);
+        if (rc < 0)
+            fs_error_set(err, rc, "%s%s", why.message,
+                         rc == FS_ERR_INPUT ? "; run without --resume, which begins anew" : "");
+        else
+            rc = 1;
     }
 fail:
     return rc;

@@ -3,8 +3,10 @@ import json
 import os
 import pathlib
 import re
+import resource
 import shutil
 import tempfile
+import unittest
 
 import common
 import pictures
@@ -75,11 +77,19 @@ class Fit(FolderTest):
         process = run(*job, "--minutes", 30)  # never more than the preset's
         self.assertEqual(self.steps_said(process, r"estimate: .* for (\d+) steps"), 6800)
         self.assertEqual(self.steps_said(process, r"train: (\d+) steps in about"), 6800)
+        again = [*job, "--long-edge", 80, "--steps", 200]  # what is done anew is said anew
+        self.assertEqual(self.steps_said(run(*again), r"estimate: .* as 80 x 53 pixels.* for (\d+) steps"), 200)
+        self.assertNotIn("estimate", run(*again).stdout)
+        again[-1] = 210
+        self.assertEqual(self.steps_said(run(*again), r"estimate: .*ingest 0:00, poses 0:00, .* for (\d+) steps"), 210)
 
     def test_minutes_gone_by_training(self):
         out = self.dir / "out"
-        shutil.copytree(self.start, out)  # so that no estimate comes first
-        process = run("run", self.scene / "capture/raw", "-o", out, *self.poses, *START, "--minutes", 1e-3)
+        shutil.copytree(self.start, out)
+        photos = self.scene / "capture/raw"
+        photos.rename(self.scene / "gone")  # so that no estimate comes first
+        self.addCleanup((self.scene / "gone").rename, photos)
+        process = run("run", photos, "-o", out, *self.poses, *START, "--minutes", 1e-3)
         self.assertEqual(self.steps_said(process, r"train: (\d+) steps in about"), 300)
         for text in (process.stderr, (out / "warnings/train.txt").read_text(), (out / "index.html").read_text()):
             self.assertIn("--minutes 0.001", text)
@@ -108,6 +118,13 @@ class Fit(FolderTest):
         (out / "views.json").write_text(json.dumps(views))
         self.assert_fails(run("train", out, *TRAIN), 1, f"{PHOTOS} photos at 3000 pixels", "GB of memory")
         self.assertFalse((out / "clouds").exists())
+
+    @unittest.skipIf(b"__asan_init" in pathlib.Path(common.PROGRAM).read_bytes(), "the sanitizer asks for more than that")
+    def test_memory_of_a_container(self):
+        """Less than the machine has."""
+        limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (1500 << 20, 1500 << 20))
+        process = run("train", self.start, *TRAIN, "--max-splats", 4000000, preexec_fn=limit)
+        self.assert_fails(process, 1, "GB of memory, there are 1.6", "--max-splats")
 
 
 common.main()

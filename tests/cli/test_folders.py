@@ -376,6 +376,35 @@ class Layouts(FolderTest):
 
     # ---- results are what their settings say ----
 
+    def test_renders_where_other_results_are(self):
+        self.copy()
+        self.keep()
+        for name in ("images", "clouds/new", "./start/../linear"):
+            self.refuses(run("render", self.out, "-o", self.out / name), "is where other results go")
+        self.works(run("render", self.out, "-o", self.out / "renders/more"))
+
+    def test_lost_working_image(self):
+        """It is told before what was made of it goes."""
+        self.copy()
+        (self.out / "linear/IMG_0002.tif").unlink()
+        self.keep()
+        job = self.job(photos=self.scene / "capture/raw", model=self.scene / "truth/sparse")
+        self.refuses(job, "linear/IMG_0002.tif: is missing", "flashsplat ingest")
+
+    def test_damaged_light_of_photos(self):
+        self.copy()
+        self.put(self.out / "clouds/photos.json", "{")
+        for words in (["render", self.out], ["export", self.out, "--clean", "jpeg"]):
+            self.refuses(run(*words), "clouds/photos.json", f"flashsplat train {self.out} --force")
+
+    def test_lost_list_of_ours(self):
+        self.copy()
+        (self.out / ".flashsplat/made").unlink()
+        (self.out / ".flashsplat/colmap").mkdir(exist_ok=True)
+        page = self.put(self.out / "index.html")
+        self.job()
+        self.assertEqual(page.read_text(), "mine")
+
     def test_changed_settings(self):
         self.copy()
         more = ["train", self.out, *TRAIN, "--dssim", 0.5]
