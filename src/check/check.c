@@ -76,6 +76,8 @@ static void say_photo(const Photos *photos, const PhotoFile *photo, const Log *l
     char exposure[120], focal[32] = "", balance[40] = "", beside[120] = "";
     fs_exif_exposure_text(e, exposure);
     if (e->focal_mm > 0) snprintf(focal, sizeof focal, ", %.4g mm", e->focal_mm);
+    if (e->white != WHITE_UNKNOWN)
+        snprintf(balance, sizeof balance, ", white balance %s", e->white == WHITE_AUTO ? "automatic" : "by hand");
     if (photo->white_balance[0] > 0)
         snprintf(balance, sizeof balance, ", white %.2f 1 %.2f", photo->white_balance[0], photo->white_balance[2]);
     if (photo->beside >= 0) snprintf(beside, sizeof beside, ", beside %.90s", photos->photo[photo->beside].file);
@@ -90,12 +92,14 @@ static const char *const verdicts[] = {"good", "doubts", "unusable"};
 static json_t *photo_json(const PhotoFile *photo)
 {
     const ExifInfo *e = &photo->exif;
-    return json_pack("{s:s, s:s, s:b, s:f, s:f, s:f, s:f, s:[f,f,f], s:i, s:i, s:f, s:f, s:f, s:b}", "name",
-                     photo->name, "file", photo->file, "flash", photo->flash == 1, "exposure_s", e->exposure_s, "iso",
-                     e->iso, "f_number", e->f_number, "focal_mm", e->focal_mm, "white_balance", photo->white_balance[0],
-                     photo->white_balance[1], photo->white_balance[2], "width", e->width, "height", e->height,
-                     "sharpness", photo->sharpness, "clipped", photo->look.clipped, "mean", photo->look.mean, "raw",
-                     photo->kind <= PHOTO_NPY);
+    static const char *const white[] = {
+        [WHITE_UNKNOWN] = NULL, [WHITE_AUTO] = "automatic", [WHITE_BY_HAND] = "by hand"};
+    return json_pack("{s:s, s:s, s:s?, s:b, s:f, s:f, s:f, s:f, s:[f,f,f], s:i, s:i, s:f, s:f, s:f, s:b}", "name",
+                     photo->name, "file", photo->file, "white_balance_set", white[e->white], "flash", photo->flash == 1,
+                     "exposure_s", e->exposure_s, "iso", e->iso, "f_number", e->f_number, "focal_mm", e->focal_mm,
+                     "white_balance", photo->white_balance[0], photo->white_balance[1], photo->white_balance[2],
+                     "width", e->width, "height", e->height, "sharpness", photo->sharpness, "clipped",
+                     photo->look.clipped, "mean", photo->look.mean, "raw", photo->kind <= PHOTO_NPY);
 }
 
 static int write_json(const char *path, const Photos *photos, const Findings *findings, FsError *err)

@@ -4,15 +4,17 @@
 #include "image/tags.h"
 
 typedef struct ExifInfo {
-    int flash;                        // the EXIF field, -1: not there
-    int orientation;                  // 1..8
-    double exposure_s, iso, f_number; // 0: unknown
-    double focal_mm, focal_35mm;      // focal length, and its 35 mm equivalent; 0: unknown
-    double pixels_per_mm;             // of the sensor, at exif_width; 0: unknown
-    int exif_width, exif_height;      // size the camera made the photo, before any editing; 0: unknown
-    int width, height;                // of the picture in the file, as stored; 0: unknown
-    double neutral[3];                // camera RGB of a grey thing, green 1 (DNG's AsShotNeutral); 0: unknown
-    bool adobe_rgb;                   // its values are of Adobe RGB, where no profile says more
+    int flash;                                               // the EXIF field, -1: not there
+    int orientation;                                         // 1..8
+    double exposure_s, iso, f_number;                        // 0: unknown
+    double focal_mm, focal_35mm;                             // focal length, and its 35 mm equivalent; 0: unknown
+    double focus_m;                                          // to what is sharp; more than 1e6: infinity; 0: unknown
+    enum { WHITE_UNKNOWN, WHITE_AUTO, WHITE_BY_HAND } white; // how its white balance was set
+    double pixels_per_mm;                                    // of the sensor, at exif_width; 0: unknown
+    int exif_width, exif_height; // size the camera made the photo, before any editing; 0: unknown
+    int width, height;           // of the picture in the file, as stored; 0: unknown
+    double neutral[3];           // camera RGB of a grey thing, green 1 (DNG's AsShotNeutral); 0: unknown
+    bool adobe_rgb;              // its values are of Adobe RGB, where no profile says more
     char make[64], model[64];
     char taken[64]; // when, to the second; "": unknown
     Tags *tags;     // where all that is worth keeping goes; NULL: nowhere

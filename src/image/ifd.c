@@ -203,12 +203,16 @@ static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *pa
     case 0x9202:
         if (number(ifd, e, 0, &v) && fabs(v) < 30) parts->aperture_apex = v;
         break;
+    case 0x9206: set_number(ifd, e, 1e10, &info->focus_m); break;
     case 0x9209: set_int(ifd, e, 0, 65535, &info->flash); break;
     case 0x920a: set_number(ifd, e, 1e5, &info->focal_mm); break;
     case 0xa002: set_int(ifd, e, 1, 1000000, &info->exif_width); break;
     case 0xa003: set_int(ifd, e, 1, 1000000, &info->exif_height); break;
     case 0xa20e: set_number(ifd, e, 1e8, &parts->plane_x); break;
     case 0xa210: set_number(ifd, e, 5, &parts->plane_unit); break;
+    case 0xa403:
+        if (number(ifd, e, 0, &v) && (v == 0 || v == 1)) info->white = v == 0 ? WHITE_AUTO : WHITE_BY_HAND;
+        break;
     case 0xa405: set_number(ifd, e, 1e5, &info->focal_35mm); break;
     case 0xc628: { // AsShotNeutral
         double n[3];

@@ -22,6 +22,7 @@ enum {
 #define TOO_LITTLE 0.4        // of the usual step of brightness, in logarithms
 #define OTHER_FOCAL 0.015     // share
 #define OTHER_FILM_FOCAL 0.05 // of what is told in whole millimetres
+#define OTHER_FOCUS 0.01      // of the picture's size
 #define OTHER_EXPOSURE 0.02
 #define FAR_STEPS 1.9 // of the path, to a photo of the other lighting
 #define DARK 0.003    // mean light
@@ -403,6 +404,28 @@ static void find_zoom(Findings *f, const Photos *photos, double *value, bool *ma
             names(photos, marked, text));
 }
 
+// Focused nearer, a lens stands farther from the sensor, and all is larger.
+static void find_focus(Findings *f, const Photos *photos, double *value, bool *marked)
+{
+    char text[200];
+    int n = photos->n, last = -1;
+    for (int i = 0; i < n; i++) {
+        const ExifInfo *e = &photos->photo[i].exif;
+        bool known = e->focal_mm > 0 && 1000 * e->focus_m > 2 * e->focal_mm;
+        value[i] = known ? 1 / (1 - e->focal_mm / (1000 * e->focus_m)) : 0;
+    }
+    double usual = commonest(value, n, OTHER_FOCUS);
+    for (int i = 0; i < n; i++) {
+        marked[i] = value[i] > 0 && fabs(value[i] / usual - 1) >= OTHER_FOCUS;
+        if (marked[i]) last = i;
+    }
+    if (last >= 0)
+        add(f, "focus", FINDING_DOUBT,
+            "another focus distance: %s (%.2g m: the picture is %.1f %% %s): focus by hand, once for all",
+            names(photos, marked, text), photos->photo[last].exif.focus_m, 100 * fabs(value[last] / usual - 1),
+            value[last] > usual ? "larger" : "smaller");
+}
+
 static void find_exposure(Findings *f, const Photos *photos, double *value, bool *marked)
 {
     static const char *const what[] = {"shutter time", "ISO", "aperture"};
@@ -429,12 +452,13 @@ static void find_light(Findings *f, const Photos *photos, bool *marked)
 {
     char text[200];
     double worst = 0;
-    int encoded = 0, untold = 0;
+    int encoded = 0, untold = 0, automatic = 0;
     const char *odd = NULL;
     for (int i = 0; i < photos->n; i++) {
         marked[i] = photos->photo[i].look.clipped > CLIPPED;
         worst = fmax(worst, photos->photo[i].look.clipped);
         encoded += photos->photo[i].encoded;
+        automatic += photos->photo[i].encoded && photos->photo[i].exif.white == WHITE_AUTO;
         untold += photos->photo[i].untold;
         if (photos->photo[i].untold) odd = photos->photo[i].file;
     }
@@ -447,6 +471,11 @@ static void find_light(Findings *f, const Photos *photos, bool *marked)
     if (encoded)
         add(f, "jpeg", FINDING_HINT,
             "%d of %d photos are not RAW: set the camera to RAW where it can, it separates better", encoded, photos->n);
+    if (automatic)
+        add(f, "white", FINDING_HINT,
+            "%d of %d photos have an automatic white balance, which may differ from photo to photo: set it by hand, "
+            "where they are not RAW",
+            automatic, photos->n);
     if (untold)
         add(f, "untold", FINDING_HINT,
             "%d photos have more than 8 bits and no colour profile (e.g. %s): taken for linear light, as RAW "
@@ -489,6 +518,7 @@ int fs_findings_make(Findings *findings, Photos *photos, FsError *err)
         find_blur(findings, photos, marked);
         find_body(findings, photos, marked);
         find_zoom(findings, photos, value, marked);
+        find_focus(findings, photos, value, marked);
         find_exposure(findings, photos, value, marked);
         find_light(findings, photos, marked);
     }

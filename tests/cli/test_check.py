@@ -169,6 +169,32 @@ class Check(FolderTest):
         self.finds("body", path)
         self.assertIn(f"(Z{model[1:]}, the others {model})", self.check()["body"])
 
+    def test_focus(self):
+        """Another distance is another size of the picture."""
+        for path in self.photos.iterdir():  # the aperture's entry becomes one of 5.6 m
+            data = bytearray(path.read_bytes())
+            struct.pack_into("<H", data, entry(data, 0x829D), 0x9206)
+            path.write_bytes(data)
+        self.assertEqual(self.check(code=0), {})
+        change(self.some(True, 2), 0x9206, 5, 10)
+        self.finds("focus", self.some(True, 2))
+        self.assertIn("(0.5 m: the picture is 4.6 % larger)", self.result["findings"][0]["text"])
+
+    def test_white_balance(self):
+        for n in range(3):
+            change(self.some(False, n), 0xA403, 0)
+        self.assertEqual(self.check(code=0), {})  # of RAW files it does not matter
+        self.assertEqual([p["white_balance_set"] for p in self.result["photos"]].count("automatic"), 3)
+        shutil.rmtree(self.photos)
+        shutil.copytree(self.made / "capture/jpeg", self.photos)
+        path = self.photos / (self.some(True, 0).stem + ".JPG")
+        data = bytearray(path.read_bytes())
+        at = data.index(struct.pack("<HHI", 0xA403, 3, 1))
+        data[at + 8] = 0
+        path.write_bytes(data)
+        self.assertIn("1 of 20 photos have an automatic white balance", self.hint("white"))
+        self.assertRegex(run("check", self.photos).stdout, path.name + ".*white balance automatic")
+
     def test_exposure(self):
         change(self.some(False, 2), 0x829A, 1, 20)
         change(self.some(False, 2), 0x8827, 100)  # the same product
