@@ -15,6 +15,7 @@
 
 #define CLIP_LINEAR 0.98f  // of white
 #define CLIP_ENCODED 0.99f // of 255: a camera's curve is flat long before
+#define LARGEST 100        // light of a photo whose white is 1, were most of it above that
 #define FLOATS_BYTES 14    // a pixel, of what is not RAW, as it is read
 #define HEIF_BYTES 12      // and these of HEIF
 #define UNKNOWN_PIXELS 24e6
@@ -172,6 +173,20 @@ static int linearise(const Image *image, const Profile *profile, PhotoSizes *siz
     return rc;
 }
 
+// Numbers of 8 or 16 bits in a file of floating point would all be clipped.
+static int check_range(const char *path, const Image *image, FsError *err)
+{
+    size_t n = fs_image_values(image), above = 0;
+    float most = 0;
+    for (size_t i = 0; i < n; i++) {
+        above += image->px[i] > 1 && isfinite(image->px[i]);
+        if (image->px[i] > most && isfinite(image->px[i])) most = image->px[i];
+    }
+    if (above < n / 2 || most < LARGEST) return 0;
+    return fs_error_input(err, "%s: its values reach %g, expected light from 0 (black) to 1 (white): save it so", path,
+                          (double)most);
+}
+
 int fs_photo_read(const char *path, const SensorLevels *levels, PhotoSizes *sizes, PhotoLight *light, FsError *err)
 {
     *light = PHOTO_LIGHT;
@@ -185,6 +200,7 @@ int fs_photo_read(const char *path, const SensorLevels *levels, PhotoSizes *size
     bool small = sizes->enough > 0 && kind == PHOTO_JPEG;
     if (rc == 0 && small) rc = fs_jpeg_read_small(path, sizes->enough, &image, err);
     if (rc == 0 && !small) rc = fs_photo_read_stored(path, &image, err);
+    if (rc == 0) rc = check_range(path, &image, err);
     if (rc == 0) rc = linearise(&image, &profile, sizes, err);
     fs_image_free(&image);
     if (rc < 0) fs_sizes_free(sizes);

@@ -74,6 +74,25 @@ static void test_light(void **state)
     assert_int_equal(light_of(given("ambient.dng")), PHOTO_LIGHT);
 }
 
+static void test_range(void **state)
+{
+    (void)state;
+    const SensorLevels wb = {.gain = {1, 1, 1}};
+    PhotoSizes sizes = {.n = 1};
+    PhotoLight light;
+    Image image;
+    FsError err = {0};
+    assert_int_equal(fs_image_new(&image, 4, 4, 3, NULL), 0);
+    for (int i = 0; i < 48; i++) image.px[i] = i == 7 ? 300 : 0.4f; // a lamp
+    assert_int_equal(fs_tiff_write_float(temp("range.tif"), &image, NULL), 0);
+    assert_int_equal(light_of(temp("range.tif")), PHOTO_LIGHT);
+    for (int i = 0; i < 48; i++) image.px[i] = (float)(i * 1000);
+    assert_int_equal(fs_tiff_write_float(temp("range.tif"), &image, NULL), 0);
+    assert_int_equal(fs_photo_read(temp("range.tif"), &wb, &sizes, &light, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, "range.tif: its values reach 47000, expected light from 0 (black) to 1"));
+    fs_image_free(&image);
+}
+
 // Layouts of TIFF that OpenCV does not write: tiles, separate planes, halves, alpha, white-is-zero.
 static void test_tiff_layouts(void **state)
 {
@@ -234,8 +253,8 @@ static void test_kind_inside(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_written_by_opencv), cmocka_unit_test(test_light),   cmocka_unit_test(test_tiff_layouts),
-        cmocka_unit_test(test_kind_inside),       cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_written_by_opencv), cmocka_unit_test(test_light),       cmocka_unit_test(test_range),
+        cmocka_unit_test(test_tiff_layouts),      cmocka_unit_test(test_kind_inside), cmocka_unit_test(test_damaged),
     };
     return cmocka_run_group_tests(tests, make_scratch, drop_scratch);
 }
