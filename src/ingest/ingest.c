@@ -126,8 +126,8 @@ static json_t *photo_json(const PhotoFile *photo)
 {
     double focal =
         fs_exif_focal_px(&photo->exif, photo->orig_width, photo->orig_height) * photo->width / photo->orig_width;
-    return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f}", "name",
-                     photo->name, "file", photo->file, "flash", photo->flash, "width", photo->width, "height",
+    return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:f}",
+                     "name", photo->name, "file", photo->file, "flash", photo->flash, "width", photo->width, "height",
                      photo->height, "orig_width", photo->orig_width, "orig_height", photo->orig_height, "exposure_s",
                      photo->exif.exposure_s, "iso", photo->exif.iso, "f_number", photo->exif.f_number, "focal_px",
                      focal, "focal_mm", photo->exif.focal_mm, "quality",
@@ -135,7 +135,7 @@ static json_t *photo_json(const PhotoFile *photo)
                      : photo->untold ? "untold"
                                      : "raw",
                      "clipped_fraction", photo->clipped, "exposure_gain", photo->gain, "flash_gain", photo->flash_gain,
-                     "brightness", photo->brightness);
+                     "brightness", photo->brightness, "sharpness", photo->sharpness);
 }
 
 // What the camera's colours mean, for pictures that people look at: of the first RAW photo that knows.

@@ -31,7 +31,7 @@ static signed char *lightings(const ColmapModel *model, const Dataset *dataset)
     signed char *lighting = malloc((size_t)model->n_images + 1);
     for (int i = 0; lighting && i < model->n_images; i++) {
         int view = fs_dataset_find(dataset, model->image[i].name);
-        lighting[i] = view >= 0 && !dataset->view[view].held_out ? dataset->view[view].flash : -1;
+        lighting[i] = view >= 0 && fs_dataset_trains(&dataset->view[view]) ? dataset->view[view].flash : -1;
     }
     return lighting;
 }
@@ -130,6 +130,10 @@ static int load(const FsProject *project, SmallViews *views, SparsePoints *point
     Dataset dataset = {0};
     FilePath path = fs_file_at("%s/views.json", project->out);
     TRY(fs_dataset_read(&dataset, path.text, err));
+    int blurred = fs_dataset_leave_blurred(&dataset, project->set.least_sharpness);
+    if (blurred)
+        fs_log_info(&project->log,
+                    "initialise: %d blurred photos are left out, here and in training (--least-sharpness)", blurred);
     fs_dataset_lift(&dataset, fs_settings_brightness(&project->set));
     TRY(fs_small_views_load(views, project->out, &dataset, INPUT_LONG_EDGE, err));
     int fewest[2];

@@ -32,7 +32,7 @@ int fs_small_views_load(SmallViews *views, const char *out, const Dataset *datas
     views->view = calloc((size_t)dataset->n + 1, sizeof *views->view);
     if (!views->view) return fs_error_memory(err);
     for (int i = 0; i < dataset->n; i++) {
-        if (dataset->view[i].held_out) continue;
+        if (!fs_dataset_trains(&dataset->view[i])) continue;
         views->n++; // before loading, so that a half loaded view is freed
         TRY(load_view(&views->view[views->n - 1], out, &dataset->view[i], long_edge, err));
     }

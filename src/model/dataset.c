@@ -77,7 +77,7 @@ double fs_dataset_lift(Dataset *dataset, double brightness)
     int n = 0;
     for (int i = 0; i < dataset->n; i++) {
         const View *view = &dataset->view[i];
-        if (view->held_out || view->brightness <= 0) continue;
+        if (!fs_dataset_trains(view) || view->brightness <= 0) continue;
         sum += view->brightness;
         n++;
     }
@@ -89,6 +89,23 @@ double fs_dataset_lift(Dataset *dataset, double brightness)
         view->exposure_gain = (view->exposure_gain > 0 ? view->exposure_gain : 1) * lift;
     }
     return lift;
+}
+
+int fs_dataset_leave_blurred(Dataset *dataset, double least)
+{
+    int all[2] = {0, 0}, found[2] = {0, 0}, left = 0;
+    for (int i = 0; i < dataset->n; i++) {
+        View *view = &dataset->view[i];
+        view->blurred = !view->held_out && view->sharpness > 0 && view->sharpness < least;
+        all[view->flash] += !view->held_out;
+        found[view->flash] += view->blurred;
+    }
+    for (int i = 0; i < dataset->n; i++) {
+        View *view = &dataset->view[i];
+        view->blurred = view->blurred && 4 * found[view->flash] < all[view->flash];
+        left += view->blurred;
+    }
+    return left;
 }
 
 static json_t *lens_to_json(const Lens *lens)
@@ -109,11 +126,12 @@ static json_t *view_to_json(const View *view)
         json_array_append_new(
             rows, json_pack("[ffff]", c->w2c[4 * i], c->w2c[4 * i + 1], c->w2c[4 * i + 2], c->w2c[4 * i + 3]));
     json_array_append_new(rows, json_pack("[ffff]", 0.0, 0.0, 0.0, 1.0));
-    return json_pack("{s:s, s:b, s:b, s:b, s:f, s:f, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o, s:o*}", "name", view->name,
-                     "flash", view->flash, "held_out", view->held_out, "encoded", view->encoded, "flash_gain",
-                     view->flash_gain, "exposure_gain", view->exposure_gain, "brightness", view->brightness, "width",
-                     c->width, "height", c->height, "fx", c->fx, "fy", c->fy, "cx", c->cx, "cy", c->cy, "w2c", rows,
-                     "lens", view->distorted ? lens_to_json(&view->lens) : NULL);
+    return json_pack("{s:s, s:b, s:b, s:b, s:f, s:f, s:f, s:f, s:i, s:i, s:f, s:f, s:f, s:f, s:o, s:o*}", "name",
+                     view->name, "flash", view->flash, "held_out", view->held_out, "encoded", view->encoded,
+                     "flash_gain", view->flash_gain, "exposure_gain", view->exposure_gain, "brightness",
+                     view->brightness, "sharpness", view->sharpness, "width", c->width, "height", c->height, "fx",
+                     c->fx, "fy", c->fy, "cx", c->cx, "cy", c->cy, "w2c", rows, "lens",
+                     view->distorted ? lens_to_json(&view->lens) : NULL);
 }
 
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err)
@@ -182,6 +200,7 @@ static int read_view(Dataset *dataset, const json_t *object, size_t index, const
         !(view.exposure_gain > 1e-3 && view.exposure_gain < 1e3))
         view.exposure_gain = 0;
     if (!get_number(object, "brightness", &view.brightness) || !(view.brightness > 0)) view.brightness = 0;
+    if (!get_number(object, "sharpness", &view.sharpness) || !(view.sharpness > 0)) view.sharpness = 0;
     view.encoded = json_is_true(json_object_get(object, "encoded"));
     const char *wanted = camera_from_json(object, &view.camera);
     const json_t *lens = json_object_get(object, "lens");

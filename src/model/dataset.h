@@ -12,6 +12,8 @@ typedef struct View {
     double flash_gain;    // of the flash's light in it, by its exposure; 0: not told, as in the others
     double exposure_gain; // what its values were multiplied with, to the others' exposure; 0: not told, 1
     double brightness;    // mean of its tone-mapped values; 0: not told
+    double sharpness;     // its detail, of that of its neighbours; 0: not told
+    bool blurred;         // so much that it is not trained on either (fs_dataset_leave_blurred)
     double lift;          // what fs_dataset_load_view multiplies its values with; 0: 1
     Camera camera;        // of the working image
     bool distorted;       // the photo is not as the pinhole camera would have taken it, but
@@ -27,13 +29,20 @@ void fs_dataset_free(Dataset *dataset);
 int fs_dataset_append(Dataset *dataset, const View *view, FsError *err); // copies name
 int fs_dataset_find(const Dataset *dataset, const char *name);           // by stem; -1 when missing
 double fs_dataset_extent(const Dataset *dataset, double centre[3]); // of the cameras: their mean, most distance from it
-// JSON: {"views": [{"name","flash","held_out","encoded","flash_gain","exposure_gain","brightness" (the last four may
-// be missing),"width","height","fx","fy","cx","cy","w2c": 4x4, and of distorted photos "lens":
+// JSON: {"views": [{"name","flash","held_out","encoded","flash_gain","exposure_gain","brightness","sharpness" (the last
+// five may be missing),"width","height","fx","fy","cx","cy","w2c": 4x4, and of distorted photos "lens":
 // {"model","width","height","params"}}]}
 int fs_dataset_write(const Dataset *dataset, const char *path, FsError *err);
 int fs_dataset_read(Dataset *dataset, const char *path, FsError *err); // also truth/cameras.json ("images": [...])
 // Has all photos loaded so much brighter that the mean of those to train on is at `brightness` at least (0: as they
 // are): underexposed ones are fitted no worse. Returns the factor on their light, which exposure_gain then holds too.
 double fs_dataset_lift(Dataset *dataset, double brightness);
+// Marks the photos less sharp than `least` of their neighbours, but not where that is a quarter of a lighting or more:
+// then it is how that capture is. Returns how many.
+int fs_dataset_leave_blurred(Dataset *dataset, double least);
+static inline bool fs_dataset_trains(const View *view)
+{
+    return !view->held_out && !view->blurred;
+}
 // Photo and mask (1 channel, 1 = trusted; may be NULL) of one view out of OUT/images.
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err);

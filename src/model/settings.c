@@ -89,6 +89,8 @@ static const FsOption table[] = {
     FLOAT("brightness", brightness, INITIALISE | TRAIN, "0.62", 0, 1, "X",
           "mean of the photos' tone-mapped values to which darker ones are raised while clouds are fitted to them; 0: "
           "as they are"),
+    FLOAT("least-sharpness", least_sharpness, INITIALISE | TRAIN, "0.55", 0, 1, "X",
+          "photos with less of their neighbours' detail are blurred, and left out where they are few; 0: none is"),
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N",
         "Gaussians per cloud at the start; those on T's rear come on top"),
 
@@ -274,7 +276,7 @@ static const struct {
     {"paper", "settle", "0"},        {"paper", "photo-light", "false"},  {"paper", "vignetting", "false"},
     {"paper", "response", "as-is"},  {"paper", "photographer", "false"}, {"paper", "contrast", "0"},
     {"paper", "bars", "false"},     {"paper", "passers-by", "false"},     {"paper", "dirt", "false"},
-    {"paper", "brightness", "0"},    {"paper", "flash-cue", "depth"},
+    {"paper", "brightness", "0"},    {"paper", "flash-cue", "depth"},     {"paper", "least-sharpness", "0"},
     {"nerf", "model", "field"},             {"nerf", "separation", "none"},       {"nerf", "long-edge", "300"},
     {"nerf", "steps", "16000"},             {"nerf", "levels", "1"},              {"nerfren", "model", "field"},
     {"nerfren", "separation", "flashless"}, {"nerfren", "long-edge", "300"},      {"nerfren", "steps", "12000"},

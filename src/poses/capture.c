@@ -51,6 +51,7 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
     *photo = (Photo){.flash_gain = gain_of(object, "flash_gain"),
                      .exposure_gain = gain_of(object, "exposure_gain"),
                      .brightness = fmax(json_number_value(json_object_get(object, "brightness")), 0),
+                     .sharpness = fmax(json_number_value(json_object_get(object, "sharpness")), 0),
                      .flash = json_is_true(json_object_get(object, "flash")),
                      .encoded = quality && strcmp(quality, "reduced") == 0,
                      .width = (int)w,

@@ -9,6 +9,7 @@ typedef struct Photo {
     double flash_gain;    // of the flash's light, by the photo's exposure; 1: as in the others
     double exposure_gain; // what its values were multiplied with
     double brightness;    // mean of its tone-mapped values; 0: not told
+    double sharpness;     // its detail, of that of its neighbours; 0: not told
     bool encoded;         // came as display values, linearised by a guess
     int width, height;    // working image
     double focal_px;      // of the working image; 0 when not known

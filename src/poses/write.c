@@ -132,6 +132,7 @@ static int write_views(const Sparse *sparse, const FsProject *project, const Cap
                      .flash_gain = capture->photo[i].flash_gain,
                      .exposure_gain = capture->photo[i].exposure_gain,
                      .brightness = capture->photo[i].brightness,
+                     .sharpness = capture->photo[i].sharpness,
                      .encoded = capture->photo[i].encoded,
                      .camera = fs_camera_resized(&pose->camera, capture->photo[i].width, capture->photo[i].height),
                      .lens = fs_lens_resized(&pose->lens, capture->photo[i].width, capture->photo[i].height)};

@@ -8,7 +8,8 @@
 
 static bool wanted(const View *view, const char *lighting)
 {
-    return !view->held_out && (strcmp(lighting, "both") == 0 || view->flash == (strcmp(lighting, "flash") == 0));
+    return fs_dataset_trains(view) &&
+           (strcmp(lighting, "both") == 0 || view->flash == (strcmp(lighting, "flash") == 0));
 }
 
 // The photo as a camera of fewer pixels takes it: light is averaged. A pixel is trusted where all of it is.
@@ -101,6 +102,7 @@ int fs_views_load(Trainer *trainer, FsError *err)
     trainer->order = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->order);
     trainer->photo = calloc((size_t)trainer->dataset.n + 1, sizeof *trainer->photo);
     trainer->epoch = trainer->halvings = -1;
+    fs_dataset_leave_blurred(&trainer->dataset, trainer->set->least_sharpness);
     trainer->lift = fs_dataset_lift(&trainer->dataset, fs_settings_brightness(trainer->set));
     if (!trainer->views || !trainer->order || !trainer->photo) TRY(fs_error_memory(err));
     for (int i = 0; i < trainer->dataset.n; i++)

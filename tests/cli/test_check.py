@@ -329,6 +329,11 @@ class Check(FolderTest):
         self.assertIn("clipped: " + self.some(False, 7).name, process.stderr)
         self.assertIn("very dark: " + self.some(False, 2).name, process.stderr)
         self.assertIn("blurred: " + self.some(True, 5).name, (self.dir / "out/warnings/ingest.txt").read_text())
+        for words in (["poses", self.dir / "out", "--poses", self.made / "truth/sparse"],
+                      ["initialise", self.dir / "out", "--init-count", 500]):
+            process = run(*words)
+            self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertIn("1 blurred photos are left out, here and in training", process.stdout)
 
 
 common.main()

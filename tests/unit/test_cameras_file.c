@@ -380,6 +380,32 @@ static void test_lift(void **state)
     free(path);
 }
 
+// Blurred photos are no more trained on, but where they are many of a lighting: one in four.
+static void test_blurred(void **state)
+{
+    char *path = fs_file_path("%s/views.json", (char *)*state), name[2] = "a";
+    Dataset made = {0}, d;
+    for (int i = 0; i < 16; i++, name[0]++) {
+        View v = {.name = name,
+                  .flash = i % 2,
+                  .held_out = i == 14,
+                  .sharpness = i == 0                            ? 0
+                               : i == 3 || i == 14 || i % 8 == 2 ? 0.5
+                                                                 : 0.6,
+                  .camera = {3, 2, 5, 5, 1, 1, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}};
+        assert_int_equal(fs_dataset_append(&made, &v, NULL), 0);
+    }
+    assert_int_equal(fs_dataset_write(&made, path, NULL), 0);
+    assert_int_equal(fs_dataset_read(&d, path, NULL), 0);
+    assert_int_equal(fs_dataset_leave_blurred(&d, 0.55), 1); // of eight; the others are two of seven
+    for (int i = 0; i < 16; i++) assert_int_equal(fs_dataset_trains(&d.view[i]), i != 3 && i != 14);
+    assert_int_equal(fs_dataset_leave_blurred(&d, 0), 0);
+    assert_true(fs_dataset_trains(&d.view[3]));
+    fs_dataset_free(&made);
+    fs_dataset_free(&d);
+    free(path);
+}
+
 // What lies on the border of the photo lies in the wider picture, some of it near its border.
 static void check_widening(const Lens *lens)
 {
@@ -451,6 +477,7 @@ int main(void)
         cmocka_unit_test(test_sees),
         cmocka_unit_test_setup_teardown(test_dataset, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_lift, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_blurred, temp_dir_make, temp_dir_remove),
         cmocka_unit_test(test_lenses),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
