@@ -15,7 +15,7 @@ enum {
     NEIGHBOURS = 6, // that a photo is compared with
     LEAST_TO_COMPARE = 3,
 };
-#define BLURRED 0.55    // (--least-sharpness) of the neighbours' detail, in the worst direction
+#define BLURRED 0.55    // of the neighbours' detail, in the worst direction
 #define CLIPPED 0.05    // of a photo
 #define WEAK_FLASH 0.12 // light that it adds
 #define NO_FLASH 0.02

@@ -89,7 +89,7 @@ static const FsOption table[] = {
     FLOAT("brightness", brightness, INITIALISE | TRAIN, "0.62", 0, 1, "X",
           "mean of the photos' tone-mapped values to which darker ones are raised while clouds are fitted to them; 0: "
           "as they are"),
-    FLOAT("least-sharpness", least_sharpness, INITIALISE | TRAIN, "0.55", 0, 1, "X",
+    FLOAT("least-sharpness", least_sharpness, INITIALISE | TRAIN, "0.35", 0, 1, "X",
           "photos with less of their neighbours' detail are blurred, and left out where they are few; 0: none is"),
     INT("init-count", init_count, INITIALISE, "24000", 100, 4000000, "N",
         "Gaussians per cloud at the start; those on T's rear come on top"),
