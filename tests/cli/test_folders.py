@@ -412,7 +412,7 @@ class Layouts(FolderTest):
         self.assert_fails(process, 1, self.out / "checkpoint", "the setting dssim was 0 and is 0.5 now",
                           "without --resume")
         self.assertEqual(clouds(self.out), clouds(self.done))
-        self.assertNotIn("0.5", (self.out / "done/train.json").read_text())
+        self.assertNotIn('"dssim": 0.5', (self.out / "done/train.json").read_text())
         self.assert_fails(run("train", self.out, *TRAIN, "--lighting", "flash", "--resume"), 1,
                           "the setting lighting was both and is flash now")  # of fewer photos, too
         self.assertEqual(run(*more).returncode, 0)
