@@ -88,6 +88,18 @@ static void test_unreadable_raw(void **state)
     expect_view("IMG_2", "img_2.jpg", false);
     expect_view("IMG_3", "IMG_3.JPG", false); // of one kind with the others
     expect_good("photos", SET("flash-glob=*1.*"), "skipped");
+    // data that cannot be read behind a good header
+    char *data;
+    size_t size;
+    assert_int_equal(fs_file_read(given("flash.dng"), 1 << 20, &data, &size, NULL), 0);
+    FILL({"rgb.jpg", "IMG_1.JPG"}, {"rgb.jpg", "IMG_2.JPG"}, {"flash.dng", "IMG_3.DNG"}, {"rgb.jpg", "IMG_3.JPG"});
+    for (int i = 1; i < 3; i++) {
+        FilePath cut = fs_file_at("%s/photos/IMG_%d.DNG", scratch, i);
+        assert_int_equal(fs_file_write(cut.text, data, size * 2 / 3, NULL), 0);
+    }
+    free(data);
+    expect_good("photos", SET("flash-glob=*1.*"), "W 2 of 3 files cannot be read");
+    expect_view("IMG_3", "IMG_3.JPG", false);
     // where few fail, RAW is worth more than they are
     FILL({"flash.dng", "IMG_1.DNG"}, {"ambient.dng", "IMG_2.DNG"}, {"ambient.dng", "IMG_3.DNG"},
          {"make.py", "IMG_4.DNG"}, {"rgb.jpg", "IMG_4.JPG"});
