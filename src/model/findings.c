@@ -247,17 +247,24 @@ static void find_twins(Findings *f, const Photos *photos, bool *marked)
     }
 }
 
-// Of another focal length, the last of them; -1: none. of_film: its equivalent, which tells of a digital zoom, too.
-static int mark_zoom(const Photos *photos, bool of_film, double *value, bool *marked, double *usual)
+// Those unlike most by such a share; the last of them, -1: none. 0 is unknown.
+static int mark_odd(const double *value, int n, double share, bool *marked, double *usual)
 {
-    int n = photos->n, last = -1;
-    for (int i = 0; i < n; i++) value[i] = of_film ? photos->photo[i].exif.focal_35mm : photos->photo[i].exif.focal_mm;
-    *usual = commonest(value, n, of_film ? OTHER_FILM_FOCAL : OTHER_FOCAL);
+    int last = -1;
+    *usual = commonest(value, n, share);
     for (int i = 0; i < n; i++) {
-        marked[i] = value[i] > 0 && fabs(value[i] / *usual - 1) >= (of_film ? OTHER_FILM_FOCAL : OTHER_FOCAL);
+        marked[i] = value[i] > 0 && fabs(value[i] / *usual - 1) >= share;
         if (marked[i]) last = i;
     }
     return last;
+}
+
+// Of another focal length. of_film: its equivalent, which tells of a digital zoom, too.
+static int mark_zoom(const Photos *photos, bool of_film, double *value, bool *marked, double *usual)
+{
+    for (int i = 0; i < photos->n; i++)
+        value[i] = of_film ? photos->photo[i].exif.focal_35mm : photos->photo[i].exif.focal_mm;
+    return mark_odd(value, photos->n, of_film ? OTHER_FILM_FOCAL : OTHER_FOCAL, marked, usual);
 }
 
 // Another zoom is said as such, and a blurred photo is hardly like any other.
@@ -408,17 +415,13 @@ static void find_zoom(Findings *f, const Photos *photos, double *value, bool *ma
 static void find_focus(Findings *f, const Photos *photos, double *value, bool *marked)
 {
     char text[200];
-    int n = photos->n, last = -1;
-    for (int i = 0; i < n; i++) {
+    double usual;
+    for (int i = 0; i < photos->n; i++) {
         const ExifInfo *e = &photos->photo[i].exif;
         bool known = e->focal_mm > 0 && 1000 * e->focus_m > 2 * e->focal_mm;
         value[i] = known ? 1 / (1 - e->focal_mm / (1000 * e->focus_m)) : 0;
     }
-    double usual = commonest(value, n, OTHER_FOCUS);
-    for (int i = 0; i < n; i++) {
-        marked[i] = value[i] > 0 && fabs(value[i] / usual - 1) >= OTHER_FOCUS;
-        if (marked[i]) last = i;
-    }
+    int last = mark_odd(value, photos->n, OTHER_FOCUS, marked, &usual);
     if (last >= 0)
         add(f, "focus", FINDING_DOUBT,
             "another focus distance: %s (%.2g m: the picture is %.1f %% %s): focus by hand, once for all",
@@ -436,9 +439,8 @@ static void find_exposure(Findings *f, const Photos *photos, double *value, bool
             const ExifInfo *e = &photos->photo[i].exif;
             value[i] = k == 0 ? e->exposure_s : k == 1 ? e->iso : e->f_number;
         }
-        double usual = commonest(value, n, OTHER_EXPOSURE);
-        for (int i = 0; i < n; i++) marked[i] = value[i] > 0 && fabs(value[i] / usual - 1) >= OTHER_EXPOSURE;
-        if (!count(marked, n)) continue;
+        double usual;
+        if (mark_odd(value, n, OTHER_EXPOSURE, marked, &usual) < 0) continue;
         if (k == 0)
             fs_exif_shutter_text(usual, shutter);
         else

@@ -337,18 +337,21 @@ static void test_cameras(void **state)
         int width;
         double focal;
         int camera;
-    } photos[6] = {{60, 50, 1}, {60, 50.3, 1}, {60, 70, 2}, {60, 0, 1}, {40, 50, 3}, {60, 70.1, 2}};
+        double mm; // where the sensor's size is not told
+    } photos[9] = {{60, 50, 1},   {60, 50.3, 1},  {60, 70, 2},    {60, 0, 1},    {40, 50, 3},
+                   {60, 70.1, 2}, {30, 0, 4, 18}, {30, 0, 5, 55}, {30, 0, 4, 18}};
     FsProject project = {.out = *state, .set = {.colmap = "colmap"}};
-    Photo photo[6] = {0};
-    char name[6][10];
-    Capture capture = {.photo = photo, .n = 6, .pictures = *state};
+    Photo photo[9] = {0};
+    char name[9][10];
+    Capture capture = {.photo = photo, .n = 9, .pictures = *state};
     Colmap colmap;
     FsError err = {0};
     if (!fs_process_found("colmap")) skip();
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 9; i++) {
         sprintf(name[i], "%d.png", i);
         photo[i] = (Photo){.name = name[i], .picture = name[i], .width = photos[i].width, .height = 40};
         photo[i].picture_width = photos[i].width, photo[i].picture_height = 40, photo[i].focal_px = photos[i].focal;
+        photo[i].focal_mm = photos[i].mm;
     }
     if (fs_colmap_open(&colmap, &project, &capture, &err) != 0) fail_msg("%s", err.message);
     sqlite3 *db;
@@ -356,7 +359,7 @@ static void test_cameras(void **state)
     assert_int_equal(sqlite3_open(colmap.database, &db), SQLITE_OK);
     assert_int_equal(sqlite3_prepare_v2(db, "SELECT camera_id FROM images ORDER BY image_id", -1, &row, NULL),
                      SQLITE_OK);
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 9; i++) {
         assert_int_equal(sqlite3_step(row), SQLITE_ROW);
         assert_int_equal(sqlite3_column_int(row, 0), photos[i].camera);
     }
