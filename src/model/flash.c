@@ -73,6 +73,25 @@ static int mark_line(Photos *photos, const char *list, char *line, FsError *err)
     return 0;
 }
 
+static char *trimmed(char *line)
+{
+    line += strspn(line, " \t\"");
+    for (size_t n = strlen(line); n > 0 && strchr(" \t\"", line[n - 1]); n--) line[n - 1] = 0;
+    return line;
+}
+
+// Without what follows a # that is no part of a name: IMG#12.jpg, #12.jpg.
+static char *name_in(const Photos *photos, char *line)
+{
+    line = trimmed(line);
+    char *comment = line;
+    while (*comment && !(*comment == '#' && (comment == line || strchr(" \t", comment[-1])))) comment++;
+    for (int i = 0; i < photos->n && comment == line; i++)
+        if (likeness(&photos->photo[i], line) > 0) return line;
+    *comment = 0;
+    return trimmed(line);
+}
+
 static int mark_by_list(Photos *photos, const char *path, FsError *err)
 {
     char *text, *rest, *from;
@@ -83,11 +102,7 @@ static int mark_by_list(Photos *photos, const char *path, FsError *err)
         TRY(fs_error_input(err, "%s: not a text of one photo's name per line; save it as UTF-8", path));
     from = strncmp(text, "\xef\xbb\xbf", 3) == 0 ? text + 3 : text; // byte-order mark
     for (char *line = strtok_r(from, "\r\n", &rest); line; line = strtok_r(NULL, "\r\n", &rest)) {
-        char *comment = line; // IMG#12.jpg is a name
-        while (*comment && !(*comment == '#' && (comment == line || strchr(" \t", comment[-1])))) comment++;
-        *comment = 0;
-        line += strspn(line, " \t\"");
-        for (size_t n = strlen(line); n > 0 && strchr(" \t\"", line[n - 1]); n--) line[n - 1] = 0;
+        line = name_in(photos, line);
         if (!*line) continue;
         TRY(mark_line(photos, path, line, err));
         named++;

@@ -76,18 +76,34 @@ char *fs_photos_view_name(const char *path)
     return name;
 }
 
-// Of letters only, in lower case: 1, 0; -1: neither.
+// Is the text, of n letters, one of the words, with spaces between and at their ends?
+static bool is_among(const char *words, const char *text, size_t n)
+{
+    for (const char *p = words; *p; p = strchr(p, ' ') + 1)
+        if (strncmp(p, text, n) == 0 && p[n] == ' ') return true;
+    return false;
+}
+
+// Of letters only, in lower case: 1, 0; -1: neither. People sort their photos in their own language.
 static int what_letters_say(const char *letters)
 {
-    static const char *const words[2][6] = {{"noflash", "nonflash", "withoutflash", "flashoff", "ambient"},
-                                            {"flash", "withflash", "flashon", "flashphotos"}};
-    for (int flash = 0; flash < 2; flash++)
-        for (int i = 0; words[flash][i]; i++)
-            if (strcmp(letters, words[flash][i]) == 0) return flash;
+    static const char with[] = "with mit avec con com med met ", off[] = "off aus ",
+                      without[] = "no non without sans ohne kein keine sin senza sem zonder geen uten utan uden bez ",
+                      things[] = "photo photos foto fotos bild bilder ", *const flashes[] = {"flash", "blitz", "flits"};
+    if (strcmp(letters, "ambient") == 0) return 0;
+    for (size_t i = 0; i < sizeof flashes / sizeof *flashes; i++) {
+        const char *flash = strstr(letters, flashes[i]), *after = flash + strlen(flashes[i]);
+        if (!flash) continue;
+        size_t n = (size_t)(flash - letters);
+        bool alone = !*after || is_among(things, after, strlen(after));
+        if (n && alone && is_among(without, letters, n)) return 0;
+        if (n == 0 && is_among(off, after, strlen(after))) return 0;
+        if (n ? alone && is_among(with, letters, n) : alone || is_among("on an ", after, strlen(after))) return 1;
+    }
     return -1;
 }
 
-// "flash", "No-Flash 2", "without flash": 1, 0, 0; -1: neither.
+// "flash", "No-Flash 2", "ohne Blitz": 1, 0, 0; -1: neither.
 static int what_folder_says(const char *folder)
 {
     char letters[32] = "";

@@ -171,6 +171,9 @@ static void test_flash_state(void **state)
     FILL({"rgb16.tif", "IMG#12.tif"}, {"rgb16.tif", "IMG_3.tif"});
     assert_int_equal(fs_file_write(list, "IMG#12.jpg\t# not IMG_3\n", 23, NULL), 0);
     expect_good("photos", SET(setting), "1 with flash, 1 without (--flash-list)");
+    FILL({"rgb16.tif", "#12.tif"}, {"rgb16.tif", "#3.tif"});
+    assert_int_equal(fs_file_write(list, "#12.jpg \n# 3\n", 13, NULL), 0);
+    expect_good("photos", SET(setting), "1 with flash, 1 without (--flash-list)");
     free(list);
     // EXIF beside photos without: those are left out
     FILL(FOUR, {"grey.jpg", "B.jpg"});

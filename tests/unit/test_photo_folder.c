@@ -141,6 +141,18 @@ static void test_folders_that_say_flash(void **state)
         expect_view(i == 0 ? "flash_1" : i == 1 ? "Flash_1" : "with flash_1", file[0], true);
         expect_view(i == 0 ? "noflash_2" : i == 1 ? "No-Flash_2" : "ambient_2", file[3], false);
     }
+    static const char *const others[][2] = {
+        {"Blitz", "ohne Blitz"}, {"mit_Blitz", "Kein Blitz"}, {"avec flash", "Sans Flash"}, {"Flash an", "flash aus"},
+        {"con flash", "sin flash"}, {"Flash Fotos", "Senza flash 2"}, {"met flits", "zonder-flits"}};
+    for (int i = 0; i < 7; i++) {
+        char file[2][60];
+        for (int k = 0; k < 2; k++) snprintf(file[k], sizeof file[k], "%s/%d.tif", others[i][k], 1 + k);
+        FILL({"rgb16.tif", file[0]}, {"rgb16.tif", file[1]});
+        expect_good("photos", NULL, "1 with flash, 1 without (their folders and EXIF)");
+        expect_view("1", file[0], true);
+    }
+    FILL({"rgb16.tif", "blitzen/1.tif"}, {"rgb16.tif", "Flash Gordon/2.tif"});
+    expect_error("photos", NULL, "none of the 2 photos tells");
     FILL({"flash.dng", "flash/A.DNG"}, {"ambient.dng", "flash/B.DNG"}, {"ambient.dng", "noflash/C.DNG"});
     expect_good("photos", NULL, "W the folders of 1 photos say the opposite of their EXIF (e.g. flash/B.DNG)");
     assert_non_null(strstr(said, "2 with flash, 1 without"));
@@ -189,6 +201,8 @@ static void test_names_that_say_flash(void **state)
     expect_view("Flash-4", "Flash-4.tif", true);
     expect_view("IMG_5_non_flash", "IMG_5_non_flash.tif", false);
     FILL({"rgb16.tif", "a_flash0002.tif"}, {"rgb16.tif", "a_noflash0001.tif"}, {"rgb16.tif", "no_flash3.tif"});
+    expect_good("photos", NULL, "3 photos: 1 with flash, 2 without (their names)");
+    FILL({"rgb16.tif", "1 avec flash.tif"}, {"rgb16.tif", "1 sans flash.tif"}, {"rgb16.tif", "2_ohne_Blitz.tif"});
     expect_good("photos", NULL, "3 photos: 1 with flash, 2 without (their names)");
     FILL({"flash.dng", "A_noflash.DNG"}, {"ambient.dng", "B_flash.DNG"}); // EXIF knows better
     expect_good("photos", NULL, "1 with flash, 1 without (EXIF)");
