@@ -29,8 +29,9 @@ static int look_at(const Photos *photos, PhotoFile *photo, FsError *err)
     for (size_t i = 0; i < fs_image_pixels(clipped); i++)
         photo->look.clipped += (double)clipped->px[i] / (double)fs_image_pixels(clipped);
     photo->look_gain = 1;
-    photo->encoded = light == PHOTO_ENCODED;
+    photo->encoded = light >= PHOTO_ENCODED;
     photo->untold = light == PHOTO_UNTOLD;
+    photo->unread = light == PHOTO_UNREAD;
 fail:
     fs_sizes_free(&sizes);
     return rc;

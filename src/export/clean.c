@@ -97,7 +97,7 @@ static int read_photo(const Clean *c, Work *w, bool full, FsError *err)
     const SensorLevels levels = fs_photos_developed(photos);
     TRY(fs_photo_read_info(w->picture.path.text, &photo->exif, photo->white_balance, NULL, err));
     TRY(fs_photo_read(w->picture.path.text, &levels, &sizes, &light, err));
-    w->picture.encoded = light == PHOTO_ENCODED;
+    w->picture.encoded = light >= PHOTO_ENCODED;
     Image *const from[4] = {&sizes.size[0].rgb, &sizes.size[0].clipped, &sizes.size[1].rgb, &sizes.size[1].clipped},
                  *const to[4] = {&w->small, &w->small_clipped, &w->picture.rgb, &w->clipped};
     bool turned = photo->exif.orientation > 4;

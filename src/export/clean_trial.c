@@ -30,7 +30,7 @@ static int clean_photo(Trial *t, const CleanArgs *args, const Photos *photos, Th
     Image *full = &t->sizes.size[0].rgb, *small = &t->sizes.size[1].rgb;
     Image *const to[2] = {&t->guide.T, &t->guide.whole};
     MUST(fs_photo_read(t->picture.path.text, &levels, &t->sizes, &light, err));
-    t->picture.encoded = light == PHOTO_ENCODED;
+    t->picture.encoded = light >= PHOTO_ENCODED;
     for (int i = 0; i < 2; i++) {
         MUST(fs_image_new(to[i], small->width, small->height, 3, err));
         memcpy(to[i]->px, small->px, fs_image_values(small) * sizeof *small->px);

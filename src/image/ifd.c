@@ -214,6 +214,7 @@ static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *pa
         if (number(ifd, e, 0, &v) && (v == 0 || v == 1)) info->white = v == 0 ? WHITE_AUTO : WHITE_BY_HAND;
         break;
     case 0xa405: set_number(ifd, e, 1e5, &info->focal_35mm); break;
+    case 0xa434: set_text(ifd, e, info->lens); break;
     case 0xc628: { // AsShotNeutral
         double n[3];
         if (e->count == 3 && number(ifd, e, 0, &n[0]) && number(ifd, e, 1, &n[1]) && number(ifd, e, 2, &n[2]) &&

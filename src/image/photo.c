@@ -129,13 +129,15 @@ static int read_profile(const char *path, Profile *profile, PhotoLight *light, F
 {
     LightTag tag;
     ExifInfo exif;
-    bool untold;
     MUST(fs_exif_read(path, &exif, err));
     MUST(read_tag(path, &tag, err));
     if (exif.adobe_rgb) tag.colors = COLORS_ADOBE;
-    fs_profile_of_tag(profile, &tag, &untold);
+    ProfileSource source = fs_profile_of_tag(profile, &tag);
     fs_profile_tag_free(&tag);
-    *light = untold ? PHOTO_UNTOLD : profile->linear ? PHOTO_LIGHT : PHOTO_ENCODED;
+    *light = source == PROFILE_UNTOLD                      ? PHOTO_UNTOLD
+             : profile->linear                             ? PHOTO_LIGHT
+             : source == PROFILE_UNREAD && !exif.adobe_rgb ? PHOTO_UNREAD
+                                                           : PHOTO_ENCODED;
     return 0;
 }
 

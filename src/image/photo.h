@@ -15,6 +15,7 @@ typedef enum PhotoLight {
     PHOTO_LIGHT,   // its values were proportional to light
     PHOTO_UNTOLD,  // they were taken to be: more than 8 bits, and nothing said
     PHOTO_ENCODED, // display values, brought back by their curve: reduced quality
+    PHOTO_UNREAD,  // the same, by sRGB's, since the colour profile that is there cannot be read
 } PhotoLight;
 
 // exif: with the gaps filled from what LibRaw knows. white_balance: as shot (or daylight), green 1; 0 where unknown.

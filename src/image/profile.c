@@ -132,21 +132,20 @@ bool fs_profile_read(Profile *profile, const void *icc, size_t size)
     return good;
 }
 
-void fs_profile_of_tag(Profile *profile, const LightTag *tag, bool *untold)
+ProfileSource fs_profile_of_tag(Profile *profile, const LightTag *tag)
 {
     set_srgb(profile);
-    *untold = false;
-    if (tag->icc && fs_profile_read(profile, tag->icc, tag->icc_size)) return;
+    if (tag->icc && fs_profile_read(profile, tag->icc, tag->icc_size)) return PROFILE_TOLD;
     bool silent = !tag->icc && !tag->srgb && tag->gamma <= 0 && !tag->linear && tag->colors == COLORS_SRGB;
     if (tag->colors != COLORS_SRGB) set_colors(profile, known_colors[tag->colors]);
     if (tag->linear || (silent && tag->deep)) {
         profile->linear = true;
-        *untold = !tag->linear;
     } else if (tag->colors == COLORS_ADOBE) {
         set_gamma(profile, ADOBE_GAMMA);
     } else if (!tag->icc && !tag->srgb && tag->gamma > 0.2 && tag->gamma < 5 && fabs(tag->gamma - 2.2) > 0.05) {
         set_gamma(profile, tag->gamma);
     }
+    return tag->icc ? PROFILE_UNREAD : silent && tag->deep ? PROFILE_UNTOLD : PROFILE_TOLD;
 }
 
 static float look_up(const float *curve, float v)

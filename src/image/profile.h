@@ -22,9 +22,12 @@ typedef struct Profile {
 } Profile;
 // An RGB or grey ICC profile of curves and primaries. False for anything else, damaged ones included.
 bool fs_profile_read(Profile *profile, const void *icc, size_t size);
-// What cannot be read counts as sRGB. *untold: nothing says so, yet deep values are taken
-// for linear light, as RAW converters write them.
-void fs_profile_of_tag(Profile *profile, const LightTag *tag, bool *untold);
+typedef enum ProfileSource {
+    PROFILE_TOLD,   // or not told, and sRGB as display values are
+    PROFILE_UNTOLD, // nothing says so, yet deep values are taken for linear light, as RAW converters write them
+    PROFILE_UNREAD, // there is an ICC profile that cannot be read: what else the file says, or sRGB
+} ProfileSource;
+ProfileSource fs_profile_of_tag(Profile *profile, const LightTag *tag);
 // A row of n pixels in place; values outside 0..1 are taken for the nearest.
 void fs_profile_linearise(const Profile *profile, float *rgb, size_t n);
 

@@ -113,8 +113,9 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     PhotoLight light;
     SensorLevels levels = fs_photos_developed(photos);
     TRY(fs_photo_read(path.text, &levels, &sizes, &light, err));
-    photo->encoded = light == PHOTO_ENCODED;
+    photo->encoded = light >= PHOTO_ENCODED;
     photo->untold = light == PHOTO_UNTOLD;
+    photo->unread = light == PHOTO_UNREAD;
     TRY(level(photo, &sizes, working, mask, err));
     TRY(fs_look_at(&photo->look, working, err));
     photo->look.clipped = photo->clipped;

@@ -110,9 +110,9 @@ static void check_pictures(const Photos *photos, const Log *log)
 // What `check` says, as far as the warnings above do not.
 static int warn_of_findings(Photos *photos, const Log *log, FsError *err)
 {
-    static const char *const kinds[] = {"misfire", "wrong-flash", "gap",    "blur", "zoom",
-                                        "clipped", "dark",        "untold", "copy", "both",
-                                        "twin",    "stranger",    "body",   "few",  "focus"};
+    static const char *const kinds[] = {"misfire", "wrong-flash", "gap",   "blur", "zoom", "clipped",
+                                        "dark",    "untold",      "copy",  "both", "twin", "stranger",
+                                        "body",    "few",         "focus", "lens", "grey", "profile"};
     Findings findings;
     MUST(fs_findings_make(&findings, photos, err));
     for (int i = 0; i < findings.n; i++)

@@ -1,4 +1,4 @@
-#include "model/findings.h"
+#include "model/findings_parts.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -19,16 +19,11 @@ enum {
 #define CLIPPED 0.05    // of a photo
 #define WEAK_FLASH 0.12 // light that it adds
 #define NO_FLASH 0.02
-#define TOO_LITTLE 0.4        // of the usual step of brightness, in logarithms
-#define OTHER_FOCAL 0.015     // share
-#define OTHER_FILM_FOCAL 0.05 // of what is told in whole millimetres
-#define OTHER_FOCUS 0.01      // of the picture's size
-#define OTHER_EXPOSURE 0.02
-#define FAR_STEPS 1.9 // of the path, to a photo of the other lighting
-#define DARK 0.003    // mean light
+#define TOO_LITTLE 0.4 // of the usual step of brightness, in logarithms
+#define FAR_STEPS 1.9  // of the path, to a photo of the other lighting
+#define DARK 0.003     // mean light
 
-__attribute__((format(printf, 4, 5))) static void add(Findings *f, const char *kind, FindingWeight weight,
-                                                      const char *format, ...)
+void fs_findings_add(Findings *f, const char *kind, FindingWeight weight, const char *format, ...)
 {
     if (fs_memory_grow(&f->finding, f->n, sizeof *f->finding, NULL) < 0) return; // counted there
     Finding *finding = &f->finding[f->n++];
@@ -39,8 +34,7 @@ __attribute__((format(printf, 4, 5))) static void add(Findings *f, const char *k
     va_end(ap);
 }
 
-// "a, b, c and 4 more" of those that are marked.
-static const char *names(const Photos *photos, const bool *marked, char text[200])
+const char *fs_findings_names(const Photos *photos, const bool *marked, char text[200])
 {
     size_t used = 0;
     int left = 0;
@@ -56,24 +50,11 @@ static const char *names(const Photos *photos, const bool *marked, char text[200
     return text;
 }
 
-static int count(const bool *marked, int n)
+int fs_findings_count(const bool *marked, int n)
 {
     int sum = 0;
     for (int i = 0; i < n; i++) sum += marked[i];
     return sum;
-}
-
-// The value most photos have, within a share; 0: unknown.
-static double commonest(const double *value, int n, double share)
-{
-    double best = 0;
-    int most = 0;
-    for (int i = 0; i < n; i++) {
-        int same = 0;
-        for (int k = 0; k < n && value[i] > 0; k++) same += fabs(value[k] / value[i] - 1) < share;
-        if (same > most) most = same, best = value[i];
-    }
-    return best;
 }
 
 // The photos nearest in order, of one lighting (-1: any), without i itself.
@@ -108,11 +89,11 @@ static void find_blur(Findings *f, Photos *photos, bool *marked)
         marked[i] = photo->sharpness < BLURRED && !photo->stranger;
         worst = fmin(worst, photo->sharpness);
     }
-    if (count(marked, photos->n))
-        add(f, "blur", FINDING_DOUBT,
-            "blurred: %s (%.0f %% of their neighbours' detail at worst): retake them, or leave "
-            "them out",
-            names(photos, marked, text), 100 * worst);
+    if (fs_findings_count(marked, photos->n))
+        fs_findings_add(f, "blur", FINDING_DOUBT,
+                        "blurred: %s (%.0f %% of their neighbours' detail at worst): retake them, or leave "
+                        "them out",
+                        fs_findings_names(photos, marked, text), 100 * worst);
 }
 
 // ---- flash ----
@@ -158,10 +139,10 @@ static void find_wrong_flash(Findings *f, Photos *photos, double *light, bool *m
     f->flash_adds = exp(usual) - 1;
     if (!isfinite(usual)) return;
     if (f->flash_adds < WEAK_FLASH)
-        add(f, "weak-flash", f->flash_adds < NO_FLASH ? FINDING_UNUSABLE : FINDING_DOUBT,
-            "the flash adds %.0f %% of light: %s", 100 * f->flash_adds,
-            f->flash_adds < NO_FLASH ? "is the flash state right, and does the flash reach the scene?"
-                                     : "go closer, set it stronger, or darken the room");
+        fs_findings_add(f, "weak-flash", f->flash_adds < NO_FLASH ? FINDING_UNUSABLE : FINDING_DOUBT,
+                        "the flash adds %.0f %% of light: %s", 100 * f->flash_adds,
+                        f->flash_adds < NO_FLASH ? "is the flash state right, and does the flash reach the scene?"
+                                                 : "go closer, set it stronger, or darken the room");
     for (int flash = 0; flash < 2 && f->flash_adds >= WEAK_FLASH; flash++) {
         for (int i = 0; i < photos->n; i++) {
             double other = (flash ? 1 : -1) * brighter_than(photos, light, i, !flash);
@@ -171,14 +152,14 @@ static void find_wrong_flash(Findings *f, Photos *photos, double *light, bool *m
                         fabs(other) < fabs(own);
             if (marked[i]) photos->photo[i].odd_light = true;
         }
-        if (count(marked, photos->n))
-            add(f, "wrong-flash", FINDING_DOUBT, "%s: %s: %s",
-                flash ? "counts as a flash photo, but no brighter than "
-                        "those without"
-                      : "counts as without flash, but as bright as those with it",
-                names(photos, marked, text),
-                flash ? "the flash did not reach it; retake it or correct its state"
-                      : "correct its state (--flash-list) or retake it");
+        if (fs_findings_count(marked, photos->n))
+            fs_findings_add(f, "wrong-flash", FINDING_DOUBT, "%s: %s: %s",
+                            flash ? "counts as a flash photo, but no brighter than "
+                                    "those without"
+                                  : "counts as without flash, but as bright as those with it",
+                            fs_findings_names(photos, marked, text),
+                            flash ? "the flash did not reach it; retake it or correct its state"
+                                  : "correct its state (--flash-list) or retake it");
     }
 }
 
@@ -192,11 +173,11 @@ static void find_misfires(Findings *f, const Photos *photos, bool *marked)
         marked[i] = field >= 0 && (field & 0x19) == 8 && photos->photo[i].flash == 0;
         flash += photos->photo[i].flash == 1;
     }
-    int n = count(marked, photos->n);
+    int n = fs_findings_count(marked, photos->n);
     if (n)
-        add(f, "misfire", FINDING_DOUBT,
-            "the flash did not fire in %d of %d photos, though it was on: %s: let it charge", n, n + flash,
-            names(photos, marked, text));
+        fs_findings_add(f, "misfire", FINDING_DOUBT,
+                        "the flash did not fire in %d of %d photos, though it was on: %s: let it charge", n, n + flash,
+                        fs_findings_names(photos, marked, text));
 }
 
 // Twins count once.
@@ -210,11 +191,11 @@ static void find_few(Findings *f, const Photos *photos)
     }
     for (int flash = 0; flash < 2; flash++)
         if (n[flash] < ADVISED)
-            add(f, "few", n[flash] < FEWEST ? FINDING_UNUSABLE : FINDING_DOUBT,
-                "only %d photos %s flash%s: %s; take 10 to 15 of each kind", n[flash], flash ? "with" : "without",
-                twins[flash] ? " from different places" : "",
-                n[flash] < FEWEST ? "COLMAP needs 5 of each to find their poses"
-                                  : "what few photos see is left to chance");
+            fs_findings_add(f, "few", n[flash] < FEWEST ? FINDING_UNUSABLE : FINDING_DOUBT,
+                            "only %d photos %s flash%s: %s; take 10 to 15 of each kind", n[flash],
+                            flash ? "with" : "without", twins[flash] ? " from different places" : "",
+                            n[flash] < FEWEST ? "COLMAP needs 5 of each to find their poses"
+                                              : "what few photos see is left to chance");
 }
 
 // ---- photos that show the same, or something else ----
@@ -222,13 +203,14 @@ static void find_few(Findings *f, const Photos *photos)
 static void find_copies(Findings *f, const Photos *photos)
 {
     if (photos->copies)
-        add(f, "copy", FINDING_HINT, "%d photos are others under another name and are left out: %s", photos->copies,
-            photos->copies_names);
+        fs_findings_add(f, "copy", FINDING_HINT, "%d photos are others under another name and are left out: %s",
+                        photos->copies, photos->copies_names);
     for (int i = 0; i < photos->n; i++)
         for (int k = 0; k < i; k++) {
             const PhotoFile *a = &photos->photo[k], *b = &photos->photo[i];
             if (!a->look.hash || a->look.hash != b->look.hash || a->flash == b->flash) continue;
-            add(f, "both", FINDING_DOUBT,
+            fs_findings_add(
+                f, "both", FINDING_DOUBT,
                 "%s and %s are one picture that counts as with flash and as without: take the wrong one away", a->file,
                 b->file);
         }
@@ -240,31 +222,12 @@ static void find_twins(Findings *f, const Photos *photos, bool *marked)
     char text[200];
     for (int first = 0; first < photos->n; first++) {
         for (int i = 0; i < photos->n; i++) marked[i] = i == first || photos->photo[i].twin_of == first;
-        if (count(marked, photos->n) > 1)
-            add(f, "twin", FINDING_HINT,
+        if (fs_findings_count(marked, photos->n) > 1)
+            fs_findings_add(
+                f, "twin", FINDING_HINT,
                 "taken from one place: %s: what shows the same again adds nothing; step 5 to 10 cm between photos",
-                names(photos, marked, text));
+                fs_findings_names(photos, marked, text));
     }
-}
-
-// Those unlike most by such a share; the last of them, -1: none. 0 is unknown.
-static int mark_odd(const double *value, int n, double share, bool *marked, double *usual)
-{
-    int last = -1;
-    *usual = commonest(value, n, share);
-    for (int i = 0; i < n; i++) {
-        marked[i] = value[i] > 0 && fabs(value[i] / *usual - 1) >= share;
-        if (marked[i]) last = i;
-    }
-    return last;
-}
-
-// Of another focal length. of_film: its equivalent, which tells of a digital zoom, too.
-static int mark_zoom(const Photos *photos, bool of_film, double *value, bool *marked, double *usual)
-{
-    for (int i = 0; i < photos->n; i++)
-        value[i] = of_film ? photos->photo[i].exif.focal_35mm : photos->photo[i].exif.focal_mm;
-    return mark_odd(value, photos->n, of_film ? OTHER_FILM_FOCAL : OTHER_FOCAL, marked, usual);
 }
 
 // Another zoom is said as such, and a blurred photo is hardly like any other.
@@ -272,20 +235,21 @@ static void find_strangers(Findings *f, const Photos *photos, double *focal, boo
 {
     char text[200];
     int n = photos->n;
-    double usual;
-    if (mark_zoom(photos, false, focal, marked, &usual) < 0) mark_zoom(photos, true, focal, marked, &usual);
+    fs_findings_camera_zoomed(photos, focal, marked);
     for (int i = 0; i < n; i++) marked[i] = photos->photo[i].stranger && !marked[i];
-    if (count(marked, n))
-        add(f, "stranger", FINDING_DOUBT,
+    if (fs_findings_count(marked, n))
+        fs_findings_add(
+            f, "stranger", FINDING_DOUBT,
             "nothing in common with the other photos: %s: of another place, or too far from them; leave them out, or "
             "take more between",
-            names(photos, marked, text));
+            fs_findings_names(photos, marked, text));
 }
 
 static void find_unreadable(Findings *f, const Photos *photos)
 {
     if (photos->left_out)
-        add(f, "unreadable", FINDING_DOUBT, "left out: %s (%s)", photos->left_out_names, photos->left_out_why.message);
+        fs_findings_add(f, "unreadable", FINDING_DOUBT, "left out: %s (%s)", photos->left_out_names,
+                        photos->left_out_why.message);
 }
 
 // Where a photo stands on the path, in usual steps: by the numbers of the names, which tell of photos that were taken
@@ -351,102 +315,9 @@ static void find_gaps(Findings *f, Photos *photos, double *place, bool *marked)
         while (last + 1 < n && marked[last + 1] && lighting(&photos->photo[last + 1]) == lighting(&photos->photo[i]))
             last++;
         const PhotoFile *a = &photos->photo[i], *b = &photos->photo[last];
-        add(f, "gap", FINDING_DOUBT, "no photo %s flash near %s%s%s: take some there", lighting(a) ? "without" : "with",
-            a->file, last > i ? " to " : "", last > i ? b->file : "");
+        fs_findings_add(f, "gap", FINDING_DOUBT, "no photo %s flash near %s%s%s: take some there",
+                        lighting(a) ? "without" : "with", a->file, last > i ? " to " : "", last > i ? b->file : "");
         i = last;
-    }
-}
-
-// ---- camera ----
-
-static bool same_body(const ExifInfo *a, const ExifInfo *b)
-{
-    return strcmp(a->model, b->model) == 0 && strcmp(a->make, b->make) == 0;
-}
-
-static void find_body(Findings *f, const Photos *photos, bool *marked)
-{
-    char text[200];
-    const ExifInfo *usual = NULL, *odd = NULL;
-    int most = 0;
-    for (int i = 0; i < photos->n; i++) {
-        const ExifInfo *e = &photos->photo[i].exif;
-        int same = 0;
-        for (int k = 0; k < photos->n && *e->model; k++) same += same_body(&photos->photo[k].exif, e);
-        if (same > most) most = same, usual = e;
-    }
-    for (int i = 0; i < photos->n; i++) {
-        const ExifInfo *e = &photos->photo[i].exif;
-        marked[i] = *e->model && !same_body(e, usual);
-        if (marked[i]) odd = e;
-    }
-    if (odd)
-        add(f, "body", FINDING_DOUBT,
-            "another camera: %s (%s, the others %s): its colours and its lens are others; use one camera",
-            names(photos, marked, text), odd->model, usual->model);
-}
-
-static void find_zoom(Findings *f, const Photos *photos, double *value, bool *marked)
-{
-    char text[200];
-    int n = photos->n;
-    double usual;
-    for (int of_film = 0; of_film < 2; of_film++) {
-        int last = mark_zoom(photos, of_film, value, marked, &usual);
-        if (last < 0) continue;
-        add(f, "zoom", FINDING_DOUBT,
-            "another focal length: %s (%.4g mm%s, the others %.4g mm): one for all is surer; retake them or "
-            "leave them out",
-            names(photos, marked, text), value[last], of_film ? " on 35 mm film" : "", usual);
-        break;
-    }
-    for (int i = 0; i < n; i++) {
-        const ExifInfo *e = &photos->photo[i].exif;
-        value[i] = e->width > e->height ? e->width + 1e-5 * e->height : e->height + 1e-5 * e->width;
-    }
-    usual = commonest(value, n, 1e-9);
-    for (int i = 0; i < n; i++) marked[i] = value[i] > 0 && fabs(value[i] - usual) > 1e-7;
-    if (count(marked, n))
-        add(f, "size", FINDING_DOUBT, "another size: %s: use one camera, one lens and one format",
-            names(photos, marked, text));
-}
-
-// Focused nearer, a lens stands farther from the sensor, and all is larger.
-static void find_focus(Findings *f, const Photos *photos, double *value, bool *marked)
-{
-    char text[200];
-    double usual;
-    for (int i = 0; i < photos->n; i++) {
-        const ExifInfo *e = &photos->photo[i].exif;
-        bool known = e->focal_mm > 0 && 1000 * e->focus_m > 2 * e->focal_mm;
-        value[i] = known ? 1 / (1 - e->focal_mm / (1000 * e->focus_m)) : 0;
-    }
-    int last = mark_odd(value, photos->n, OTHER_FOCUS, marked, &usual);
-    if (last >= 0)
-        add(f, "focus", FINDING_DOUBT,
-            "another focus distance: %s (%.2g m: the picture is %.1f %% %s): focus by hand, once for all",
-            names(photos, marked, text), photos->photo[last].exif.focus_m, 100 * fabs(value[last] / usual - 1),
-            value[last] > usual ? "larger" : "smaller");
-}
-
-static void find_exposure(Findings *f, const Photos *photos, double *value, bool *marked)
-{
-    static const char *const what[] = {"shutter time", "ISO", "aperture"};
-    char text[200], shutter[24];
-    int n = photos->n;
-    for (int k = 0; k < 3; k++) {
-        for (int i = 0; i < n; i++) {
-            const ExifInfo *e = &photos->photo[i].exif;
-            value[i] = k == 0 ? e->exposure_s : k == 1 ? e->iso : e->f_number;
-        }
-        double usual;
-        if (mark_odd(value, n, OTHER_EXPOSURE, marked, &usual) < 0) continue;
-        if (k == 0)
-            fs_exif_shutter_text(usual, shutter);
-        else
-            snprintf(shutter, sizeof shutter, k == 1 ? "ISO %.0f" : "f/%.3g", usual);
-        add(f, "exposure", FINDING_DOUBT, "another %s than %s: %s: set it by hand, the same for all", what[k], shutter,
-            names(photos, marked, text));
     }
 }
 
@@ -464,25 +335,48 @@ static void find_light(Findings *f, const Photos *photos, bool *marked)
         untold += photos->photo[i].untold;
         if (photos->photo[i].untold) odd = photos->photo[i].file;
     }
-    if (count(marked, photos->n))
-        add(f, "clipped", FINDING_DOUBT, "clipped: %s (%.0f %% of the picture at worst): expose less, all photos alike",
-            names(photos, marked, text), 100 * worst);
+    if (fs_findings_count(marked, photos->n))
+        fs_findings_add(f, "clipped", FINDING_DOUBT,
+                        "clipped: %s (%.0f %% of the picture at worst): expose less, all photos alike",
+                        fs_findings_names(photos, marked, text), 100 * worst);
     for (int i = 0; i < photos->n; i++) marked[i] = photos->photo[i].look.mean / photos->photo[i].look_gain < DARK;
-    if (count(marked, photos->n))
-        add(f, "dark", FINDING_DOUBT, "very dark: %s: expose more, all photos alike", names(photos, marked, text));
+    if (fs_findings_count(marked, photos->n))
+        fs_findings_add(f, "dark", FINDING_DOUBT, "very dark: %s: expose more, all photos alike",
+                        fs_findings_names(photos, marked, text));
     if (encoded)
-        add(f, "jpeg", FINDING_HINT,
-            "%d of %d photos are not RAW: set the camera to RAW where it can, it separates better", encoded, photos->n);
+        fs_findings_add(f, "jpeg", FINDING_HINT,
+                        "%d of %d photos are not RAW: set the camera to RAW where it can, it separates better", encoded,
+                        photos->n);
     if (automatic)
-        add(f, "white", FINDING_HINT,
+        fs_findings_add(
+            f, "white", FINDING_HINT,
             "%d of %d photos have an automatic white balance, which may differ from photo to photo: set it by hand, "
             "where they are not RAW",
             automatic, photos->n);
     if (untold)
-        add(f, "untold", FINDING_HINT,
+        fs_findings_add(
+            f, "untold", FINDING_HINT,
             "%d photos have more than 8 bits and no colour profile (e.g. %s): taken for linear light, as RAW "
             "converters write it; save them with their profile if they are not",
             untold, odd);
+}
+
+static void find_colors(Findings *f, const Photos *photos, bool *marked)
+{
+    char text[200];
+    int n = photos->n;
+    for (int i = 0; i < n; i++) marked[i] = photos->photo[i].look.grey;
+    if (2 * fs_findings_count(marked, n) < n && fs_findings_count(marked, n))
+        fs_findings_add(f, "grey", FINDING_DOUBT,
+                        "without colour, which the others have: %s: retake them, or leave them out",
+                        fs_findings_names(photos, marked, text));
+    for (int i = 0; i < n; i++) marked[i] = photos->photo[i].unread;
+    if (fs_findings_count(marked, n))
+        fs_findings_add(
+            f, "profile", FINDING_DOUBT,
+            "a colour profile that cannot be read (expected curves and primaries): %s: taken for sRGB; save them in "
+            "sRGB, Display P3 or Adobe RGB",
+            fs_findings_names(photos, marked, text));
 }
 
 static int compare_times(const void *a, const void *b)
@@ -518,11 +412,9 @@ int fs_findings_make(Findings *findings, Photos *photos, FsError *err)
         find_wrong_flash(findings, photos, value, marked);
         find_gaps(findings, photos, value, marked);
         find_blur(findings, photos, marked);
-        find_body(findings, photos, marked);
-        find_zoom(findings, photos, value, marked);
-        find_focus(findings, photos, value, marked);
-        find_exposure(findings, photos, value, marked);
+        fs_findings_camera(findings, photos, value, marked);
         find_light(findings, photos, marked);
+        find_colors(findings, photos, marked);
     }
     free(marked);
     free(value);

@@ -9,6 +9,7 @@
 
 #define FINE_SIGMA 0.7f // pixels
 #define COARSE_SIGMA 2.0f
+#define GREY 0.003f       // colour as a share of the light: rounding's
 #define LEAST_ENERGY 1e-8 // of what has no structure at all
 
 // Of second differences along a direction.
@@ -27,7 +28,7 @@ static double energy(const float *px, int width, int height, int dx, int dy)
 }
 
 // The square root evens out shot noise, and light and shade.
-static int make_grey(const Image *rgb, Image *grey, double *mean, FsError *err)
+static int make_grey(const Image *rgb, Image *grey, Look *look, FsError *err)
 {
     Image small = {0};
     int width = rgb->width, height = rgb->height, rc = 0;
@@ -36,12 +37,15 @@ static int make_grey(const Image *rgb, Image *grey, double *mean, FsError *err)
     if (shrink) TRY(fs_image_resize_area(rgb, width, height, &small, err));
     const Image *from = shrink ? &small : rgb;
     TRY(fs_image_new(grey, from->width, from->height, 1, err));
-    *mean = 0;
+    double mean = 0, color = 0;
     for (size_t i = 0; i < fs_image_pixels(from); i++) {
-        float v = (from->px[3 * i] + from->px[3 * i + 1] + from->px[3 * i + 2]) / 3;
-        *mean += (double)v / (double)fs_image_pixels(from);
+        float r = from->px[3 * i], g = from->px[3 * i + 1], b = from->px[3 * i + 2], v = (r + g + b) / 3;
+        mean += (double)v / (double)fs_image_pixels(from);
+        color += (double)(fabsf(r - g) + fabsf(b - g)) / (double)fs_image_pixels(from);
         grey->px[i] = sqrtf(fmaxf(v, 1e-4f));
     }
+    look->mean = mean;
+    look->grey = color < GREY * mean;
 fail:
     fs_image_free(&small);
     return rc;
@@ -72,7 +76,7 @@ int fs_look_at(Look *look, const Image *rgb, FsError *err)
     float *fine = NULL, *coarse = NULL, *scratch = NULL;
     int rc = 0;
     memset(look->detail, 0, sizeof look->detail);
-    TRY(make_grey(rgb, &grey, &look->mean, err));
+    TRY(make_grey(rgb, &grey, look, err));
     TRY(make_small(look, &grey, err));
     if (grey.width < 16 || grey.height < 16) goto fail; // nothing to see
     size_t n = fs_image_pixels(&grey);

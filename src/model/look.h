@@ -12,6 +12,7 @@ enum { LOOK_DIRECTIONS = 4 };
 typedef struct Look {
     double mean;                    // linear light
     double clipped;                 // share of the picture
+    bool grey;                      // without any colour
     double detail[LOOK_DIRECTIONS]; // fine structure as a share of coarse, across, down and along the diagonals
     Image small;                    // square root of the light, 1 channel; {0}: the picture is smaller than that
     uint64_t hash;                  // of the picture: equal ones are the same to the last bit; 0: as small

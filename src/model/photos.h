@@ -26,6 +26,7 @@ typedef struct PhotoFile {
     FsError failure;                            // code 0: the photo is good
     bool encoded;                               // came as display values: reduced quality
     bool untold;                                // nothing says whether its values are linear; taken to be
+    bool unread;                                // its colour profile cannot be read; taken for sRGB
     int width, height, orig_width, orig_height; // upright
     double clipped;                             // fraction of the working image
     double mean;                                // of the working image's linear values

@@ -37,7 +37,7 @@ static void warn_flash(const PairPhoto *flash, const PairPhoto *noflash, const L
         fs_log_warn(log, "%s: its EXIF says that the flash did not fire: the flash photo comes first", flash->path);
     if (fs_exif_flash_fired(&noflash->exif) == 1)
         fs_log_warn(log, "%s: its EXIF says that the flash fired: the no-flash photo comes second", noflash->path);
-    if (flash->light == PHOTO_ENCODED || noflash->light == PHOTO_ENCODED)
+    if (flash->light >= PHOTO_ENCODED || noflash->light >= PHOTO_ENCODED)
         fs_log_warn(log,
                     "not RAW: linear light is only guessed from display values, the difference is of reduced quality");
 }

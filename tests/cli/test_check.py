@@ -7,6 +7,7 @@ import random
 import shutil
 import struct
 import tempfile
+import zlib
 
 import common
 from common import FolderTest, run
@@ -168,6 +169,48 @@ class Check(FolderTest):
         path.write_bytes(data)
         self.finds("body", path)
         self.assertIn(f"(Z{model[1:]}, the others {model})", self.check()["body"])
+
+    def test_lens(self):
+        """The aperture's entry becomes the lens's name, where its fraction was."""
+        for path in self.photos.iterdir():
+            data = bytearray(path.read_bytes())
+            at = entry(data, 0x829D)
+            struct.pack_into("<HHI", data, at, 0xA434, 2, 8)
+            place = struct.unpack_from("<I", data, at + 8)[0]
+            data[place:place + 8] = b"35 f/2 B" if path == self.some(False, 6) else b"35 f/2 A"
+            path.write_bytes(data)
+        self.finds("lens", self.some(False, 6))
+        self.assertIn("(35 f/2 B, the others 35 f/2 A)", self.check()["lens"])
+        change(self.some(False, 6), 0x920A, 50, 1)  # that it is another focal length is enough
+        self.finds("zoom", self.some(False, 6))
+
+    def test_grey(self):
+        """A photo without colour, of a size and lighting as the others."""
+        path = self.some(False, 5)
+        data = path.read_bytes()
+        at = struct.unpack_from("<I", data, entry(data, 0x0111) + 8)[0]
+        rows = [array.array("H", data[at + 2 * WIDTH * y:at + 2 * WIDTH * (y + 1)]) for y in range(HEIGHT)]
+        bright = lambda v: min(255, round(255 * (max(v - 512, 0) / 15871) ** 0.45))
+        lines = b"".join(b"\0" + bytes(bright(rows[y // 2 * 2][x // 2 * 2 + 1]) for x in range(WIDTH)) for y in range(HEIGHT))
+        chunk = lambda kind, text: struct.pack(">I", len(text)) + kind + text + struct.pack(">I", zlib.crc32(kind + text))
+        (self.photos / (path.stem + "_noflash.png")).write_bytes(
+            b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", WIDTH, HEIGHT, 8, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(lines)) + chunk(b"IEND", b""))
+        path.unlink()
+        found = self.check()
+        self.assertEqual(set(found), {"grey"})
+        self.assertIn(path.stem + "_noflash.png", found["grey"])
+
+    def test_profile(self):
+        """A colour profile that is none."""
+        shutil.rmtree(self.photos)
+        shutil.copytree(self.made / "capture/jpeg", self.photos)
+        path = self.photos / (self.some(True, 3).stem + ".JPG")
+        data, profile = path.read_bytes(), b"ICC_PROFILE\0\1\1" + bytes(300)
+        path.write_bytes(data[:2] + b"\xff\xe2" + struct.pack(">H", 2 + len(profile)) + profile + data[2:])
+        self.finds("profile", path)
+        process = run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240)
+        self.assertIn(self.check()["profile"], process.stderr)
 
     def test_focus(self):
         """Another distance is another size of the picture."""

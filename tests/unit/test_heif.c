@@ -142,7 +142,7 @@ static void test_colors(void **state)
         {{heif_compression_HEVC, 10, .primaries = 9, .transfer = 8}, PHOTO_LIGHT, NULL, {0.469f, 0.439f, 0.422f}},
         {{heif_compression_HEVC, 10, .primaries = 9, .transfer = 16}, PHOTO_LIGHT, "an HDR picture (PQ)"},
         {{heif_compression_HEVC, 10, .primaries = 9, .transfer = 18}, PHOTO_LIGHT, "an HDR picture (HLG)"},
-        {{heif_compression_HEVC, 8, .icc = true}, PHOTO_ENCODED, NULL, {0.176f, 0.163f, 0.150f}}};
+        {{heif_compression_HEVC, 8, .icc = true}, PHOTO_UNREAD, NULL, {0.176f, 0.163f, 0.150f}}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         PhotoSizes sizes = {.n = 1};
         PhotoLight light;
