@@ -238,12 +238,12 @@ static const FsOption table[] = {
           "the mirrored layer's share of a no-flash photo's light"),
     STRING("hard", synth_hard, SYNTH, "", "LIST",
            "difficulties, comma-separated: weak-flash, strong-reflection, few-photos, low-texture, depth-overlap, "
-           "frame, flash-return, bright-near-room, dark, wide-path, pose-noise, picture"),
+           "frame, flash-return, bright-near-room, dark, wide-path, pose-noise, picture, straight-on"),
     STRING(
         "field", synth_field, SYNTH, "", "LIST",
         "faults of a real capture, comma-separated, NAME or NAME=STRENGTH; all: every one of flash-jitter, drift, "
         "shutter, vignetting, jpeg, white-balance, under, distortion, shake, defocus, photographer, pedestrian, dirt, "
-        "double-glazing, tint"),
+        "double-glazing, tint; and by itself mirrored-flash"),
 };
 #define N_OPTIONS (sizeof table / sizeof *table)
 

@@ -232,14 +232,16 @@ static const struct {
     {"shop window", shop_window},
 };
 
-// Where one stands: oblique to the pane, so that the flash's own mirror image stays out of the view.
+// Where one stands: oblique to the pane, so that the flash's own mirror image stays out of the view, as long as nothing
+// else is asked for.
 static void stand_before(Layout *l, const Spec *spec, Rng *rng, bool flat)
 {
     float turn = 0.6109f + 0.05f * (fs_rng_uniform(rng) - 0.5f), tilt[2];
     for (int i = 0; i < 2; i++) tilt[i] = 0.1f * (fs_rng_uniform(rng) - 0.5f);
+    turn *= spec->turn;
     if (flat) {
         float away = 0.62f + 0.06f * fs_rng_uniform(rng);
-        turn = 0.82f;
+        turn = 0.82f * spec->turn;
         l->pane_point = vec(0, 0.12f, 0.76f);
         l->pane_normal = vec_unit(vec(tilt[0], tilt[1] - 0.03f, 1));
         l->stand = vec_add(l->pane_point, vec(0, -away * sinf(turn), away * cosf(turn)));

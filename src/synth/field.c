@@ -22,8 +22,9 @@ static const struct {
     [FIELD_PEDESTRIAN] = {"pedestrian", 1, 0},
     [FIELD_DIRT] = {"dirt", 0.01f, 0.3f}, // share of the pane that it covers
     [FIELD_DOUBLE_GLAZING] = {"double-glazing", 1, 0},
-    [FIELD_TINT] = {"tint", 0.25f, 0.9f},    // light lost in the colour that loses most
-    [FIELD_DEFOCUS] = {"defocus", 1.5f, 20}, // diameter at infinity, pixels of a photo 600 wide
+    [FIELD_TINT] = {"tint", 0.25f, 0.9f},                  // light lost in the colour that loses most
+    [FIELD_MIRRORED_FLASH] = {"mirrored-flash", 0.05f, 1}, // glare around it, of white; not among "all"
+    [FIELD_DEFOCUS] = {"defocus", 1.5f, 20},               // diameter at infinity, pixels of a photo 600 wide
 };
 
 const char *fs_field_name(FieldFault fault)
@@ -64,7 +65,7 @@ static int read_word(Field *field, const char *word, size_t length, FsError *err
     if (all && equals) return fs_error_set(err, FS_ERR_USAGE, "--field: all takes no strength; name faults that do");
     for (int i = 0; i < FIELD_FAULTS; i++) {
         bool named = strlen(faults[i].name) == name && strncmp(faults[i].name, word, name) == 0;
-        if (all || named) field->strength[i] = faults[i].usual;
+        if (named || (all && i != FIELD_MIRRORED_FLASH)) field->strength[i] = faults[i].usual;
         if (named && equals) MUST(read_strength(field, i, equals + 1, length - name - 1, err));
         found = found || named;
     }

@@ -21,6 +21,7 @@ typedef enum FieldFault {
     FIELD_DIRT,
     FIELD_DOUBLE_GLAZING,
     FIELD_TINT,
+    FIELD_MIRRORED_FLASH,
     FIELD_FAULTS
 } FieldFault;
 

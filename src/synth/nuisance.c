@@ -3,7 +3,10 @@
 
 #include <stdlib.h>
 
-#define REFERENCE_SIDE 600.0f // shake and defocus are told in pixels of a photo so wide
+#define REFERENCE_SIDE 600.0f // shake, defocus and glare are told in pixels of a photo so wide
+#define FLASH_RADIUS 0.03     // metres
+#define MIRRORED_FLASH 20.0f  // of white
+#define GLARE_REACH 25.0f     // pixels in which glare falls to 1 / e
 
 static Rng rng_of(const Spec *spec, FieldFault fault)
 {
@@ -110,6 +113,7 @@ static Figure photographer(const Layout *l, const Camera *camera)
     bool flat = fabsf(l->pane_normal.z) > 0.5f; // of a case: they bend over it
     Vec along = vec_mad(ahead, l->pane_normal, -vec_dot(ahead, l->pane_normal));
     along.z = 0;
+    if (vec_length(along) < 0.3f) along = vec_cross(ahead, vec(0, 0, 1)); // straight on: on the right
     along = vec_unit(along);
     Figure f = {
         .skin = vec(0.1f, 0.07f, 0.055f), .cloth = vec(0.03f, 0.03f, 0.035f), .legs = vec(0.025f, 0.025f, 0.03f)};
@@ -138,6 +142,25 @@ static Figure pedestrian(const Layout *l, Rng rng, int photo)
     return f;
 }
 
+// Where the pane mirrors the flash.
+static void place_flash(const Layout *l, const Camera *camera, const Lens *lens, float flash_px[3])
+{
+    const double *m = camera->w2c;
+    double seen[3];
+    Vec image = fs_trace_mirrored_flash(l, camera);
+    for (int k = 0; k < 3; k++)
+        seen[k] =
+            m[4 * k] * (double)image.x + m[4 * k + 1] * (double)image.y + m[4 * k + 2] * (double)image.z + m[4 * k + 3];
+    if (seen[2] <= 0) return;
+    const Lens pinhole = fs_lens_from_camera(camera);
+    const double ray[2] = {seen[0] / seen[2], seen[1] / seen[2]};
+    double at[2];
+    fs_lens_project(lens->width ? lens : &pinhole, ray, at);
+    flash_px[0] = (float)at[0];
+    flash_px[1] = (float)at[1];
+    flash_px[2] = (float)(camera->fx * FLASH_RADIUS / seen[2]);
+}
+
 int fs_nuisance_draw(Nuisance *u, const Spec *spec, const Layout *layout, const Shot *shot, FsError *err)
 {
     const Camera *camera = &shot->camera;
@@ -155,6 +178,7 @@ int fs_nuisance_draw(Nuisance *u, const Spec *spec, const Layout *layout, const 
     for (int i = 0; i < u->n; i++) {
         u->photo[i].figure[0] = photographer(layout, &shot[i].camera);
         u->photo[i].figure[1] = pedestrian(layout, rng_of(spec, FIELD_PEDESTRIAN), i);
+        place_flash(layout, &shot[i].camera, &u->lens, u->photo[i].flash_px);
     }
     u->dirt_seed = spec->seed * 31u + 5;
     u->tint = layout->tint;
@@ -203,6 +227,18 @@ static void smear(const Image *from, Image *to, float length, float degrees)
             }
 }
 
+// The mirror image of the flash, beyond all that a sensor holds, and what lens and pane scatter of it.
+static void add_mirrored_flash(const PhotoNuisance *p, float glare, Image *light)
+{
+    float reach = GLARE_REACH * (float)(light->width > light->height ? light->width : light->height) / REFERENCE_SIDE;
+    for (int y = 0; y < light->height; y++)
+        for (int x = 0; x < light->width; x++) {
+            float r = hypotf((float)x + 0.5f - p->flash_px[0], (float)y + 0.5f - p->flash_px[1]);
+            float more = glare * expf(-r / reach) + MIRRORED_FLASH * fminf(fmaxf(p->flash_px[2] - r + 0.5f, 0), 1);
+            for (int c = 0; c < 3; c++) fs_image_at(light, x, y)[c] += p->flash * p->gain_flash * more;
+        }
+}
+
 static void vignette(const Nuisance *u, Image *light)
 {
     double cx = 0.5 * light->width, cy = 0.5 * light->height, corner = cx * cx + cy * cy;
@@ -231,6 +267,8 @@ int fs_nuisance_gather(const Nuisance *u, int photo, bool flash, const Traced *t
             light->px[i] +=
                 p->flash * p->gain_flash *
                 (layer[TRACE_T_F].px[i] - layer[TRACE_T_N].px[i] + layer[TRACE_R_F].px[i] - layer[TRACE_R_N].px[i]);
+    if (flash && u->field.strength[FIELD_MIRRORED_FLASH] > 0 && p->flash_px[2] > 0)
+        add_mirrored_flash(p, u->field.strength[FIELD_MIRRORED_FLASH], light);
     vignette(u, light);
 fail:
     fs_image_free(&ambient);

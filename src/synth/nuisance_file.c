@@ -10,12 +10,13 @@ enum { CURVE_SAMPLES = 64 };
 static json_t *photo_json(const PhotoNuisance *p, const Shot *shot)
 {
     const Exposure *e = &p->exposure;
-    return json_pack("{s:s, s:b, s:f, s:i, s:f, s:f, s:f, s:f, s:f, s:f, s:o, s:f, s:f, s:f, s:f}", "name", shot->name,
-                     "flash", shot->flash, "shutter", 1.0 / e->shutter, "iso", e->iso, "fnumber", e->f_number,
-                     "exposure_ambient", (double)p->ambient, "exposure_flash", (double)p->flash, "gain_flash",
-                     (double)p->gain_flash, "gain_T", (double)p->gain_behind, "gain_R", (double)p->gain_room,
-                     "white_balance", fs_json_file_floats(e->balance, 3), "blur_px", (double)p->blur_px, "blur_deg",
-                     (double)p->blur_degrees, "focus_m", (double)p->focus_m, "clipped", p->clipped);
+    return json_pack("{s:s, s:b, s:f, s:i, s:f, s:f, s:f, s:f, s:f, s:f, s:o, s:f, s:f, s:f, s:f, s:o}", "name",
+                     shot->name, "flash", shot->flash, "shutter", 1.0 / e->shutter, "iso", e->iso, "fnumber",
+                     e->f_number, "exposure_ambient", (double)p->ambient, "exposure_flash", (double)p->flash,
+                     "gain_flash", (double)p->gain_flash, "gain_T", (double)p->gain_behind, "gain_R",
+                     (double)p->gain_room, "white_balance", fs_json_file_floats(e->balance, 3), "blur_px",
+                     (double)p->blur_px, "blur_deg", (double)p->blur_degrees, "focus_m", (double)p->focus_m, "clipped",
+                     p->clipped, "mirrored_flash_px", fs_json_file_floats(p->flash_px, 3));
 }
 
 static json_t *style_json(const CameraStyle *s)

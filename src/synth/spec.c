@@ -20,12 +20,14 @@ enum {
     WIDE_PATH,
     POSE_NOISE,
     PICTURE,
+    STRAIGHT_ON,
     DIFFICULTIES
 };
 
 static const char *const words[DIFFICULTIES] = {
     "weak-flash",   "strong-reflection", "few-photos", "low-texture", "depth-overlap", "frame",
     "flash-return", "bright-near-room",  "dark",       "wide-path",   "pose-noise",    "picture",
+    "straight-on",
 };
 
 static void apply(Spec *s, int difficulty)
@@ -59,6 +61,7 @@ static void apply(Spec *s, int difficulty)
         s->follow = 1.0f; // the outer parts of the scene are seen by few photos
         break;
     case POSE_NOISE: s->pose_noise = true; break;
+    case STRAIGHT_ON: s->turn = 0.15f; break;
     case PICTURE:
         s->picture = true;
         s->alpha = s->flash_return = 0;
@@ -104,6 +107,7 @@ int fs_spec_read(Spec *spec, const FsSettings *settings, FsError *err)
                    .shade = from_seed((unsigned)settings->seed, 1),
                    .black = 0.05f + 0.2f * from_seed((unsigned)settings->seed, 2),
                    .path_scale = 1.0f,
+                   .turn = 1.0f,
                    .follow = 0.35f};
     spec->f0 = fminf(fmaxf(0.5f * spec->reflection, 0.04f), 0.4f);
     if (settings->synth_width * (int64_t)settings->synth_height > 64 << 20)

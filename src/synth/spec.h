@@ -18,6 +18,7 @@ typedef struct Spec {
     float shade;         // 0..1: how much of the light that fills shadows is missing behind the pane
     float black;         // share of the materials that are dark, in both scenes
     float path_scale;    // scales the path
+    float turn;          // scales how obliquely one looks at the pane
     float follow;        // how far the aim moves with the camera: 0 stays, 1 as far
     bool picture;        // nothing but flat pictures close behind the pane
     bool frame;          // the pane's frame is in view

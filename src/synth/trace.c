@@ -64,6 +64,11 @@ static View view_of(const Layout *layout, const Lighting *light, const Camera *c
     return v;
 }
 
+Vec fs_trace_mirrored_flash(const Layout *layout, const Camera *camera)
+{
+    return view_of(layout, NULL, camera).mirrored_flash;
+}
+
 static GlassShare glass_along(const View *v, Vec d)
 {
     return fs_glass_share(v->layout, v->light->refraction, vec_dot(d, v->layout->pane_normal));

@@ -48,6 +48,8 @@ int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighti
                   Threads *threads, Traced *traced, FsError *err);
 // 1 where a photo shows one of the figures, at pixel centres.
 int fs_trace_figures(const Layout *layout, TraceRequest request, Threads *threads, Image *mask, FsError *err);
+// Where the pane mirrors the flash to.
+Vec fs_trace_mirrored_flash(const Layout *layout, const Camera *camera);
 // At pixel centres.
 typedef struct Geometry {
     Image depth_T, depth_R; // z-depth, metres, 0: none; of the mirrored scene where one sees it, behind the pane

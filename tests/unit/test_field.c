@@ -24,11 +24,13 @@ static FilePath in(void **state, const char *name)
     return fs_file_at("%s/%s", (char *)*state, name);
 }
 
+static const char *hard = "";
+
 static int make(void **state, const char *name, const char *field, const char *threads, FsError *err)
 {
     FsSettings *set = fs_settings_new();
-    const char *const options[] = {"seed", "2",        "width", "96",      "height", "64",    "photos",
-                                   "8",    "held-out", "1",     "threads", threads,  "field", field};
+    const char *const options[] = {"seed",     "2", "width",   "96",    "height", "64",  "photos", "8",
+                                   "held-out", "1", "threads", threads, "field",  field, "hard",   hard};
     for (size_t i = 0; i < sizeof options / sizeof *options; i += 2)
         assert_int_equal(fs_settings_set(set, options[i], options[i + 1], NULL), 0);
     int rc = fs_synth_run(in(state, name).text, set, NULL, err);
@@ -383,6 +385,40 @@ static double sum_of(const Image *image, int channel, const Image *less)
     return sum;
 }
 
+static void test_mirrored_flash(void **state) // white where it is, glare around it, in flash photos alone
+{
+    hard = "straight-on";
+    assert_int_equal(make(state, "straight", "", "2", NULL), 0);
+    assert_int_equal(make(state, "mirrored", "mirrored-flash", "2", NULL), 0);
+    hard = "";
+    json_t *root = nuisance_of(state, "mirrored");
+    int seen = 0;
+    for (int i = 0; i < PHOTOS; i++) {
+        const json_t *photo = json_array_get(json_object_get(root, "photos"), (size_t)i);
+        const json_t *at = json_object_get(photo, "mirrored_flash_px");
+        bool flash = json_is_true(json_object_get(photo, "flash"));
+        double x = json_number_value(json_array_get(at, 0)), y = json_number_value(json_array_get(at, 1));
+        Mosaic plain = raw_of(state, "straight", i), raw = raw_of(state, "mirrored", i);
+        bool inside = x >= 1 && y >= 1 && x < W - 1 && y < H - 1;
+        seen += flash && inside;
+        if (flash && inside) assert_true(raw.px[(int)y * W + (int)x] >= SENSOR_WHITE - 1);
+        double near = 0, far = 0;
+        int n = 0, m = 0;
+        for (int p = 0; p < W * H; p++) {
+            double r = hypot(p % W + 0.5 - x, p / W + 0.5 - y), more = raw.px[p] - plain.px[p];
+            if (r > 3 && r < 5) near += more, n++;
+            if (r > 25) far += more, m++;
+        }
+        if (flash && n > 20) assert_true(near / n > 100);
+        if (m > 20) assert_true(fabs(far / m) < 12);
+        if (!flash) assert_memory_equal(raw.px, plain.px, (size_t)(W * H) * sizeof *raw.px);
+        free(plain.px);
+        free(raw.px);
+    }
+    assert_true(seen >= 2);
+    json_decref(root);
+}
+
 static void test_pane(void **state)
 {
     static const char *const layers[] = {"T_N", "T_F", "R"};
@@ -502,16 +538,17 @@ static void test_list(void **state)
     assert_false(field.any);
     assert_int_equal(fs_field_read(&field, "all,shake=0,,drift=0.1", &err), 0);
     assert_true(field.any && field.strength[FIELD_SHAKE] == 0 && field.strength[FIELD_DRIFT] == 0.1f);
-    for (int i = 0; i < FIELD_FAULTS; i++) assert_true(i == FIELD_SHAKE || field.strength[i] > 0);
+    for (int i = 0; i < FIELD_FAULTS; i++)
+        assert_true((field.strength[i] > 0) == (i != FIELD_SHAKE && i != FIELD_MIRRORED_FLASH));
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_light), cmocka_unit_test(test_jpeg),       cmocka_unit_test(test_gather),
-        cmocka_unit_test(test_blur),  cmocka_unit_test(test_distortion), cmocka_unit_test(test_figures),
-        cmocka_unit_test(test_pane),  cmocka_unit_test(test_dirt),       cmocka_unit_test(test_bits),
-        cmocka_unit_test(test_list),
+        cmocka_unit_test(test_light), cmocka_unit_test(test_jpeg),           cmocka_unit_test(test_gather),
+        cmocka_unit_test(test_blur),  cmocka_unit_test(test_distortion),     cmocka_unit_test(test_figures),
+        cmocka_unit_test(test_pane),  cmocka_unit_test(test_dirt),           cmocka_unit_test(test_bits),
+        cmocka_unit_test(test_list),  cmocka_unit_test(test_mirrored_flash),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);
 }
