@@ -17,7 +17,7 @@ void fs_order_ranked(Ranked *item, size_t n); // rising, equal ones by index
 // Whether the i-th of n things is one of some, spread evenly, `most` or all of them.
 static inline bool fs_order_is_some(int i, int n, int most)
 {
-    return n <= most || i == 0 || i * most / n != (i - 1) * most / n;
+    return n <= most || i == 0 || (long long)i * most / n != (i - 1LL) * most / n;
 }
 // n structs of `size` bytes that begin with their name (char *), by that.
 void fs_order_named(void *item, size_t n, size_t size);

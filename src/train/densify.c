@@ -204,6 +204,7 @@ int fs_densify_step(Trainer *trainer, FsError *err)
     int rc;
     TRY(fs_engine_scene_down(trainer->engine, (1u << LAYERS) - 1, &trainer->scene, err));
     TRY(fs_engine_state_down(trainer->engine, &trainer->state, err));
+    if (relocate) TRY(fs_curtains_open(trainer, err));
     for (int l = 0; l < LAYERS; l++)
         if (trainer->scene.cloud[l].n) TRY(edit_layer(trainer, l, fsgs ? edit_fsgs : edit_relocate, err));
     TRY(fs_densify_neighbours(trainer, err));

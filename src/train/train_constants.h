@@ -37,6 +37,15 @@ enum {
     RELOCATE_FROM = 500,  // MCMC        but at most a twentieth of the steps
 };
 
+// What hangs before the cameras (curtains.c).
+#define CURTAIN_NEAREST 0.02 // -           what is nearest of T: this share of it;
+#define CURTAIN_NEAR 0.5     // -           a curtain is nearer than so much of that,
+#define CURTAIN_WIDE 0.3     // -           and so many times as wide (one sigma) as far
+enum {
+    CURTAIN_VIEWS = 16,   // -           that are asked what is nearest,
+    CURTAIN_ASKED = 4000, // -           of so many Gaussians, about
+};
+
 // Radiance fields.
 #define RATE_FIELD 1e-2       // Mueller et al. 2022; of each part: model/radiance.c
 #define FIELD_FALLS_FROM 0.25 // -           share of the steps

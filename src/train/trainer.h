@@ -71,6 +71,9 @@ bool fs_train_cost_mirrors(const Settings *set); // a cloud R, and beta of a pan
 int fs_densify_step(Trainer *trainer, FsError *err);
 int fs_densify_neighbours(Trainer *trainer, FsError *err); // finds and sends up whose gains are compared
 
+// curtains.c: what hangs right before a camera of the scene, as it was brought down, is made transparent
+int fs_curtains_open(Trainer *trainer, FsError *err);
+
 // pane_look.c: what is on the pane and before it, where the settings bars and dirt look for it
 int fs_pane_look_steps(const Settings *set);      // that a look takes; 0: none is had
 int fs_pane_look_halvings(int long_edge);         // of the photos that it looks at
