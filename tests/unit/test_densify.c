@@ -50,6 +50,44 @@ static void test_edit(void **state)
     fs_cloud_free(&cloud);
 }
 
+// What is near and wide before a camera becomes transparent; what is small, as far as the scene, or behind it stays.
+static void test_curtains(void **state)
+{
+    (void)state;
+    const Camera camera = {64, 48, 50, 50, 32, 24, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    const View view = {.camera = camera}, *views[] = {&view};
+    static const struct {
+        float z, scale[3];
+        bool opened;
+    } cases[] = {{0.4f, {0, -6, 0}, true},   {0.9f, {1, 1, -3}, true},   {-0.2f, {0, 0, 0}, true},
+                 {0.4f, {-5, -5, 0}, false}, {0.4f, {0, -6, -6}, false}, {1.5f, {0, 0, 0}, false},
+                 {2.2f, {2, 2, 2}, false},   {-2, {0, 0, 0}, false}};
+    enum { CASES = sizeof cases / sizeof *cases };
+    Trainer trainer = {.views = views, .n_views = 1};
+    trainer.scene.cloud[LAYER_T_N] = make_cloud(N, 1);
+    trainer.scene.cloud[LAYER_R] = make_cloud(N, 0);
+    Cloud before[2] = {make_cloud(N, 1), make_cloud(N, 0)};
+    for (int l = LAYER_T_N; l <= LAYER_R; l++) // 3 of T are less than a fiftieth
+        for (int i = 0; i < (l == LAYER_R ? CASES : 3); i++) {
+            float *const *field = trainer.scene.cloud[l].field;
+            const float mean[3] = {0.1f, 0, cases[i].z};
+            memcpy(field[CLOUD_MEANS] + 3 * i, mean, sizeof mean);
+            memcpy(field[CLOUD_SCALES] + 3 * i, cases[i].scale, sizeof cases[i].scale);
+            field[CLOUD_OPACITIES][i] = 1;
+        }
+    assert_int_equal(fs_curtains_open(&trainer, NULL), 0);
+    for (int l = LAYER_T_N; l <= LAYER_R; l++) {
+        const float *logit = trainer.scene.cloud[l].field[CLOUD_OPACITIES],
+                    *was = before[l - LAYER_T_N].field[CLOUD_OPACITIES];
+        int changed = l == LAYER_R ? CASES : 3;
+        for (int i = 0; i < changed; i++)
+            if ((fs_cloud_edit_sigmoid(logit[i]) <= ENGINE_DEAD) != cases[i].opened) fail_msg("case %d", i);
+        assert_memory_equal(logit + changed, was + changed, sizeof *logit * (size_t)(N - changed));
+    }
+    for (int l = 0; l < LAYERS; l++) fs_cloud_free(&trainer.scene.cloud[l]);
+    for (int k = 0; k < 2; k++) fs_cloud_free(&before[k]);
+}
+
 // ---- relocation ----
 
 static void render_cloud(const Cloud *cloud, Image *image)
@@ -232,7 +270,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_edit), cmocka_unit_test(test_relocation_keeps_the_picture),
         cmocka_unit_test(test_row),  cmocka_unit_test(test_all_dead),
-        cmocka_unit_test(test_fsgs),
+        cmocka_unit_test(test_fsgs), cmocka_unit_test(test_curtains),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
