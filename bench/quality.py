@@ -79,14 +79,18 @@ FIELD = {"field-none": ("", "raw"), **{f"field-{f}": (f, "raw") for f in FAULTS}
          "field-jpeg-vignetting": ("jpeg,vignetting", "jpeg"), "field-all-jpeg": ("all", "jpeg")}
 SYNTH.update({name: (FIELD_SEED, "", photos, FIELD_SIZE + (f" --field {faults}" if faults else ""))
               for name, (faults, photos) in FIELD.items()})
-ONLY_NAMED = ("full-*", "field-*")
+# One looks at the pane at a right angle: each layout, the same with who takes the photos and the flash in the pane.
+STRAIGHT = {f"straight-{seed}{word}": (seed, "straight-on", "raw", FIELD_SIZE + faults) for seed in (31, 32, 33, 34, 36, 37, 42, 47)
+            for word, faults in (("", ""), ("-mirrored", " --field photographer,mirrored-flash"))}
+SYNTH.update(STRAIGHT)
+ONLY_NAMED = ("full-*", "field-*", "straight-*")
 
 
 def common_arguments(description, out):
     p = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--flashsplat", default=str(ROOT / "build" / "flashsplat"), help="the program")
     p.add_argument("--scenes", default=str(ROOT.parent / "shared" / "scenes"), help="folder of captures with truth")
-    p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-* and field-*)")
+    p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-*, field-* and straight-*)")
     p.add_argument("--jpeg", action="store_true", help="every scene from its JPEG files instead of RAW")
     p.add_argument("--out", default=str(ROOT / "demo" / out), help="folder for everything this makes")
     p.add_argument("--options", default="--preset preview --long-edge 300", help="options of every run")

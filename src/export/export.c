@@ -128,6 +128,17 @@ static int make_splats(const Export *x, const Piece *piece, const Format *format
     return fs_splats_sort(splats, format->order, err);
 }
 
+// Some few that went astray are nothing to worry about.
+static void say_left_out(const Export *x, const Piece *piece, int left_out, int n)
+{
+    static const char text[] =
+        "export: %s: %d of %d Gaussians are left out: they are no numbers, or beyond all measure";
+    if (left_out > n / 1000)
+        fs_log_warn(&x->project->log, text, piece->name, left_out, n);
+    else if (left_out)
+        fs_log_info(&x->project->log, text, piece->name, left_out, n);
+}
+
 static int export_piece(const Export *x, const Piece *piece, FsError *err)
 {
     const Cloud *cloud = fs_colors_cloud(&x->scene, piece->layer);
@@ -141,10 +152,7 @@ static int export_piece(const Export *x, const Piece *piece, FsError *err)
     for (int f = 0; f < FORMATS; f++) {
         if (!x->wanted[f] || !fs_formats[f].write) continue;
         TRY(make_splats(x, piece, &fs_formats[f], srgb, &splats, err));
-        if (splats.n < cloud->n && !told)
-            fs_log_warn(&x->project->log,
-                        "export: %s: %d of %d Gaussians are left out: they are no numbers, or beyond all measure",
-                        piece->name, cloud->n - splats.n, cloud->n);
+        if (!told) say_left_out(x, piece, cloud->n - splats.n, cloud->n);
         told = true;
         TRY(export_file(x, &splats, &fs_formats[f], piece->name, err));
     }
