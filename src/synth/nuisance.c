@@ -145,20 +145,15 @@ static Figure pedestrian(const Layout *l, Rng rng, int photo)
 // Where the pane mirrors the flash.
 static void place_flash(const Layout *l, const Camera *camera, const Lens *lens, float flash_px[3])
 {
-    const double *m = camera->w2c;
-    double seen[3];
     Vec image = fs_trace_mirrored_flash(l, camera);
-    for (int k = 0; k < 3; k++)
-        seen[k] =
-            m[4 * k] * (double)image.x + m[4 * k + 1] * (double)image.y + m[4 * k + 2] * (double)image.z + m[4 * k + 3];
-    if (seen[2] <= 0) return;
-    const Lens pinhole = fs_lens_from_camera(camera);
-    const double ray[2] = {seen[0] / seen[2], seen[1] / seen[2]};
-    double at[2];
-    fs_lens_project(lens->width ? lens : &pinhole, ray, at);
+    const double world[3] = {(double)image.x, (double)image.y, (double)image.z};
+    double at[2], depth = fs_camera_project(camera, world, at);
+    if (depth <= 0) return;
+    const double ray[2] = {(at[0] - camera->cx) / camera->fx, (at[1] - camera->cy) / camera->fy};
+    if (lens->width) fs_lens_project(lens, ray, at);
     flash_px[0] = (float)at[0];
     flash_px[1] = (float)at[1];
-    flash_px[2] = (float)(camera->fx * FLASH_RADIUS / seen[2]);
+    flash_px[2] = (float)(camera->fx * FLASH_RADIUS / depth);
 }
 
 int fs_nuisance_draw(Nuisance *u, const Spec *spec, const Layout *layout, const Shot *shot, FsError *err)

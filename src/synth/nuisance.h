@@ -14,7 +14,7 @@ typedef struct PhotoNuisance {
     float blur_px, blur_degrees;              // smear of what the ambient light shows
     float focus_m;                            // distance that is sharp; 0: all are
     Figure figure[2];                         // who stands in the mirrored room
-    float flash_px[3];                        // x, y, radius of the flash's mirror image; radius 0: out of sight
+    float flash_px[3];                        // x, y, radius of the flash's mirror image, in the photo or beside it; radius 0: behind the camera
     double clipped;                           // share of the sensor's pixels that are full
 } PhotoNuisance;
 

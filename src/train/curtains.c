@@ -4,18 +4,15 @@
 // transparent, and relocated as what is dead.
 #include <stdlib.h>
 
-#include "base/memory.h"
+#include "base/linalg.h"
 #include "base/order.h"
 #include "train/cloud_edit.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
 
-static void see(const Camera *camera, const float *mean, double p[3])
+static void place_of(const Cloud *cloud, int i, double world[3])
 {
-    const double *m = camera->w2c;
-    for (int k = 0; k < 3; k++)
-        p[k] =
-            m[4 * k] * (double)mean[0] + m[4 * k + 1] * (double)mean[1] + m[4 * k + 2] * (double)mean[2] + m[4 * k + 3];
+    for (int k = 0; k < 3; k++) world[k] = (double)cloud->field[CLOUD_MEANS][3 * i + k];
 }
 
 // Depth of what is nearest of a cloud to a camera; 0: it sees none of it. scratch: (CURTAIN_ASKED)
@@ -23,13 +20,12 @@ static double nearest_of(const Cloud *cloud, const Camera *camera, double *scrat
 {
     size_t seen = 0;
     for (int i = 0; i < cloud->n; i++) {
-        double p[3];
+        double world[3], pixel[2];
         if (!fs_order_is_some(i, cloud->n, CURTAIN_ASKED)) continue;
         if (fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) <= ENGINE_DEAD) continue;
-        see(camera, cloud->field[CLOUD_MEANS] + 3 * i, p);
-        double x = p[2] > 0 ? camera->fx * p[0] / p[2] + camera->cx : -1;
-        double y = p[2] > 0 ? camera->fy * p[1] / p[2] + camera->cy : -1;
-        if (x >= 0 && y >= 0 && x < camera->width && y < camera->height) scratch[seen++] = p[2];
+        place_of(cloud, i, world);
+        double depth = fs_camera_sees(camera, world, pixel);
+        if (depth > 0) scratch[seen++] = depth;
     }
     fs_order_doubles(scratch, seen);
     return seen ? scratch[(size_t)(CURTAIN_NEAREST * (double)seen)] : 0;
@@ -39,11 +35,14 @@ static double nearest_of(const Cloud *cloud, const Camera *camera, double *scrat
 static bool hangs_before(const Cloud *cloud, int i, const Camera *camera, double nearest)
 {
     const float *s = cloud->field[CLOUD_SCALES] + 3 * i;
-    double least = fmin(fmin((double)s[0], (double)s[1]), (double)s[2]), p[3];
+    double world[3], pixel[2], eye[3];
+    place_of(cloud, i, world);
+    fs_camera_centre(camera, eye);
+    double distance = sqrt(v3_distance2(world, eye));
+    if (distance >= CURTAIN_NEAR * nearest) return false; // nearly all
+    double least = fmin(fmin((double)s[0], (double)s[1]), (double)s[2]);
     double width = exp(0.5 * ((double)s[0] + (double)s[1] + (double)s[2] - least));
-    see(camera, cloud->field[CLOUD_MEANS] + 3 * i, p);
-    double distance = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
-    return distance < CURTAIN_NEAR * nearest && p[2] > -width && width > CURTAIN_WIDE * distance;
+    return width > CURTAIN_WIDE * distance && fs_camera_project(camera, world, pixel) > -width;
 }
 
 int fs_curtains_open(Trainer *trainer, FsError *err)
