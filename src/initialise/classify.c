@@ -1,5 +1,6 @@
 // Mean field on a graph of neighbours. Each point has odds p of being transmitted; they are renewed a fixed number of
 // times from
+//   rare    how much rarer mirrored points are, whatever else is known
 //   own     the likelihood of its contrast growth: around 1 when mirrored, around that of the transmitted points about
 //           it otherwise (the flash weakens smoothly along a surface, and far surfaces get hardly any of it)
 //   depth   how often clear points of either kind occur at this depth
@@ -12,6 +13,7 @@
 
 #include "base/arena.h"
 #include "base/knn.h"
+#include "base/order.h"
 #include "initialise/constants.h"
 
 typedef struct Graph {
@@ -24,6 +26,7 @@ typedef struct Graph {
     float *p, *p_next, *depth_odds, *evidence;
     float table_lit[DEPTH_ODDS_STEPS], table_mirrored[DEPTH_ODDS_STEPS];
     DepthOdds depths; // its places are those of the tables, too
+    float rare;       // log of the odds for "transmitted" that any point has
 } Graph;
 
 // Lives as long as the arena.
@@ -172,15 +175,29 @@ static void round_job(void *context, int i, int worker)
     }
     float own = own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, LIT_LEAST),
                          support > LIT_FIELD_SUPPORT ? LIT_FIELD_SPREAD : LIT_SPREAD);
-    g->evidence[i] = own + g->depth_odds[i] + CLASSIFY_NEAR_WEIGHT * near -
+    g->evidence[i] = own + g->rare + g->depth_odds[i] + CLASSIFY_NEAR_WEIGHT * near -
                      CLASSIFY_RAY_WEIGHT * fminf(fmaxf(ray, -CLASSIFY_RAY_MOST), CLASSIFY_RAY_MOST);
     g->p_next[i] = (1 - CLASSIFY_STEP) * g->p[i] + CLASSIFY_STEP * to_probability(g->evidence[i]);
 }
 
-static int settle(Graph *g, Arena *arena, Threads *threads, FsError *err)
+static bool is_mirrored(const Graph *g, int i)
 {
-    float *weight = ARENA_NEW(arena, float, g->n);
-    if (!weight) return fs_error_memory(err);
+    // Dull points at depths of clearly lit ones stay out: mirrored, or lit too weakly to tell.
+    return g->evidence[i] < -CLASSIFY_SURE && g->depth_odds[i] <= 0;
+}
+
+// What three quarters of the points called mirrored grow less than; weight (n) is used up.
+static float mirrored_slope(const Graph *g, float *weight)
+{
+    int m = 0;
+    for (int i = 0; i < g->n; i++)
+        if (is_mirrored(g, i)) weight[m++] = g->slope[i];
+    fs_order_floats(weight, (size_t)m);
+    return m ? weight[3 * m / 4] : 0;
+}
+
+static void settle(Graph *g, float *weight, Threads *threads)
+{
     float lo = INFINITY, hi = -INFINITY;
     for (int i = 0; i < g->n; i++) {
         lo = fminf(lo, g->log_depth[i]);
@@ -193,6 +210,19 @@ static int settle(Graph *g, Arena *arena, Threads *threads, FsError *err)
         renew_depths(g, round, weight);
         fs_threads_for(threads, g->n, round_job, g);
         memcpy(g->p, g->p_next, sizeof(float) * (size_t)g->n);
+    }
+}
+
+// Where little is mirrored, lit points of which the flash says little outnumber the mirrored ones, and depths and
+// neighbours then speak for these alone. So mirrored points are held for as rare as it takes for them to look mirrored.
+static int settle_all(Graph *g, Arena *arena, Threads *threads, FsError *err)
+{
+    float *weight = ARENA_NEW(arena, float, g->n);
+    if (!weight) return fs_error_memory(err);
+    for (int i = 0; i <= CLASSIFY_RARE_STEPS; i++) {
+        g->rare = (float)i * CLASSIFY_RARE_STEP;
+        settle(g, weight, threads);
+        if (mirrored_slope(g, weight) < MIRRORED_SLOPE_MOST) break;
     }
     return 0;
 }
@@ -220,14 +250,14 @@ int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds 
     *depth_odds = (DepthOdds){.step = 1};
     if (m > 0) {
         TRY(link_neighbours(&g, &arena, threads, err));
-        TRY(settle(&g, &arena, threads, err));
+        TRY(settle_all(&g, &arena, threads, err));
         *depth_odds = g.depths;
+        for (int d = 0; d < DEPTH_ODDS_STEPS; d++) depth_odds->odds[d] += g.rare;
     }
     for (int j = 0; j < m; j++) {
         int i = place_of[j];
         if (g.evidence[j] > CLASSIFY_SURE) points->kind[i] = POINT_TRANSMITTED;
-        // Dull points at depths of clearly lit ones stay out: mirrored, or lit too weakly to tell.
-        if (g.evidence[j] < -CLASSIFY_SURE && g.depth_odds[j] <= 0) points->kind[i] = POINT_REFLECTED;
+        if (is_mirrored(&g, j)) points->kind[i] = POINT_REFLECTED;
     }
 fail:
     fs_arena_free(&arena);

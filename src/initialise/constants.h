@@ -19,6 +19,7 @@ enum {
     GRAPH_RAY = 32,               // -          and those in the same direction
     GRAPH_ROUNDS = 25,            // -          of the mean field
     DEPTH_ODDS_STEPS = 64,        // -          of the table of depths
+    CLASSIFY_RARE_STEPS = 12,     // -          tried at most
     LIGHT_NEIGHBOURS = 12,        // -          that a place's gain is carried over from
     LIGHT_ENOUGH = 10,            // -          clear points that the flash's colour is fitted to at least
     SWEEP_GROUP_T = 8,            // experiment photos of one lighting looked at, the nearest
@@ -73,6 +74,8 @@ enum {
 #define CLASSIFY_STEP 0.5f          // -          of the mean field in a round
 #define MIRRORED_SLOPE 0.04f        // -          log; a little of the flash comes back by the room
 #define MIRRORED_SPREAD 0.08f       // -
+#define MIRRORED_SLOPE_MOST 0.3f    // captures   log; where a quarter of the mirrored points grow by more, some are not
+#define CLASSIFY_RARE_STEP 0.5f     // -          log of the odds; mirrored points are that much rarer then,
 #define LIT_SLOPE 0.7f              // captures   log; where no transmitted point is near (a growth of 2)
 #define LIT_SPREAD 0.4f             // -
 #define LIT_FIELD_SPREAD 0.25f      // -          where some are

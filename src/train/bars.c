@@ -123,6 +123,10 @@ static int decide(Decision *d, const int *neighbour, float *covers)
         covers[i] = d->x[i] > BARS_EDGE && is_enough(d, g) && g->asked && g->before <= BARS_BEFORE * g->asked;
         found += covers[i] > 0;
     }
+    if (found > BARS_MOST * n) { // the mirrored scene is not told well enough yet
+        memset(covers, 0, sizeof *covers * (size_t)n);
+        found = 0;
+    }
     return found;
 }
 
