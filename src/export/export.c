@@ -181,6 +181,15 @@ static int export_room(const Export *x, FsError *err)
     return export_piece(x, &room, err);
 }
 
+int fs_export_check(const Settings *set, FsError *err)
+{
+    Scene kind = {0};
+    fs_scene_set_kind(&kind, set);
+    if (!set->unmirror || kind.pane_beta) return 0;
+    return fs_error_set(err, FS_ERR_USAGE,
+                        "--unmirror goes with --beta pane: with --beta cloud no pane is learned to mirror back at");
+}
+
 int fs_export_estimate(const FsProject *project, const char *folder, RunCost *cost, FsError *err)
 {
     bool clean[CLEAN_FORMATS];

@@ -113,6 +113,8 @@ class Usage(FolderTest):
             self.assert_fails(run("run", self.dir, "-o", self.dir / "out", option, ""), 2, option, "empty")
         self.assert_fails(run("run", self.dir, "-o", self.dir / "out", "--path", "spiral", "--cameras", "x"), 2,
                           "--path spiral and --cameras", "one of them")
+        for cloud in (["--beta", "cloud"], ["--preset", "paper"]):  # before hours of training
+            self.assert_fails(run("run", self.dir, "-o", self.dir / "out", "--unmirror", *cloud), 2, "--unmirror", "--beta pane")
         self.assertFalse((self.dir / "out").exists())
         self.assert_fails(run("train", self.dir, "--force=maybe"), 2, "--force", "true or false")
         self.assert_fails(run("train", self.dir, "--no-steps"), 2, "--no-steps")
