@@ -98,6 +98,9 @@ static const Command commands[] = {
      .detail = "Without --cameras and --path, all posed photos are rendered into OUT/renders.",
      .stages = FS_STAGE_RENDER, .out = OUT_SETTING, .call = call_render},
     {.name = "evaluate", .usage = "OUT TRUTH", .help = "measure the layers against a folder of true ones",
+     .detail = "TRUTH is a folder of <layer>/<view>.png with cameras.json, as synth writes it. The held-out views are to be "
+               "rendered first: flashsplat render OUT --cameras TRUTH/cameras.json. Those of the photos (--views capture) are there "
+               "after run.",
      .stages = FS_STAGE_EVALUATE, .n_args = 1, .out = OUT_PROJECT, .prints = true, .call = call_evaluate},
     {.name = "export", .usage = "OUT", .help = "write the clouds in formats that other programs open",
      .stages = FS_STAGE_EXPORT, .out = OUT_PROJECT, .call = call_export},
@@ -108,6 +111,7 @@ static const Command commands[] = {
     {.name = "synth", .usage = "-o OUT", .help = "make a capture through glass, with ground truth",
      .stages = FS_STAGE_SYNTH, .out = OUT_NEW, .call = call_synth},
     {.name = "pair", .usage = "FLASH NOFLASH -o FILE", .help = "difference of a flash / no-flash pair from a tripod",
+     .detail = "FILE ends in .png.",
      .stages = FS_STAGE_PAIR, .n_args = 2, .out = OUT_NEW, .call = call_pair},
     {.name = "check", .usage = "PHOTOS", .help = "whether photos will do, in seconds: what to retake",
      .detail = "A line for each photo, then what to do. Exits with 0 where all is good, 3 where the photos are usable "

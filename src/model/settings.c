@@ -98,10 +98,11 @@ static const FsOption table[] = {
     FLOAT("minutes", minutes, TRAIN, "0", 0, 1e6, "X",
           "fewer steps, as many as let run (or train, alone) take X minutes on this machine; 0: as many as --steps"),
     INT("levels", levels, TRAIN, "3", 1, FS_SETTINGS_LEVELS, "N",
-        "sizes of the photos that training goes through, each half the next; 1: full size only"),
+        "sizes of the photos that training goes through, each half the next, up to the working size (--long-edge); 1: that "
+        "only"),
     FLOAT("pixels-per-splat", pixels_per_splat, TRAIN, "0.65", 0, 1000, "X",
-          "at the photos' full size a step looks at every second row, and column, if that leaves as many pixels for each "
-          "Gaussian that a cloud may have; 0: all pixels"),
+          "at the photos' full working size (--long-edge) a step looks at every second row, and column, if that leaves as "
+          "many pixels for each Gaussian that a cloud may have; 0: all pixels"),
     INT("test-every", test_every, POSES, "0", 0, 1000, "N", "hold out every Nth photo; 0: none"),
     INT("checkpoint-every", checkpoint_every, TRAIN, "500", 0, 1000000, "N",
         "steps between checkpoints; 0: only at the end"),
@@ -130,7 +131,7 @@ static const FsOption table[] = {
     FLOAT("contrast", contrast, TRAIN, "0.1", 0, 1, "X",
           "share of the errors' local variance, as part of the photo's, in the photo term; the rest is L1"),
     FLOAT("linearity", linearity, TRAIN, "0", 0, 1000, "X",
-          "weight of Pearson's correlation of T_N and T_F (separate geometry)"),
+          "weight of Pearson's correlation of T_N and T_F (with --geometry separate or --model field)"),
     FLOAT("beta-smooth", beta_smooth, TRAIN, "0", 0, 1000, "X", "weight of the smoothness of a beta cloud"),
     FLOAT("depth-smooth", depth_smooth, TRAIN, "0", 0, 1000, "X", "weight of the smoothness of depth"),
     FLOAT("gain-smooth", gain_smooth, TRAIN, "0.001", 0, 1000, "X",
@@ -185,7 +186,8 @@ static const FsOption table[] = {
 
     STRING("cameras", cameras, RENDER, "", "MODEL",
            "views to render: COLMAP model folder, transforms.json or cameras.json"),
-    STRING("output", output, RENDER | EVALUATE, "", "DIR", "folder for the renders (default: OUT/renders; of a camera path OUT/path)"),
+    STRING("output", output, RENDER | EVALUATE, "", "DIR",
+           "folder of the renders (render's -o; elsewhere -o is OUT; default: OUT/renders; of a camera path OUT/path)"),
     ENUM("path", path, RENDER, "none", "none|spiral", "render a camera path instead of views"),
     LIST("layers", layers, RENDER, "all", "all|T_N|T_F|R|R_scene|beta|I_N|I_F|depth_T|depth_R",
          "layers to render, comma-separated: T_N,T_F,R,R_scene,beta,I_N,I_F,depth_T,depth_R (R is beta times "
@@ -205,7 +207,7 @@ static const FsOption table[] = {
          "(16 bits), dng (linear)"),
     STRING("originals", originals, EXPORT, "", "DIR", "where the photos are now, for --clean, if not where they were"),
     BOOL("unmirror", unmirror, EXPORT,
-         "write the mirrored room too, as room.*, where it really is: reflected at the pane"),
+         "write the mirrored room too, as room.*, where it really is: reflected at the pane (with --beta pane)"),
     BOOL("dataset", dataset, EXPORT,
          "write the photos without the reflection, with a COLMAP model, for programs that train on posed photos"),
     ENUM("dataset-of", dataset_of, EXPORT, "transmitted", "transmitted|photos",
