@@ -41,7 +41,7 @@ def arguments():
                    "truth, so time, size and pictures only")
     p.add_argument("--method", default="", help="NAME=DIR,...: other programs' pictures, "
                    "DIR/<scene>/<layer>/<photo>.png; docs/compare.md")
-    p.add_argument("--method-encoding", default="srgb", help="what these hold: gamma, srgb (default) or linear")
+    p.add_argument("--method-encoding", default="gamma", help="what these hold: gamma (default), srgb or linear")
     p.add_argument("--lpips-weights", default="", help="weights that add LPIPS; docs/lpips.md")
     p.add_argument("--pictures", type=int, default=2, help="views shown of each scene (default: 2)")
     args = p.parse_args()
