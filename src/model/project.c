@@ -152,13 +152,34 @@ const char *fs_project_fingerprint(FsProject *project, unsigned stage)
     return project->fingerprint;
 }
 
+static int refuse_to_resume(const char *path, const char *what, FsError *err)
+{
+    return fs_error_input(err, "%s: %s; run with what it was, or without --resume to begin anew", path, what);
+}
+
 int fs_project_check(FsProject *project, unsigned stage, const char *was, const char *path, FsError *err)
 {
     char what[400];
     const char *now = fs_project_fingerprint(project, stage);
     if (!now) return fs_error_memory(err);
-    if (!fs_fingerprint_differs(was, now, what, sizeof what)) return 0;
-    return fs_error_input(err, "%s: %s; run with what it was, or without --resume to begin anew", path, what);
+    return fs_fingerprint_differs(was, now, what, sizeof what) ? refuse_to_resume(path, what, err) : 0;
+}
+
+bool fs_project_has_checkpoint(const char *out)
+{
+    return fs_file_exists(fs_file_at("%s/checkpoint", out).text) ||
+           fs_file_exists(fs_file_at("%s/checkpoint.old", out).text);
+}
+
+// A checkpoint that is to be gone on from does not go because a stage before the training is done with something else.
+static int check_resume(FsProject *project, const ProjectStage *stage, FsError *err)
+{
+    char what[400], *was;
+    if (!(stage->stage & INITIALISE) || !project->set.resume || project->set.force) return 0;
+    if (!fs_project_has_checkpoint(project->out) || !fs_file_exists(mark_path(project, stage->stage).text)) return 0;
+    unsigned differs = mark_differs(project, stage, &was, what);
+    free(was);
+    return differs ? refuse_to_resume(fs_file_at("%s/checkpoint", project->out).text, what, err) : 0;
 }
 
 // `was`: settings and inputs of a training.
@@ -394,9 +415,7 @@ static int check_plan(const FsProject *project, unsigned stages, const Names *na
 // What the last run left; not what a training is to go on from.
 static void clear(const FsProject *project, const ProjectStage *stage)
 {
-    bool goes_on = stage->stage == FS_STAGE_TRAIN && project->set.resume &&
-                   (fs_file_exists(fs_file_at("%s/checkpoint", project->out).text) ||
-                    fs_file_exists(fs_file_at("%s/checkpoint.old", project->out).text));
+    bool goes_on = stage->stage == FS_STAGE_TRAIN && project->set.resume && fs_project_has_checkpoint(project->out);
     for (int k = 0; k < PROJECT_OUTPUTS && stage->output[k] && !goes_on; k++) {
         char *name = strndup(stage->output[k], strcspn(stage->output[k], "/"));
         if (!name) fs_error_memory(NULL);
@@ -443,6 +462,7 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
     FilePath path = fs_file_at("%s/ingest.json", project->out);
     json_t *root = view ? NULL : json_load_file(path.text, 0, NULL), *photos = json_object_get(root, "photos");
     int rc = check_earlier(project, fs_project_stage(stage), err);
+    if (rc == 0) rc = check_resume(project, fs_project_stage(stage), err);
     if (rc == 0) rc = fs_owned_open(project->out, "project", err);
     if (rc == 0 && json_array_size(photos)) {
         ingested = calloc(json_array_size(photos), sizeof *ingested);

@@ -69,10 +69,12 @@ bool fs_project_done(FsProject *project, unsigned stage);
 bool fs_project_done_with(const FsProject *project, unsigned stage, const char *option, const char *value);
 int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err);
 void fs_project_unmark(const FsProject *project, unsigned stage); // and the stages that read its results
+bool fs_project_has_checkpoint(const char *out);                  // of a training
 // At the start of a stage's work, before it touches anything: checks that the stages whose results it reads were done
-// since those that they follow from, and that nothing of the user's is where this stage and those planned after it will
-// write, then unmarks the stage and removes what it left (which stays where an export goes beside one of the same
-// clouds). view: the names of the n views; NULL: those that were ingested.
+// since those that they follow from, that no checkpoint goes that setting "resume" wants, and that nothing of the
+// user's is where this stage and those planned after it will write, then unmarks the stage and removes what it left
+// (which stays where an export goes beside one of the same clouds). view: the names of the n views; NULL: those that
+// were ingested.
 int fs_project_begin(FsProject *project, unsigned stage, const char *const *view, int n, FsError *err);
 // An error when a file or folder of the user's that a stage reads is not there, or is where results go.
 int fs_project_check_input(const FsProject *project, const char *path, FsError *err);

@@ -425,9 +425,25 @@ class Layouts(FolderTest):
         self.assertEqual(run(*more, "--resume").returncode, 0)  # nothing differs
         self.works(self.job())
 
+    def test_changed_settings_of_the_stages_before(self):
+        """The checkpoint does not go with what it began with."""
+        self.copy()
+        (self.out / "done/train.json").unlink()  # interrupted, after its last step
+        self.keep(self.out)
+        was = {p: look(p) for folder in ("checkpoint", "start", "done", "linear") for p in (self.out / folder).rglob("*")}
+        for more, what in ((["--init-count", 301], "init-count was 300 and is 301"), (["--seed", 2], "seed was"),
+                           (["--long-edge", 64], "long-edge was 96 and is 64")):
+            self.refuses(self.job(*more, "--resume"), self.out / "checkpoint", what, "without --resume")
+            self.assertEqual({p: look(p) for p in was}, was)
+        process = self.job("--resume")
+        self.assertIn("goes on from the checkpoint", process.stdout)
+        self.works(process)
+        process = self.job("--init-count", 301)
+        self.assertEqual(process.returncode, 0, process.stderr)
+
     def test_renders_of_an_earlier_training(self):
         out = self.copy()
-        process = run("train", out, *TRAIN, "--gain-push", 0.5)
+        process = run("train", out, *TRAIN, "--dssim", 0.5)
         self.assertEqual(process.returncode, 0, process.stderr)
         self.assert_fails(run("evaluate", out, self.scene / "truth", "--views", "all"), 1, "renders", "earlier")
         self.assertFalse((out / "evaluate.json").exists())
@@ -461,18 +477,17 @@ class Layouts(FolderTest):
             was, times = path.read_bytes(), (path.stat().st_atime_ns, path.stat().st_mtime_ns)
             path.write_bytes(data or was.replace(b" 0.", b" 0.0", 1))
             os.utime(path, ns=times)
-            for more in (["--resume"], []):
-                process = self.job(*more)
-                with self.subTest(what=what, more=more):
-                    self.assertEqual(process.returncode, 0, process.stderr)
-                    self.assertNotIn("train: goes on", process.stdout)
-                    if more:
-                        self.assertIn(f"{stage}: done again, {what} changed", process.stdout)
-                        self.assertNotEqual(clouds(self.out), clouds(self.done))
-                        clouds_then = clouds(self.out)
-                    else:
-                        self.assertIn("train: done already", process.stdout)
-                        self.assertEqual(clouds(self.out), clouds_then)
+            with self.subTest(what=what):
+                self.assert_fails(self.job("--resume"), 1, self.out / "checkpoint", f"{what} changed", "without --resume")
+                self.assertEqual(clouds(self.out), clouds(self.done))
+                process = self.job()
+                self.assertEqual(process.returncode, 0, process.stderr)
+                self.assertIn(f"{stage}: done again, {what} changed", process.stdout)
+                self.assertNotEqual(clouds(self.out), clouds(self.done))
+                clouds_then = clouds(self.out)
+                process = self.job("--resume")
+                self.assertIn("train: done already", process.stdout)
+                self.assertEqual(clouds(self.out), clouds_then)
             path.write_bytes(was)
             self.works(self.job())
             shutil.rmtree(self.out)
