@@ -66,10 +66,23 @@ static void describe_clouds(const char *out, const char *folder, const Log *log)
     if (used) fs_log_info(log, "  Gaussians in %s/: %s", folder, text);
 }
 
+static bool is_trained(const char *out)
+{
+    return fs_file_exists(fs_file_at("%s/done/train.json", out).text);
+}
+
+// Of a training that was interrupted.
+static void describe_checkpoint(const char *out, const Log *log)
+{
+    if (fs_project_has_checkpoint(out) && !is_trained(out))
+        fs_log_info(log, "  training was interrupted: the same command with --resume goes on from the checkpoint");
+}
+
 int fs_info_project(const char *out, const Log *log, FsError *err)
 {
     fs_log_info(log, "%s: project folder", out);
     for (int i = 0; i < PROJECT_STAGES; i++) describe_stage(out, &fs_project_stages[i], log);
+    describe_checkpoint(out, log);
     FilePath views = fs_file_at("%s/views.json", out);
     int rc = fs_file_exists(views.text) ? fs_info_cameras(views.text, log, err) : 0;
     describe_clouds(out, "start", log);
@@ -94,14 +107,16 @@ static Separation separation_of(const char *out)
 void fs_info_results(const char *out, const Log *log)
 {
     enum { FULL = 1u << SEPARATION_FULL, FLASHLESS = 1u << SEPARATION_FLASHLESS, LINEAR = 1u << SEPARATION_LINEAR };
-    static const struct {
+    const char *progress = is_trained(out) ? "photo, composite and layers at the end of training"
+                                           : "photo, composite and layers in the course of training";
+    const struct {
         const char *folder, *ext, *what;
         bool whole;    // name the folder, not one file in it
         unsigned only; // of these separations; 0: of all
     } results[] = {
         {"", "html", "everything on one page", false, 0},
         {"", "png", "photos and layers side by side", false, 0},
-        {"progress", "png", "photo, composite and layers at the end of training", false, 0},
+        {"progress", "png", progress, false, 0},
         {"renders/T_N", "png", "what is behind the glass", true, 0},
         {"renders/T_F", "png", "the same lit by the flash", true, FULL | LINEAR},
         {"renders/R", "png", "what is mirrored in the glass", true, FULL | FLASHLESS | LINEAR},

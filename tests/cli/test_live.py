@@ -53,6 +53,9 @@ class Live(common.FolderTest):
         again = common.run(*self.words(60))  # all is done: the page stays a viewer
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertNotIn("watch it in", again.stdout)
+        said = common.run("info", self.out).stdout
+        self.assertIn("layers at the end of training", said)
+        self.assertNotIn("--resume", said)
 
     def test_a_run_that_is_stopped(self):
         process, pages = self.watch(100000, lambda page: "progress/" in page and " s left, l1" in page)
@@ -70,6 +73,9 @@ class Live(common.FolderTest):
         self.assertNotIn('http-equiv="refresh"', page)
         self.assertIn("<h2>Stopped</h2>", page)
         self.assertIn("--resume", page)
+        said = common.run("info", self.out).stdout
+        self.assertIn("the same command with --resume goes on from the checkpoint", said)
+        self.assertIn("layers in the course of training", said)
 
     def test_somebody_elses_page(self):
         self.out.mkdir()
