@@ -166,14 +166,25 @@ static bool settings_differ(const json_t *was, const json_t *now, char *text, si
     return false;
 }
 
-static bool inputs_differ(const json_t *was, const json_t *now, char *text, size_t size)
+// The photos' hash is of their masks and of the list of flash photos too.
+static const char *with_lists(const json_t *settings)
+{
+    bool list = json_string_length(json_object_get(settings, "flash-list"));
+    bool masks = json_string_length(json_object_get(settings, "masks"));
+    return list && masks ? ", their masks or the flash list"
+           : masks       ? " or their masks"
+           : list        ? " or the flash list"
+                         : "";
+}
+
+static bool inputs_differ(const json_t *was, const json_t *now, const json_t *settings, char *text, size_t size)
 {
     const char *name;
     json_t *value;
     json_object_foreach((json_t *)now, name, value)
     {
         if (json_is_null(value) || json_equal(value, json_object_get(was, name))) continue;
-        snprintf(text, size, "%s changed", name);
+        snprintf(text, size, "%s%s changed", name, strcmp(name, "the photos") == 0 ? with_lists(settings) : "");
         return true;
     }
     return false;
@@ -189,8 +200,9 @@ unsigned fs_fingerprint_differs(const char *was_text, const char *now_text, char
         snprintf(text, size, "nothing says what it was made from");
         differs = FINGERPRINT_SETTINGS | FINGERPRINT_INPUTS;
     } else { // settings last: they explain most
-        if (inputs_differ(inputs, json_object_get(now, "inputs"), text, size)) differs |= FINGERPRINT_INPUTS;
-        if (settings_differ(settings, json_object_get(now, "settings"), text, size)) differs |= FINGERPRINT_SETTINGS;
+        const json_t *set = json_object_get(now, "settings");
+        if (inputs_differ(inputs, json_object_get(now, "inputs"), set, text, size)) differs |= FINGERPRINT_INPUTS;
+        if (settings_differ(settings, set, text, size)) differs |= FINGERPRINT_SETTINGS;
     }
     json_decref(was);
     json_decref(now);

@@ -70,7 +70,7 @@ class Masks(FolderTest):
         self.assertFalse((self.out / "linear/features_masks/IMG_0003.png.png").exists())
         self.assertIn("skipped", self.ingest("--masks", self.masks).stdout)
         png(self.masks / "IMG_0003.png", left)  # another mask: done again
-        self.ingest("--masks", self.masks)
+        self.assertIn("the photos or their masks changed", self.ingest("--masks", self.masks).stdout)
         self.assertEqual(mask("0003")[0][0], 0)
         self.ingest()  # and without any
         self.assertEqual(max(mask("0001")[0][:W // 4]), 255)
