@@ -1,6 +1,6 @@
 // Done marks: OUT/done/<stage>.json holds what a stage's results follow from. A stage is done while its mark is there
 // and says what would be said now; a stage that starts removes its own mark and those of the stages that read its
-// results, and the checkpoint of a training that its results would feed.
+// results, the checkpoint of a training that its results would feed, and the figures of what they fed.
 #include "model/project.h"
 
 #include <errno.h>
@@ -254,7 +254,8 @@ void fs_project_unmark(const FsProject *project, unsigned stage)
         const ProjectStage *row = &fs_project_stages[i];
         if (row->stage == stage || (row->after & stage)) fs_owned_remove(mark_path(project, row->stage).text);
     }
-    fs_file_sync_names(NULL); // before results that they are not about
+    fs_file_sync_names(NULL);                               // before results that they are not about
+    if (stage & TRAIN) remove_in(project, "evaluate.json"); // figures of what will be gone
     if (!(stage & INITIALISE)) return;
     remove_in(project, "checkpoint.old"); // no training can go on from another start
     remove_in(project, "checkpoint.new");

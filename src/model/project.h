@@ -53,7 +53,7 @@ typedef struct ProjectStage {
     unsigned stage, after;             // FS_STAGE_*; the stages whose results it reads, directly or not
     const char *input[PROJECT_INPUTS]; // files and folders in OUT that it reads
     // What it writes: % is each view, & each cloud, * whatever is there. With "=" it stays until it is overwritten,
-    // else a stage that starts removes it.
+    // else a stage that starts removes it; figures go with the training that they are of.
     const char *output[PROJECT_OUTPUTS];
 } ProjectStage;
 extern const ProjectStage fs_project_stages[PROJECT_STAGES];

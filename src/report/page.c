@@ -215,14 +215,13 @@ static void write_figure_cells(FILE *f, const json_t *layer)
     }
 }
 
-// OUT/evaluate.json where a truth was measured against.
+// OUT/evaluate.json where a truth was measured against since the renders were made.
 static void write_figures(FILE *f, const Page *page)
 {
     json_t *root = NULL;
     const char *out = page->project->out;
-    FilePath figures = fs_file_at("%s/evaluate.json", out);
-    if (!fs_file_is_older(figures.text, fs_file_at("%s/clouds/model.json", out).text)) // of an earlier training
-        fs_json_file_read(figures.text, MAX_FIGURES, &root, NULL);
+    if (is_there(page, "done/evaluate.json")) // else they are of other renders
+        fs_json_file_read(fs_file_at("%s/evaluate.json", out).text, MAX_FIGURES, &root, NULL);
     json_t *methods = json_object_get(root, "methods"), *method, *layer;
     const char *name, *key;
     if (json_object_size(methods)) {
