@@ -8,6 +8,7 @@
 #include "base/json_file.h"
 #include "evaluate/score_table.h"
 #include "model/layers.h"
+#include "model/rendered_from.h"
 
 static const struct {
     RenderLayer layer;
@@ -133,13 +134,22 @@ static int open_lpips(Evaluation *e, FsError *err)
     return rc;
 }
 
-// Renders in the project's own folder are of the clouds that are there now: no old figures under a new mark.
+// Renders in the project's own folder are of the clouds that are there now: no old figures under a new mark. Those that
+// were kept elsewhere may be of others.
 static int check_renders(const FsProject *project, FsError *err)
 {
-    FilePath dir = fs_file_at("%s/renders/%s", project->out, fs_render_layers[RENDER_T_N].name);
-    bool marked = fs_file_exists(fs_file_at("%s/done/render.json", project->out).text);
+    const char *elsewhere = project->set.output;
+    FilePath dir = *elsewhere ? fs_file_at("%s", elsewhere) : fs_file_at("%s/renders", project->out);
+    FilePath layer = fs_file_at("%s/%s", dir.text, fs_render_layers[RENDER_T_N].name);
     FilePath model = fs_file_at("%s/clouds/model.json", project->out);
-    if (*project->set.output || marked || !fs_file_is_older(dir.text, model.text)) return 0;
+    RenderedFrom from = fs_rendered_from_ask(project, dir.text);
+    if (*elsewhere && from == RENDERED_FROM_OTHERS)
+        fs_log_warn(&project->log, "%s: of another training than the clouds in %s, and so are these figures", dir.text,
+                    project->out);
+    bool marked = fs_file_exists(fs_file_at("%s/done/render.json", project->out).text);
+    if (from == RENDERED_FROM_UNKNOWN && !marked && fs_file_is_older(layer.text, model.text))
+        from = RENDERED_FROM_OTHERS;
+    if (*elsewhere || from != RENDERED_FROM_OTHERS) return 0;
     return fs_error_input(err, "%s: of an earlier training: render first (flashsplat render %s)", dir.text,
                           project->out);
 }

@@ -72,12 +72,18 @@ static bool hash_path(const char *path, int depth, uint64_t *hash)
     return true;
 }
 
-static void put_hash(json_t *inputs, const char *name, const char *path, int depth)
+bool fs_fingerprint_hash(const char *path, int depth, char text[17])
 {
     uint64_t hash = FS_HASH_EMPTY;
-    char text[17];
     bool there = hash_path(path, depth, &hash);
-    snprintf(text, sizeof text, "%016llx", (unsigned long long)hash);
+    snprintf(text, 17, "%016llx", (unsigned long long)hash);
+    return there;
+}
+
+static void put_hash(json_t *inputs, const char *name, const char *path, int depth)
+{
+    char text[17];
+    bool there = fs_fingerprint_hash(path, depth, text);
     json_object_set_new(inputs, name, there ? json_string(text) : json_null());
 }
 

@@ -8,6 +8,8 @@
 // The settings of it.
 struct json_t *fs_fingerprint_settings(const FsProject *project, unsigned stage);
 char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage);
+// Of a file, or of what stages read in a folder and depth - 1 folders below it. False: nothing is there.
+bool fs_fingerprint_hash(const char *path, int depth, char text[17]);
 enum { FINGERPRINT_SETTINGS = 1, FINGERPRINT_INPUTS = 2 };
 // Which of these differ; one that does, in words for the user, into text; 0: nothing does. An input without hash now is
 // not compared: photos may be gone once they are ingested. was: anything that ought to be a fingerprint.

@@ -35,7 +35,7 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
      {"=clouds/&.ply", "=clouds/field.bin", "=clouds/model.json", "=clouds/photos.json", "=clouds/veil.tif", "log.jsonl", "progress/*.png", "checkpoint.old/*", "checkpoint.new/*",
       "checkpoint/*"}}, // last: their files stand under its name (owned.c), and lines of files that are gone go with it
     {"render", FS_STAGE_RENDER, TRAIN, {"views.json", "images", "clouds"},
-     {"=renders/*/%.png", "=renders/*/%.tif", "=sheet.png", "=video/*.mp4"}},
+     {"=renders/*/%.png", "=renders/*/%.tif", "=renders/rendered_from.json", "=sheet.png", "=video/*.mp4"}},
     {"evaluate", FS_STAGE_EVALUATE, TRAIN | FS_STAGE_RENDER, {NULL}, {"=evaluate.json"}}, // always measures anew
     {"export", FS_STAGE_EXPORT, TRAIN, {"views.json", "images", "clouds", "ingest.json"},
      {"export/&.ply", "export/&.splat", "export/&.spz", "export/&.v2.spz", "export/&.sog",

@@ -13,6 +13,7 @@
 //   clouds/photos.json, clouds/veil.tif                          by train
 //   checkpoint/, progress/, log.jsonl                            by train
 //   renders/<layer>/<view>.png, path/, video/, sheet.png         by render
+//   renders/rendered_from.json, path/rendered_from.json          by render (of which clouds: rendered_from.h)
 //   export/                                                      by export
 //   evaluate.json                                                by evaluate
 //   index.html, report/                                          by report

@@ -60,26 +60,37 @@ static int disagreement(const Common *common, const Similarity *move, double *sh
     return 0;
 }
 
-int fs_frame_align(Dataset *views, const Dataset *photos, const char *file, const Log *log, FsError *err)
+// In the photos' own place they would be taken for the photos' renders.
+static int disagree(const Common *common, const char *file, bool own_place, const Log *log, FsError *err)
+{
+    const char *what = "disagree with those in views.json, and no change of frame brings them together";
+    if (own_place)
+        return fs_error_input(err,
+                              "%s: its poses of %d photos %s: give another folder for their renders, with -o DIR, or "
+                              "the views other names",
+                              file, common->n, what);
+    fs_log_warn(log, "%s: its poses of %d photos %s; rendered as they are", file, common->n, what);
+    return 0;
+}
+
+int fs_frame_align(Dataset *views, const Dataset *photos, const char *file, bool own_place, const Log *log,
+                   FsError *err)
 {
     Common common = {0};
     Similarity move;
     double shift, angle, centre[3], extent = fs_dataset_extent(photos, centre);
     int rc;
     TRY(find_common(views, photos, &common, err));
-    if (common.n < MIN_COMMON) {
+    if (common.n < MIN_COMMON)
         fs_log_debug(log, "%s: %d views in common with the photos, taken to be in their frame", file, common.n);
-        goto fail;
-    }
+    if (common.n == 0) goto fail;
     TRY(disagreement(&common, NULL, &shift, &angle, err));
     if (shift <= SAME_FRAME * extent && angle <= SAME_TURN) goto fail;
-    bool fits = fs_similarity_fit_cameras(common.view, common.photo, common.n, &move, NULL) == 0;
+    bool fits =
+        common.n >= MIN_COMMON && fs_similarity_fit_cameras(common.view, common.photo, common.n, &move, NULL) == 0;
     if (fits) TRY(disagreement(&common, &move, &shift, &angle, err));
     if (!fits || shift > GOOD_FIT * extent || angle > 2 * SAME_TURN) {
-        fs_log_warn(log,
-                    "%s: its poses of %d photos disagree with those in views.json, and no change of frame brings them "
-                    "together; rendered as they are",
-                    file, common.n);
+        rc = disagree(&common, file, own_place, log, err);
         goto fail;
     }
     for (int i = 0; i < views->n; i++) views->view[i].camera = fs_similarity_camera(&move, &views->view[i].camera);

@@ -12,6 +12,7 @@
 #include "image/colormap.h"
 #include "image/tone.h"
 #include "model/preview.h"
+#include "model/rendered_from.h"
 #include "render/pictures.h"
 #include "render/save.h"
 #include "render/unseen.h"
@@ -192,9 +193,55 @@ static int check_files(const Run *run, const Dataset *views, FsError *err)
                                    views->view[i / 2 / RENDER_LAYERS].name, i % 2 ? "tif" : "png");
         if (run->wanted[l]) MUST(fs_owned_check(path.text, err));
     }
+    MUST(fs_owned_check(fs_rendered_from_path(run->dir.text).text, err));
     for (int i = 0; i < views->n && run->unseen.n; i++)
         MUST(fs_owned_check(fs_save_unseen_path(run->dir.text, views->view[i].name).text, err));
     return 0;
+}
+
+// The files go where the photos' renders are, or would be.
+static bool is_photos_place(const Run *run)
+{
+    FilePath own = fs_file_at("%s/renders", run->project->out);
+    struct stat there, dir;
+    if (strcmp(own.text, run->dir.text) == 0) return true;
+    return stat(own.text, &there) == 0 && stat(run->dir.text, &dir) == 0 && there.st_dev == dir.st_dev &&
+           there.st_ino == dir.st_ino;
+}
+
+// The files, or the films, go where those of the stage are.
+static bool is_own_place(const Run *run)
+{
+    const Settings *set = &run->project->set;
+    return (!*set->output && (set->video || strcmp(set->path, "spiral") == 0)) || is_photos_place(run);
+}
+
+// Layers that an earlier training left would be taken for this one's. In the project's own folders all are looked
+// after.
+static void drop_outdated(const Run *run)
+{
+    const char *out = run->project->out, *elsewhere = run->project->set.output;
+    FilePath scene = fs_file_at("%s/clouds/model.json", out);
+    FilePath folder[] = {*elsewhere ? run->dir : fs_file_at("%s/renders", out), fs_file_at("%s/path", out)};
+    int n = 0;
+    for (int i = 0; i < (*elsewhere ? 1 : 2); i++) {
+        RenderedFrom from = fs_rendered_from_ask(run->project, folder[i].text);
+        if (from == RENDERED_FROM_THESE) continue;
+        n += fs_save_drop_older(folder[i].text, run->film_dir.text, from == RENDERED_FROM_OTHERS ? NULL : scene.text);
+    }
+    if (n)
+        fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n,
+                    *elsewhere ? elsewhere : out);
+}
+
+// Makes the folder that the layers go to one of this scene.
+static int open_dir(const Run *run, FsError *err)
+{
+    if (*run->project->set.output) MUST(fs_owned_open(run->dir.text, "renders", err));
+    if (is_own_place(run)) fs_project_unmark(run->project, FS_STAGE_RENDER); // other pictures under the same names
+    drop_outdated(run);
+    MUST(fs_file_mkdirs(run->dir.text, err));
+    return fs_rendered_from_write(run->project, run->dir.text, err);
 }
 
 static int walk_views(Run *run, const Walk *walk, FsError *err)
@@ -202,7 +249,7 @@ static int walk_views(Run *run, const Walk *walk, FsError *err)
     Films *films = NULL;
     int rc = 0;
     if (walk->files) TRY(check_files(run, walk->views, err));
-    if (*run->project->set.output) TRY(fs_owned_open(run->dir.text, "renders", err));
+    TRY(open_dir(run, err));
     if (walk->films) {
         const Camera *first = &walk->views->view[0].camera;
         TRY(check_film_sizes(run, walk->views, err));
@@ -263,8 +310,9 @@ static int render_path(Run *run, bool spiral, bool files, FsError *err)
         walk.what = "frames of the spiral path";
         walk.films = true;
         TRY(fs_view_list_of_spiral(run->project, &run->photos, run->look.nearest, run->look.farthest, &views, err));
-    } else {
-        TRY(fs_view_list_of_model(run->project, &run->photos, &views, err));
+    } else { // in a run, which has no other place, they are the only renders
+        bool own_place = is_photos_place(run) && !run->project->planned;
+        TRY(fs_view_list_of_model(run->project, &run->photos, own_place, &views, err));
     }
     TRY(walk_views(run, &walk, err));
 fail:
@@ -297,28 +345,6 @@ static int open_run(Run *run, FsError *err)
     return run->threads ? 0 : fs_error_memory(err);
 }
 
-// Renders that an earlier training left in the project's own folders would be taken for this one's.
-static void drop_outdated(const Run *run)
-{
-    static const char *const folders[] = {"renders", "path"};
-    const char *out = run->project->out;
-    FilePath scene = fs_file_at("%s/clouds/model.json", out);
-    int n = 0;
-    for (int i = 0; i < 2; i++)
-        n += fs_save_drop_older(fs_file_at("%s/%s", out, folders[i]).text, run->film_dir.text, scene.text);
-    if (n) fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n, out);
-}
-
-// The files, or the films, go where those of the stage are.
-static bool is_own_place(const Run *run)
-{
-    const Settings *set = &run->project->set;
-    if (!*set->output && (set->video || strcmp(set->path, "spiral") == 0)) return true;
-    struct stat own, dir;
-    return stat(fs_file_at("%s/renders", run->project->out).text, &own) == 0 && stat(run->dir.text, &dir) == 0 &&
-           own.st_dev == dir.st_dev && own.st_ino == dir.st_ino;
-}
-
 int fs_render_run(FsProject *project, FsError *err)
 {
     const Settings *set = &project->set;
@@ -329,12 +355,8 @@ int fs_render_run(FsProject *project, FsError *err)
     if (*set->output) MUST(fs_project_check_output(project, set->output, err));
     TRY(open_run(&run, err));
     if (usual) TRY(fs_project_begin(project, FS_STAGE_RENDER, NULL, 0, err));
-    if (!usual && is_own_place(&run)) {
-        TRY(fs_project_lock(project, err));
-        fs_project_unmark(project, FS_STAGE_RENDER); // other pictures under the same names
-    }
+    if (is_own_place(&run)) TRY(fs_project_lock(project, err));
     if (!*set->output) TRY(fs_owned_open(project->out, "project", err));
-    if (!*set->output) drop_outdated(&run);
     TRY(probe_depth(&run, err));
     TRY(find_exposure(&run, err));
     TRY(model || spiral ? render_path(&run, spiral, true, err) : render_photos(&run, err));

@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/owned.h"
 #include "image/tone.h"
+#include "model/rendered_from.h"
 
 int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err)
 {
@@ -27,7 +28,7 @@ static int drop_older(const char *folder, const char *than)
     for (int i = 0; i < list.n; i++) {
         FilePath path = fs_file_at("%s/%s", folder, list.name[i]);
         bool ours = fs_file_has_ext(path.text, "png tif mp4");
-        if (ours && fs_file_is_older(path.text, than)) {
+        if (ours && (!than || fs_file_is_older(path.text, than))) {
             fs_owned_remove(path.text);
             dropped += !fs_file_exists(path.text);
         }
@@ -42,6 +43,7 @@ int fs_save_drop_older(const char *dir, const char *films, const char *than)
     int dropped = drop_older(fs_file_at("%s/unseen", dir).text, than) + drop_older(films, than);
     for (int l = 0; l < RENDER_LAYERS; l++)
         dropped += drop_older(fs_file_at("%s/%s", dir, fs_render_layers[l].name).text, than);
+    if (!than) fs_owned_remove(fs_rendered_from_path(dir).text);
     if (dropped) drop_if_empty(dir);
     return dropped;
 }

@@ -21,8 +21,8 @@ int fs_save_layer(const char *dir, RenderLayer layer, const char *view, const Im
                   bool linear, FsError *err);
 int fs_save_unseen(const char *dir, const char *view, const Image *mask, FsError *err); // mask NULL: there is none
 FilePath fs_save_unseen_path(const char *dir, const char *view);
-// Removes the renders of all layers in dir, and the films in the folder `films`, that are older than the file `than`:
-// they show another scene; and what folders that leaves empty. Returns how many files.
+// Removes the renders of all layers in dir, and the films in the folder `films`, that are older than the file `than`
+// (NULL: all): they show another scene; and what folders that leaves empty. Returns how many files.
 int fs_save_drop_older(const char *dir, const char *films, const char *than);
 // The folder of a layer, made when missing.
 int fs_save_prepare(const char *dir, RenderLayer layer, FsError *err);

@@ -57,7 +57,7 @@ static const Camera *largest_of(const Dataset *photos)
     return largest;
 }
 
-int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Dataset *views, FsError *err)
+int fs_view_list_of_model(const FsProject *project, const Dataset *photos, bool own_place, Dataset *views, FsError *err)
 {
     const char *path = project->set.cameras;
     CamerasFile file = {0};
@@ -66,7 +66,7 @@ int fs_view_list_of_model(const FsProject *project, const Dataset *photos, Datas
     TRY(fs_cameras_file_read(path, &file, err));
     if (file.views.n == 0) TRY(fs_error_input(err, "%s: no posed views in it, expected at least one", path));
     TRY(check_names(path, &file.views, err));
-    TRY(fs_frame_align(&file.views, photos, path, &project->log, err));
+    TRY(fs_frame_align(&file.views, photos, path, own_place, &project->log, err));
     const Camera *largest = largest_of(photos);
     for (int i = 0; i < file.views.n; i++) {
         Camera *camera = &file.views.view[i].camera;

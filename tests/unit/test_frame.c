@@ -67,7 +67,7 @@ static void another_frame_is_undone(void **state)
     Dataset photos, views;
     make(&photos, &views, &move);
     assert_true(worst_difference(&views) > 1);
-    assert_int_equal(fs_frame_align(&views, &photos, "model", &log, NULL), 0);
+    assert_int_equal(fs_frame_align(&views, &photos, "model", false, &log, NULL), 0);
     assert_true(worst_difference(&views) < 1e-9); // also of the views that only the model has
     assert_non_null(strstr(line, "1 model: moved into the frame of the photos by 9 views"));
     fs_dataset_free(&photos);
@@ -87,7 +87,7 @@ static void the_same_frame_is_left_alone(void **state)
         views.view[i].camera.w2c[7] += 1e-3;
         assert_int_equal(fs_dataset_append(&before, &views.view[i], NULL), 0);
     }
-    assert_int_equal(fs_frame_align(&views, &photos, "model", &log, NULL), 0);
+    assert_int_equal(fs_frame_align(&views, &photos, "model", false, &log, NULL), 0);
     for (int i = 0; i < views.n; i++)
         assert_memory_equal(&views.view[i].camera, &before.view[i].camera, sizeof(Camera));
     assert_string_equal(line, "");
@@ -109,13 +109,23 @@ static void unrelated_poses_are_left_with_a_warning(void **state)
         views.view[PHOTOS - 1 - i].camera = c;
     }
     Camera first = views.view[0].camera;
-    assert_int_equal(fs_frame_align(&views, &photos, "model", &log, NULL), 0);
+    assert_int_equal(fs_frame_align(&views, &photos, "model", false, &log, NULL), 0);
     assert_memory_equal(&views.view[0].camera, &first, sizeof first);
     assert_true(line[0] == '0' + FS_LOG_WARN);
+    FsError err = {0}; // they would overwrite the photos' renders
+    assert_int_equal(fs_frame_align(&views, &photos, "model", true, &log, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, "disagree with those in views.json"));
+    assert_non_null(strstr(err.message, "-o DIR"));
+    Dataset one = {0}; // no frame can be told from it, but that it is another view
+    assert_int_equal(fs_dataset_append(&one, &views.view[0], NULL), 0);
+    assert_int_equal(fs_frame_align(&one, &photos, "model", true, &log, &err), FS_ERR_INPUT);
+    one.view[0].camera = photos.view[0].camera;
+    assert_int_equal(fs_frame_align(&one, &photos, "model", true, &log, &err), 0);
+    fs_dataset_free(&one);
     fs_dataset_free(&photos);
     photos = (Dataset){0}; // nothing in common: nothing to tell by
     line[0] = 0;
-    assert_int_equal(fs_frame_align(&views, &photos, "model", &log, NULL), 0);
+    assert_int_equal(fs_frame_align(&views, &photos, "model", false, &log, NULL), 0);
     assert_memory_equal(&views.view[0].camera, &first, sizeof first);
     fs_dataset_free(&views);
 }
