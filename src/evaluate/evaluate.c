@@ -154,6 +154,15 @@ static int check_renders(const FsProject *project, FsError *err)
                           project->out);
 }
 
+// Before anything is measured: OUT may be somebody else's.
+static int check_place(const FsProject *project, FsError *err)
+{
+    AtomicFile file = {0};
+    int rc = fs_file_begin(&file, fs_file_at("%s/evaluate.json", project->out).text, err);
+    fs_file_abort(&file);
+    return rc;
+}
+
 static int check_truth(const char *truth, FsError *err)
 {
     const char *what = "expected a truth: <layer>/<view>.png and cameras.json, as `flashsplat synth -o DIR` makes "
@@ -175,6 +184,7 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     if (*project->set.json) TRY(fs_json_file_check(project->set.json, "methods", err));
     TRY(list_methods(&e, err));
     TRY(fs_project_begin(project, FS_STAGE_EVALUATE, NULL, 0, err));
+    TRY(check_place(project, err));
     e.context.threads = fs_threads_new(project->set.threads);
     TRY(e.context.threads ? 0 : fs_error_memory(err));
     TRY(open_lpips(&e, err));

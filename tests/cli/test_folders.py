@@ -449,6 +449,70 @@ class Layouts(FolderTest):
         self.assertFalse((out / "evaluate.json").exists())
         self.assertEqual(run("render", out).returncode, 0)
         self.assertEqual(run("evaluate", out, self.scene / "truth", "--views", "all").returncode, 0)
+        self.assertIn("Against the truth", (out / "index.html").read_text())
+        self.assertEqual(run("train", out, *TRAIN, "--dssim", 0.4).returncode, 0)
+        self.assertFalse((out / "evaluate.json").exists())  # of the training before
+        for path in sorted(out.rglob("*"), reverse=True):  # as in a copy: clouds may be older than what is made of them
+            os.utime(path)
+        self.assert_fails(run("evaluate", out, self.scene / "truth", "--views", "all"), 1, "renders", "earlier")
+        process = run("render", out, "--layers", "R")
+        self.assertIn("files of an earlier training", process.stdout)
+        self.assertFalse((out / "renders/T_N").exists())
+        self.assertNotIn("Against the truth", (out / "index.html").read_text())
+
+    def test_renders_elsewhere_of_an_earlier_training(self):
+        """Layers of two trainings do not get into one folder; what was kept of one may be measured."""
+        out, views = self.copy(), self.dir / "views"
+        render = ["render", out, "-o", views, "--cameras", self.scene / "truth/cameras.json", "--layers"]
+        evaluate = ["evaluate", out, self.scene / "truth", "--output", views, "--views", "capture"]
+        self.assertEqual(run(*render, "T_N,R").returncode, 0)
+        self.put(views / "R/mine.png")
+        self.assertNotIn("another training", run(*evaluate).stderr)
+        self.assertEqual(run("train", out, *TRAIN, "--dssim", 0.5).returncode, 0)
+        process = run(*evaluate)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertIn(f"{views}: of another training than the clouds in {out}", process.stderr)
+        self.assertEqual(run(*render, "T_N").returncode, 0)
+        self.assertEqual([p.name for p in (views / "R").iterdir()], ["mine.png"])
+        self.assertEqual(run(*render, "T_F").returncode, 0)  # of the same training: beside it
+        self.assertTrue(list(views.glob("T_N/*.png")))
+        self.assertNotIn("another training", run(*evaluate).stderr)
+
+    def test_views_with_the_names_of_others(self):
+        """Views that are not where the photos of their names are do not take their place."""
+        out, model = self.copy(), json.loads((self.scene / "truth/cameras.json").read_text())
+        names = [v["name"] for v in model["images"]]
+        for view, name in zip(model["images"], names[3:] + names[:3]):
+            view["name"] = name
+        (self.dir / "moved.json").write_text(json.dumps(model))
+        was = contents(out / "renders")
+        for more in ([], ["-o", out / "renders"]):
+            self.assert_fails(run("render", out, "--cameras", self.dir / "moved.json", *more), 1, "moved.json", "-o DIR")
+        self.assertEqual(contents(out / "renders"), was)
+        self.assertTrue((out / "done/render.json").exists())
+        process = run("render", out, "--cameras", self.dir / "moved.json", "-o", self.dir / "views", "--layers", "R")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertIn("rendered as they are", process.stderr)
+
+    def test_place_that_is_read_only(self):
+        """It is told before anything is measured."""
+        self.copy()
+        truth = shutil.copytree(self.scene / "truth", self.dir / "truth")
+        user = {}
+        if os.geteuid() == 0:  # whom nothing is read-only to
+            user["user"] = 65534
+            self.dir.chmod(0o755)
+        for path in [*self.dir.rglob("*")]:
+            path.chmod(0o755 if path.is_dir() and user else 0o555 if path.is_dir() else 0o444)
+        try:
+            process = run("evaluate", self.out, truth, "--views", "capture", **user)
+        except PermissionError:
+            self.skipTest("the program is in a folder of root's")
+        for path in [*self.dir.rglob("*")]:
+            path.chmod(0o755)
+        self.assert_fails(process, 1, self.out / "evaluate.json", "cannot write")
+        self.assertNotIn("T_N", process.stdout)
+
 
     def test_path_of_an_earlier_training(self):
         """Goes with the renders, and they with the path; what the user put there stays, and what is of now."""
@@ -458,11 +522,11 @@ class Layouts(FolderTest):
         self.assertTrue(list(out.glob("renders/T_N/*.png")))  # not trained since
         (out / "path/T_N/mine.png").write_text("the user's")
         os.utime(out / "path/T_N/mine.png", (1, 1))
-        self.assertEqual(run("train", out, *TRAIN, "--gain-push", 0.5).returncode, 0)
+        self.assertEqual(run("train", out, *TRAIN, "--dssim", 0.5).returncode, 0)
         process = run("render", out)
         self.assertIn("files of an earlier training", process.stdout)
         self.assertEqual([p.name for p in (out / "path").rglob("*")], ["T_N", "mine.png"])
-        self.assertEqual(run("train", out, *TRAIN, "--gain-push", 0.4).returncode, 0)
+        self.assertEqual(run("train", out, *TRAIN, "--dssim", 0.4).returncode, 0)
         self.assertEqual(run("render", out, *path).returncode, 0)
         self.assertFalse((out / "renders").exists())
         (out / "path/T_N/mine.png").unlink()
