@@ -115,7 +115,8 @@ static int open_encoder(Video *video, int fps)
             fs_error_memory(NULL); // its default would do for an encoder that lacks it
 #ifdef __x86_64__
         // those beyond differ from plain C, AVX-512's at random
-        if (av_opt_set(c->priv_data, "x264-params", "asm=sse2", 0) == AVERROR(ENOMEM)) fs_error_memory(NULL);
+        int set = av_opt_set(c->priv_data, "x264-params", "asm=sse2", 0); // AVERROR(EINVAL) for want of memory, too
+        if (set < 0 && set != AVERROR_OPTION_NOT_FOUND) fs_error_memory(NULL);
 #endif
     } else {
         c->flags |= AV_CODEC_FLAG_QSCALE;
