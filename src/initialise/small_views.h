@@ -18,7 +18,7 @@ typedef struct SmallViews {
     int n, n_flash;
     double centre[3];                     // mean of the cameras' centres
     double right[3], down[3], forward[3]; // mean orientation, orthonormal
-    double extent;                        // radius of the cameras' centres around their mean
+    double extent;                        // fs_camera_extent of the cameras
     double focal_px;                      // mean
     double lift;                          // of the photos' light (fs_dataset_lift)
 } SmallViews;

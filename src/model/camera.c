@@ -1,9 +1,12 @@
 #include "model/camera.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "base/error.h"
 #include "base/linalg.h"
+#include "base/order.h"
 #include "image/image.h"
 
 Camera fs_camera_resized(const Camera *camera, int width, int height)
@@ -40,18 +43,57 @@ void fs_camera_centre(const Camera *camera, double centre[3])
     for (int i = 0; i < 3; i++) centre[i] = -(m[i] * m[3] + m[4 + i] * m[7] + m[8 + i] * m[11]);
 }
 
+// Cameras so many times as far from the middle as half of them are stand apart, where one in so many does at most: an
+// overview from some steps back, a photo posed wrong. Of paths and grids the farthest is twice as far, of the made
+// captures 1.9 times at most; of places scattered along a line by a normal distribution one in 150 is beyond four
+// times.
+#define APART_TIMES 4.0
+#define APART_ONE_IN 5
+
+static void centre_of(const Camera *camera, size_t stride, int i, double centre[3])
+{
+    fs_camera_centre((const Camera *)((const char *)camera + (size_t)i * stride), centre);
+}
+
+// Each camera's distance from the middle of all in each direction. Returns beyond which distance cameras stand apart.
+static double find_apart(const Camera *camera, size_t stride, int n, double *sorted, double *distance)
+{
+    double middle[3], c[3];
+    for (int k = 0; k < 3; k++) {
+        for (int i = 0; i < n; i++) centre_of(camera, stride, i, c), sorted[i] = c[k];
+        middle[k] = fs_order_median(sorted, (size_t)n);
+    }
+    for (int i = 0; i < n; i++) {
+        centre_of(camera, stride, i, c);
+        sorted[i] = distance[i] = sqrt(v3_distance2(c, middle));
+    }
+    double beyond = APART_TIMES * fs_order_median(sorted, (size_t)n);
+    int apart = 0;
+    for (int i = 0; i < n; i++) apart += distance[i] > beyond;
+    return beyond > 0 && apart * APART_ONE_IN <= n ? beyond : INFINITY;
+}
+
 double fs_camera_extent(const Camera *camera, size_t stride, int n, double centre[3])
 {
-    double c[3], extent = 0;
+    double c[3], extent = 0, beyond = INFINITY, *distance = calloc(2 * (size_t)n + 1, sizeof *distance);
+    if (distance)
+        beyond = find_apart(camera, stride, n, distance + n, distance);
+    else
+        fs_error_memory(NULL);
+    int near = 0;
+    for (int i = 0; i < n && distance; i++) near += distance[i] <= beyond;
     for (int k = 0; k < 3; k++) centre[k] = 0;
-    for (int i = 0; i < n; i++) {
-        fs_camera_centre((const Camera *)((const char *)camera + (size_t)i * stride), c);
-        for (int k = 0; k < 3; k++) centre[k] += c[k] / n;
+    for (int i = 0; i < n && distance; i++) {
+        if (distance[i] > beyond) continue;
+        centre_of(camera, stride, i, c);
+        for (int k = 0; k < 3; k++) centre[k] += c[k] / near;
     }
-    for (int i = 0; i < n; i++) {
-        fs_camera_centre((const Camera *)((const char *)camera + (size_t)i * stride), c);
+    for (int i = 0; i < n && distance; i++) {
+        if (distance[i] > beyond) continue;
+        centre_of(camera, stride, i, c);
         extent = fmax(extent, sqrt(v3_distance2(c, centre)));
     }
+    free(distance);
     return extent;
 }
 

@@ -18,7 +18,8 @@ Camera fs_camera_long_edge(const Camera *camera, int long_edge);
 Camera fs_camera_limited(const Camera *camera, int long_edge);
 int fs_camera_longer_side(const Camera *camera);               // pixels
 void fs_camera_centre(const Camera *camera, double centre[3]); // -R^T t
-// The mean of n cameras' centres, and the largest distance from it. stride: bytes from one camera to the next.
+// The mean of n cameras' centres, and the largest distance from it; a few that stand far apart from the others do not
+// count. stride: bytes from one camera to the next.
 double fs_camera_extent(const Camera *camera, size_t stride, int n, double centre[3]);
 // Projects a world point; returns depth z (pixel written when z > 0).
 double fs_camera_project(const Camera *camera, const double world[3], double pixel[2]);

@@ -28,7 +28,7 @@ typedef struct Dataset {
 void fs_dataset_free(Dataset *dataset);
 int fs_dataset_append(Dataset *dataset, const View *view, FsError *err); // copies name
 int fs_dataset_find(const Dataset *dataset, const char *name);           // by stem; -1 when missing
-double fs_dataset_extent(const Dataset *dataset, double centre[3]); // of the cameras: their mean, most distance from it
+double fs_dataset_extent(const Dataset *dataset, double centre[3]);      // fs_camera_extent of all
 // JSON: {"views": [{"name","flash","held_out","encoded","flash_gain","exposure_gain","brightness","sharpness" (the last
 // five may be missing),"width","height","fx","fy","cx","cy","w2c": 4x4, and of distorted photos "lens":
 // {"model","width","height","params"}}]}

@@ -58,7 +58,7 @@ typedef struct Scene {
     Pane pane;
     double gain_color[3];   // shared geometry: alpha_c = gain_color[c] * exp(gain) * (flash_distance / distance)^2
     double flash_distance;  // world units; distance at which the falloff is 1
-    double extent;          // radius of the cameras' centres around their mean, world units (learning rates, pruning)
+    double extent;          // fs_camera_extent of the cameras, and some, world units (learning rates, pruning)
     double metres_per_unit; // 0 when unknown
     double flash_return;    // shared geometry behind a pane: flash light that comes back by the mirrored room brightens
                             // R like T, with gain_color times this and no gains

@@ -7,20 +7,27 @@
 #include <string.h>
 #include <cmocka.h>
 
+#include "base/linalg.h"
 #include "base/rng.h"
 #include "poses/match.h"
 #include "poses/refine.h"
 #include "poses/triangulate.h"
 #include "poses/undistort.h"
 
-enum { PHOTOS = 8, POINTS = 300, CLUTTER = 100 };
+enum { PHOTOS = 8, WALK_PHOTOS = 40, POINTS = 300, CLUTTER = 100 };
 
 typedef struct Scene {
+    int n;
     double xyz[POINTS][3];
-    Camera camera[PHOTOS];
-    Features features[PHOTOS];
-    int truth[PHOTOS][POINTS + CLUTTER]; // point of each feature, or -1
+    Camera camera[WALK_PHOTOS];
+    Features features[WALK_PHOTOS];
+    int truth[WALK_PHOTOS][POINTS + CLUTTER]; // point of each feature, or -1
 } Scene;
+typedef enum Path {
+    CLOSE,
+    OVERVIEW, // the last photo is from far back
+    WALK,     // 10 m along what is 1.2 to 2 m away
+} Path;
 
 static void random_descriptor(Rng *rng, int16_t *d) // about as long as COLMAP's: 512
 {
@@ -46,24 +53,32 @@ static void add_feature(Features *f, Rng *rng, double x, double y, const int16_t
     f->n++;
 }
 
-static Scene *make_scene(void)
+static void place_camera(Rng *rng, Path path, int a, Camera *c)
+{
+    double r[9], quat[4] = {1, 0.02 * fs_rng_normal(rng), 0.02 * fs_rng_normal(rng), 0.02 * fs_rng_normal(rng)};
+    *c = (Camera){.width = 600, .height = 400, .fx = 640, .fy = 640, .cx = 300, .cy = 200};
+    fs_camera_quat_to_rotation(quat, r);
+    for (int k = 0; k < 3; k++) memcpy(c->w2c + 4 * k, r + 3 * k, 3 * sizeof *r);
+    c->w2c[3] = path == WALK ? 5 - 0.25 * a : 0.15 * (a % 4) - 0.2;
+    c->w2c[7] = path == WALK ? 0 : 0.2 * (a / 4);
+    if (path == OVERVIEW && a == PHOTOS - 1) c->w2c[11] = 15;
+}
+
+static Scene *make_scene(Path path)
 {
     Scene *s = calloc(1, sizeof *s);
+    s->n = path == WALK ? WALK_PHOTOS : PHOTOS;
     Rng rng = fs_rng_new(11);
     static int16_t descriptor[POINTS][FS_DESCRIPTOR];
     for (int i = 0; i < POINTS; i++) {
         for (int k = 0; k < 2; k++) s->xyz[i][k] = 3 * fs_rng_uniform(&rng) - 1.5;
         s->xyz[i][2] = 3 + 2 * fs_rng_uniform(&rng);
+        if (path == WALK) s->xyz[i][0] *= 10.0 / 3, s->xyz[i][1] *= 0.3, s->xyz[i][2] *= 0.4;
         random_descriptor(&rng, descriptor[i]);
     }
-    for (int a = 0; a < PHOTOS; a++) {
-        double r[9], quat[4] = {1, 0.02 * fs_rng_normal(&rng), 0.02 * fs_rng_normal(&rng), 0.02 * fs_rng_normal(&rng)};
+    for (int a = 0; a < s->n; a++) {
         Camera *c = &s->camera[a];
-        *c = (Camera){.width = 600, .height = 400, .fx = 640, .fy = 640, .cx = 300, .cy = 200};
-        fs_camera_quat_to_rotation(quat, r);
-        for (int k = 0; k < 3; k++) memcpy(c->w2c + 4 * k, r + 3 * k, 3 * sizeof *r);
-        c->w2c[3] = 0.15 * (a % 4) - 0.2;
-        c->w2c[7] = 0.2 * (a / 4);
+        place_camera(&rng, path, a, c);
         Features *f = &s->features[a];
         f->xy = calloc(2 * (POINTS + CLUTTER), sizeof *f->xy);
         f->scale = calloc(POINTS + CLUTTER, sizeof *f->scale);
@@ -87,7 +102,7 @@ static Scene *make_scene(void)
 
 static void free_scene(Scene *s)
 {
-    for (int a = 0; a < PHOTOS; a++) {
+    for (int a = 0; a < s->n; a++) {
         free(s->features[a].xy);
         free(s->features[a].scale);
         free(s->features[a].angle);
@@ -99,7 +114,7 @@ static void free_scene(Scene *s)
 static void test_triangulate(void **state)
 {
     (void)state;
-    Scene *s = make_scene();
+    Scene *s = make_scene(CLOSE);
     PointSet set[2];
     Log log = {0};
     for (int run = 0; run < 2; run++) { // one thread, two threads: the same
@@ -147,10 +162,67 @@ static void test_triangulate(void **state)
     free_scene(s);
 }
 
+static int count_points(Path path)
+{
+    Scene *s = make_scene(path);
+    PointSet set;
+    Log log = {0};
+    Threads *threads = fs_threads_new(1);
+    assert_int_equal(fs_triangulate(&(PosedFeatures){s->features, s->camera, s->n}, &fs_triangulate_defaults, threads,
+                                    &log, &set, NULL),
+                     0);
+    int n = set.n;
+    fs_threads_free(threads);
+    fs_triangulate_free(&set);
+    free_scene(s);
+    return n;
+}
+
+// What is near is found beside a photo from far back, and along a way that is longer than the scene is far.
+static void test_far_cameras(void **state)
+{
+    (void)state;
+    int close = count_points(CLOSE), overview = count_points(OVERVIEW), walk = count_points(WALK);
+    if (overview < 0.7 * close || walk < 0.7 * POINTS) print_error("%d, %d, %d points\n", close, overview, walk);
+    assert_true(overview >= 0.7 * close);
+    assert_true(walk >= 0.7 * POINTS);
+}
+
+// All that the cameras are, but for a few far ones.
+static void test_extent(void **state)
+{
+    (void)state;
+    Camera camera[12];
+    double centre[3], far_centre[3], mean[3] = {0, 0, 0}, most = 0;
+    for (int i = 0; i < 12; i++) {
+        camera[i] = (Camera){.w2c = {1, 0, 0, -0.1 * i, 0, 1, 0, 0.3 * (i % 3), 0, 0, 1, 0.07 * i}};
+        fs_camera_centre(&camera[i], centre);
+        for (int k = 0; k < 3; k++) mean[k] += centre[k] / 12;
+    }
+    for (int i = 0; i < 12; i++) {
+        fs_camera_centre(&camera[i], centre);
+        most = fmax(most, sqrt(v3_distance2(centre, mean)));
+    }
+    assert_true(fs_camera_extent(camera, sizeof *camera, 12, centre) == most); // to the bit
+    assert_memory_equal(centre, mean, sizeof mean);
+    camera[5].w2c[11] = 15;
+    camera[8].w2c[11] = 1e9;
+    double extent = fs_camera_extent(camera, sizeof *camera, 12, far_centre);
+    assert_true(extent > 0.8 * most && extent < 1.2 * most && v3_distance2(centre, far_centre) < 0.1 * most * most);
+    camera[1].w2c[11] = 16; // three of twelve are not a few
+    assert_true(fs_camera_extent(camera, sizeof *camera, 12, far_centre) > 1e8);
+    for (int i = 1; i < 12; i++) camera[i] = camera[0]; // all but one from one place
+    camera[11].w2c[3] = 1;
+    extent = fs_camera_extent(camera, sizeof *camera, 12, centre);
+    assert_true(extent > 0.9 && extent < 1);
+    assert_true(fs_camera_extent(camera, sizeof *camera, 1, centre) == 0);
+    assert_true(fs_camera_extent(NULL, sizeof *camera, 0, centre) == 0);
+}
+
 static void test_nothing_to_triangulate(void **state)
 {
     (void)state;
-    Scene *s = make_scene();
+    Scene *s = make_scene(CLOSE);
     PointSet set;
     Log log = {0};
     Threads *threads = fs_threads_new(1);
@@ -172,7 +244,7 @@ static void test_nothing_to_triangulate(void **state)
 static void test_match(void **state)
 {
     (void)state;
-    Scene *s = make_scene();
+    Scene *s = make_scene(CLOSE);
     MatchList list[2][PHOTOS * (PHOTOS - 1) / 2];
     Log log = {0};
     for (int run = 0; run < 2; run++) {
@@ -234,7 +306,7 @@ static void test_choose(void **state)
 static void test_refine(void **state)
 {
     (void)state;
-    Scene *s = make_scene();
+    Scene *s = make_scene(CLOSE);
     for (int i = 0; i < 20; i++) {
         Sight sight[PHOTOS];
         for (int a = 0; a < PHOTOS; a++) {
@@ -304,7 +376,8 @@ static void test_undistort(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangulate), cmocka_unit_test(test_nothing_to_triangulate),
+        cmocka_unit_test(test_triangulate), cmocka_unit_test(test_far_cameras),
+        cmocka_unit_test(test_extent),      cmocka_unit_test(test_nothing_to_triangulate),
         cmocka_unit_test(test_match),       cmocka_unit_test(test_choose),
         cmocka_unit_test(test_refine),      cmocka_unit_test(test_undistort),
     };
