@@ -9,7 +9,7 @@
 
 enum {
     INPUT_LONG_EDGE = 300,        // -          pixels of the photos the stage works on
-    INPUT_FEWEST = 20,            // -          sparse points below which nothing can be told
+    INPUT_FEWEST = 20,            // -          points of a given cloud below which nothing can be told
     GIVEN_CUES = 20000,           // -          points of a dense cloud of the user's that get a cue
     CUE_SIDE = 9,                 // -          samples along a side of the patch, a pixel apart
     CUE_GROUP_MAX = 24,           // -          photos of one lighting looked at

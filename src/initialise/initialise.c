@@ -58,11 +58,11 @@ static int read_points(const FsProject *project, const Dataset *seen_by, SparseP
         if (lighting) count_sightings(&model, &model.point[i], lighting, points->sightings[points->n]);
         points->n++;
     }
-    if (points->n < INPUT_FEWEST)
+    if (points->n < FS_COLMAP_FEWEST_POINTS)
         TRY(fs_error_set(err, FS_ERR_INPUT,
                          "%s: %d points, at least %d are needed; run the poses stage again (--force), "
                          "or photograph a scene with more texture",
-                         dir.text, points->n, INPUT_FEWEST));
+                         dir.text, points->n, FS_COLMAP_FEWEST_POINTS));
 fail:
     fs_colmap_model_free(&model);
     free(lighting);

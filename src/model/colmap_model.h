@@ -8,6 +8,8 @@
 #include "base/error.h"
 #include "model/lens.h"
 
+enum { FS_COLMAP_FEWEST_POINTS = 20 }; // below which nothing can be told of a scene
+
 typedef struct ColmapCamera {
     uint32_t id;
     Lens lens;

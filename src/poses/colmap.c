@@ -18,13 +18,29 @@ typedef struct Option {
     const char *name, *value; // name NULL: the last one
 } Option;
 
-// Where the disk takes no more of its database, COLMAP ends well, with fewer features.
+// Where its database takes no more, COLMAP ends well, with fewer features: a full disk, a quota or a limit on the size
+// of files. The words are those of all versions so far.
+static bool says_cut(const char *log_path)
+{
+    char *text = NULL;
+    size_t size;
+    bool said = fs_file_read(log_path, 64 << 20, &text, &size, NULL) == 0 && strstr(text, "SQLite error");
+    free(text);
+    return said;
+}
+
 static int run_and_look(const Colmap *colmap, const char *const argv[], const char *log_path, FsError *err)
 {
     struct statvfs disk;
     int rc = fs_process_run(argv, log_path, &colmap->project->log, err);
-    if ((rc >= 0 || rc == FS_ERR_INPUT) && statvfs(colmap->dir, &disk) == 0 && disk.f_bavail * disk.f_frsize < 1 << 16)
+    if (rc < 0 && rc != FS_ERR_INPUT) return rc;
+    if (statvfs(colmap->dir, &disk) == 0 && disk.f_bavail * disk.f_frsize < 1 << 16)
         rc = fs_error_set(err, FS_ERR_IO, "%s: COLMAP cannot write: No space left on device", colmap->dir);
+    else if (says_cut(log_path))
+        rc = fs_error_set(err, FS_ERR_IO,
+                          "%s: COLMAP cannot write its database (what it said is in %s): is there a quota, or a limit "
+                          "on the size of files (ulimit -f)? Give it room and run this again",
+                          colmap->dir, log_path);
     return rc;
 }
 

@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/linalg.h"
+#include "base/order.h"
 #include "base/owned.h"
 #include "model/dataset.h"
 #include "model/photos.h"
@@ -14,6 +16,7 @@
 
 enum { MATCHED_FEATURES = 3000, FEWEST_MATCHED_FEATURES = 1000 };
 enum { MOST_FOR_ALL_PAIRS = 100, CHOSEN_FEATURES = 1500 }; // of more photos, only pairs that are alike are matched
+#define ONE_PLACE 1e-9 // of their distance from the origin: what is left of places that are the same, by rounding
 
 static int check_posed(const FsProject *project, const Capture *capture, const Sparse *sparse, FsError *err)
 {
@@ -105,6 +108,59 @@ fail:
     return rc;
 }
 
+static int check_features(const Capture *capture, const Features *features, FsError *err)
+{
+    int n = 0;
+    for (int i = 0; i < capture->n; i++) n += features[i].n > 0;
+    if (n > 0) return 0;
+    return fs_error_input(err,
+                          "%s: COLMAP found nothing to go by in any of the %d pictures: black, blurred or without "
+                          "texture? Take photos that are sharp and well exposed",
+                          capture->pictures, capture->n);
+}
+
+// What the scenes start from then.
+static bool has_own_points(const Settings *set)
+{
+    return *set->points || (*set->noflash_points && *set->flash_points);
+}
+
+// Too few points, and why.
+static int refuse_points(const FsProject *project, const Capture *capture, const Sparse *sparse,
+                         const Features *features, FsError *err)
+{
+    int n = 0;
+    double centre[3] = {0}, extent = 0;
+    double *count = malloc(((size_t)capture->n + 1) * sizeof *count);
+    Camera *camera = malloc(((size_t)capture->n + 1) * sizeof *camera);
+    if (count && camera) {
+        for (int i = 0; i < capture->n; i++)
+            if (sparse->pose[i].known) camera[n] = sparse->pose[i].camera, count[n++] = features[i].n;
+        extent = fs_camera_extent(camera, sizeof *camera, n, centre);
+    }
+    double usual = count ? fs_order_median(count, (size_t)n) : 0;
+    bool out_of_memory = !count || !camera;
+    free(count);
+    free(camera);
+    if (out_of_memory) return fs_error_memory(err);
+    const char *from = *project->set.poses ? project->set.poses : project->out;
+    if (extent <= ONE_PLACE * sqrt(v3_dot(centre, centre)))
+        return fs_error_input(err,
+                              "%s: the cameras of all %d photos are at one place: nothing tells how far away things "
+                              "are; take photos from places 5 to 10 cm apart, or give their true poses",
+                              from, n);
+    if (usual < FS_COLMAP_FEW_FEATURES)
+        return fs_error_input(err,
+                              "%s: only %d points, at least %d are needed: half of the photos show %d features or "
+                              "fewer; take photos that are sharp and well exposed, of a scene with more texture",
+                              project->out, sparse->n_points, FS_COLMAP_FEWEST_POINTS, (int)usual);
+    return fs_error_input(err, "%s: only %d points, at least %d are needed, though photos show %d features: %s", from,
+                          sparse->n_points, FS_COLMAP_FEWEST_POINTS, (int)usual,
+                          *project->set.poses ? "the poses do not fit the photos; check that they are of these photos, "
+                                                "or leave --poses out"
+                                              : "take photos that overlap more, step 5 to 10 cm");
+}
+
 // Fills the poses and points.
 static int reconstruct(const FsProject *project, const Capture *capture, Sparse *sparse, FsError *err)
 {
@@ -115,10 +171,11 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
     if (*project->set.poses) {
         TRY(fs_sparse_from_file(sparse, capture, project->set.poses, err));
         TRY(check_posed(project, capture, sparse, err));
-        if (sparse->n_points > 0) goto fail; // the model has points: nothing to look for
+        if (sparse->n_points >= FS_COLMAP_FEWEST_POINTS) goto fail; // the model has points: nothing to look for
     }
     TRY(fs_colmap_open(&colmap, project, capture, err));
     TRY(fs_colmap_extract(&colmap, features, err));
+    TRY(check_features(capture, features, err));
     if (!*project->set.poses) {
         TRY(find_poses(&colmap, project, capture, features, sparse, err));
         TRY(fs_missing_explain(&colmap, features, sparse, err));
@@ -129,6 +186,8 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
         TRY(fs_adjust_poses(&colmap, sparse, err));
         TRY(fs_sparse_triangulate(sparse, project, capture, features, err));
     }
+    if (sparse->n_points < FS_COLMAP_FEWEST_POINTS && !has_own_points(&project->set))
+        TRY(refuse_points(project, capture, sparse, features, err));
     TRY(fs_sparse_colour(sparse, capture, err));
 fail:
     for (int i = 0; i < capture->n; i++) fs_database_features_free(&features[i]);

@@ -410,7 +410,7 @@ int fs_triangulate(const PosedFeatures *photos, const TriangulateOptions *option
                    PointSet *points, FsError *err)
 {
     int rc = 0, n = photos->n;
-    double centre[3], spacing, radius = fs_camera_extent(photos->camera, sizeof(Camera), n, centre);
+    double centre[3], spacing = 0, radius = fs_camera_extent(photos->camera, sizeof(Camera), n, centre);
     Claims claims = {0};
     Arena arena = {0};
     SearchPhoto *photo = ARENA_NEW(&arena, SearchPhoto, (size_t)n + 1);

@@ -1,4 +1,5 @@
-"""What is said where COLMAP fails: a stand-in for it does, which finds nothing in the photos."""
+"""What is said where COLMAP fails: a stand-in for it does, which finds one thing in all photos, or nothing."""
+import json
 import stat
 import sys
 
@@ -8,6 +9,7 @@ from common import FolderTest, run
 
 STAND_IN = '''#!{python}
 import sqlite3
+import struct
 import sys
 options = dict(zip(sys.argv[2::2], sys.argv[3::2]))
 if sys.argv[1] == "database_creator":
@@ -20,6 +22,15 @@ if sys.argv[1] == "database_creator":
     tables.commit()
 elif sys.argv[2:] == ["-h"]:
     print("--database_path")
+elif sys.argv[1] == "feature_extractor" and {extracts!r}:
+    print({extracts!r})
+elif sys.argv[1] == "feature_extractor":
+    tables = sqlite3.connect(options["--database_path"])
+    keys = struct.pack("4f", 10, 10, 2, 0) * {features}
+    for photo, in tables.execute("SELECT image_id FROM images").fetchall():
+        tables.execute("INSERT INTO keypoints VALUES (?, ?, 4, ?)", (photo, {features}, keys))
+        tables.execute("INSERT INTO descriptors VALUES (?, ?, 128, ?)", (photo, {features}, bytes(128 * {features})))
+    tables.commit()
 elif sys.argv[1] == "mapper":
     print({says!r})
     sys.exit({status})
@@ -34,9 +45,10 @@ class Failures(FolderTest):
         done = run("ingest", self.dir / "photos", "-o", self.out, "--flash-glob", "F_*", "--long-edge", 48)
         self.assertEqual(done.returncode, 0, done.stderr)
 
-    def poses(self, says, status, *options):
+    def poses(self, says, status, *options, extracts="", features=1):
         path = self.dir / "stand-in"
-        path.write_text(STAND_IN.format(python=sys.executable, says=says, status=status))
+        path.write_text(STAND_IN.format(python=sys.executable, says=says, status=status, extracts=extracts,
+                                        features=features))
         path.chmod(path.stat().st_mode | stat.S_IXUSR)
         return run("poses", self.out, "--colmap", path, *options)
 
@@ -51,6 +63,33 @@ class Failures(FolderTest):
         process = self.poses("ERROR: failed to create sparse model", 1)
         self.assert_fails(process, 1, "only 0 of 8 photos could be posed", "N_03", "overlap")
         self.assertEqual(process.stderr.count("warning: N_03"), 1, process.stderr)  # that it has few features
+
+    def assert_undone(self, process, *words):
+        """So that the next run tries again."""
+        self.assert_fails(process, 1, *words)
+        self.assertFalse((self.out / "done" / "poses.json").exists())
+
+    def test_database_that_is_cut(self):
+        """By a quota or a limit: COLMAP ends well."""
+        says = "SQLite error [./src/base/database.cc, line 989]: disk I/O error"
+        self.assert_undone(self.poses("", 0, extracts=says), "cannot write its database", "log.txt", "ulimit -f")
+
+    def test_nothing_found(self):
+        self.assert_undone(self.poses("", 0, features=0), "nothing to go by in any of the 8 pictures", "well exposed")
+
+    def known(self, step):
+        """Poses of all photos, each so far beside the last one."""
+        frames = [{"file_path": f"{kind}_{i:02}.png", "transform_matrix": [
+            [1, 0, 0, 3 + step * i], [0, -1, 0, 5], [0, 0, -1, 0], [0, 0, 0, 1]]} for kind in "FN" for i in range(4)]
+        path = self.dir / "transforms.json"
+        path.write_text(json.dumps({"w": 48, "h": 32, "fl_x": 50, "frames": frames}))
+        return path
+
+    def test_too_few_points(self):
+        self.assert_undone(self.poses("", 0, "--poses", self.known(0)), "all 8 photos are at one place")
+        self.assert_undone(self.poses("", 0, "--poses", self.known(0.1)), "only 0 points", "1 features or fewer")
+        process = self.poses("", 0, "--poses", self.known(0.1), features=60)
+        self.assert_undone(process, "only 0 points, at least 20 are needed", "do not fit the photos")
 
 
 common.main()
