@@ -385,47 +385,85 @@ static void make_adjusted(const char *dir, const Capture *capture, double focal)
     fs_colmap_model_free(&m);
 }
 
-// All poses are the adjusted ones, or none is.
-static void test_adjust(void **state)
+// `seen` points that all photos see, and as many for every three photos that only these see.
+static void make_seen(Sparse *sparse, const Capture *capture, int seen)
 {
-    enum { SEEN = 200, N = 3 };
-    static char *name[] = {"a", "b", "c"}, *picture[] = {"a.png", "b.png", "c.png"};
+    int n = capture->n, groups = n / 3, total = seen * n + seen * groups * 3;
+    assert_int_equal(fs_sparse_new(sparse, capture, NULL), 0);
+    sparse->point = calloc((size_t)(seen + seen * groups), sizeof *sparse->point);
+    sparse->sighting = calloc((size_t)total, sizeof *sparse->sighting);
+    for (int k = 0; k < seen * n; k++) sparse->sighting[k] = (Sighting){k % n, 20 + k % 7, 20};
+    for (int k = 0; k < seen; k++) sparse->point[k] = (SparsePoint){.xyz = {0, 0, 1}, .first = k * n, .n = n};
+    sparse->n_points = seen, sparse->n_sightings = seen * n;
+    for (int k = 0; k < seen * groups && groups > 1; k++) {
+        sparse->point[sparse->n_points++] =
+            (SparsePoint){.xyz = {0, 0, 1}, .error = 0.1, .first = sparse->n_sightings, .n = 3};
+        for (int l = 0; l < 3; l++)
+            sparse->sighting[sparse->n_sightings++] = (Sighting){3 * (k % groups) + l, 20 + k % 7, 20};
+    }
+    for (int i = 0; i < n; i++) {
+        sparse->pose[i] = (Pose){.known = true, .lens = lens};
+        assert_int_equal(fs_lens_camera(&lens, "", &sparse->pose[i].camera, NULL), 0);
+        sparse->pose[i].camera.w2c[0] = sparse->pose[i].camera.w2c[5] = sparse->pose[i].camera.w2c[10] = 1;
+    }
+}
+
+// What COLMAP was given holds each photo by so many points.
+static void check_given(const char *dir, int n, int seen)
+{
+    ColmapModel m;
+    FilePath from = fs_file_at("%s/before-adjustment", dir);
+    assert_int_equal(fs_colmap_model_read(from.text, &m, NULL), 0);
+    assert_int_equal(m.n_images, n);
+    for (int i = 0; i < n; i++) assert_int_equal(m.image[i].n, seen);
+    assert_int_equal(m.n_points, seen); // the longest tracks
+    fs_colmap_model_free(&m);
+}
+
+enum { MOST_ADJUSTED = 150 };
+
+static void check_adjust(const char *dir, int n, int seen, bool refined)
+{
+    static char name[MOST_ADJUSTED][8], picture[MOST_ADJUSTED][12];
     Told told = {{0}, false};
-    FsProject project = {.out = *state, .set = {.colmap = "true"}, .log = {.log = hear, .user = &told}};
-    Photo photo[N];
-    Capture capture = {.photo = photo, .n = N, .pictures = *state};
-    Colmap colmap = {.project = &project, .capture = &capture, .dir = *state};
+    FsProject project = {.out = (char *)dir, .set = {.colmap = "true"}, .log = {.log = hear, .user = &told}};
+    Photo photo[MOST_ADJUSTED];
+    Capture capture = {.photo = photo, .n = n, .pictures = (char *)dir};
+    Colmap colmap = {.project = &project, .capture = &capture, .dir = (char *)dir};
     FilePath log = fs_file_at("%s/log.txt", colmap.dir), adjusted = fs_file_at("%s/adjusted", colmap.dir);
     Sparse sparse;
     FsError err = {0};
     colmap.log_path = log.text;
-    for (int i = 0; i < N; i++)
+    for (int i = 0; i < n; i++) {
+        sprintf(name[i], "p%03d", i);
+        sprintf(picture[i], "p%03d.png", i);
         photo[i] = (Photo){.name = name[i],
                            .picture = picture[i],
                            .width = WIDTH,
                            .height = HEIGHT,
                            .picture_width = lens.width,
                            .picture_height = lens.height};
-    assert_int_equal(fs_sparse_new(&sparse, &capture, NULL), 0);
-    sparse.point = calloc(SEEN, sizeof *sparse.point);
-    sparse.sighting = calloc(SEEN * N, sizeof *sparse.sighting);
-    sparse.n_points = SEEN, sparse.n_sightings = SEEN * N;
-    for (int k = 0; k < SEEN * N; k++) sparse.sighting[k] = (Sighting){k % N, 20 + k % 7, 20};
-    for (int k = 0; k < SEEN; k++) sparse.point[k] = (SparsePoint){.xyz = {0, 0, 1}, .first = k * N, .n = N};
-    for (int i = 0; i < N; i++) {
-        sparse.pose[i] = (Pose){.known = true, .lens = lens};
-        assert_int_equal(fs_lens_camera(&lens, "", &sparse.pose[i].camera, NULL), 0);
-        sparse.pose[i].camera.w2c[0] = sparse.pose[i].camera.w2c[5] = sparse.pose[i].camera.w2c[10] = 1;
     }
+    make_seen(&sparse, &capture, seen);
     for (int usable = 0; usable < 2; usable++) {
         make_adjusted(adjusted.text, &capture, usable ? 51 : -51);
         if (fs_adjust_poses(&colmap, &sparse, &err) != 0) fail_msg("%s", err.message);
-        for (int i = 0; i < N; i++) assert_true(sparse.pose[i].camera.w2c[3] == usable);
-        assert_true(sparse.pose[1].lens.param[0] == (usable ? 51 : 50));
-        assert_int_equal(strstr(told.last, "poses: not refined: ") != NULL, !usable);
+        for (int i = 0; i < n; i++) assert_true(sparse.pose[i].camera.w2c[3] == (usable && refined));
+        assert_true(sparse.pose[1].lens.param[0] == (usable && refined ? 51 : 50));
+        assert_int_equal(strstr(told.last, "poses: not refined: ") != NULL, !usable || !refined);
+        if (!refined) assert_non_null(strstr(told.last, "p000.png"));
+        if (refined) check_given(dir, n, seen * n <= 24500 ? seen : 24500 / n);
         told.last[0] = 0;
     }
     fs_sparse_free(&sparse);
+}
+
+// All poses are the adjusted ones, or none is; photos with few points are left alone, and that is said.
+static void test_adjust(void **state)
+{
+    check_adjust(*state, 3, 200, true);
+    check_adjust(*state, MOST_ADJUSTED, 200, true); // more observations than COLMAP takes lightly
+    check_adjust(*state, 3, 199, false);
 }
 
 // What cannot be read is an error, and not a photo that is missing.
