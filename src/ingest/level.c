@@ -93,6 +93,7 @@ int fs_level_photos(Photos *photos, const Log *log, FsError *err)
 {
     double *value = calloc((size_t)photos->n + 1, sizeof *value);
     if (!value) return fs_error_memory(err);
+    for (int i = 0; i < photos->n; i++) photos->photo[i].gain = photos->photo[i].flash_gain = 1; // of a former round
     level_white_balance(photos, value, log);
     level_exposure(photos, value, log);
     level_flash(photos, value, log);

@@ -282,6 +282,22 @@ void fs_photos_drop_copies(Photos *photos)
     fs_photos_close_gaps(photos);
 }
 
+// What cannot be read, and what to do where its JPEG is there, too.
+static int warn_left_out(const PhotoFile *photo, const Log *log, FsError *err)
+{
+    char *instead = photo->instead ? fs_photos_utf8(photo->instead) : NULL;
+    if (photo->instead && !instead) return fs_error_memory(err);
+    if (instead)
+        fs_log_warn(log,
+                    "left out: %s. %s of the same shot is there, but would not go together with the others' RAW files: "
+                    "copy the RAW file again from the card, or take all RAW files away to have the JPEGs used",
+                    photo->failure.message, instead);
+    else
+        fs_log_warn(log, "left out: %s", photo->failure.message);
+    free(instead);
+    return 0;
+}
+
 int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
 {
     int n = photos->n, all = n + photos->left_out;
@@ -301,7 +317,7 @@ int fs_photos_drop_failed(Photos *photos, const Log *log, FsError *err)
     for (int i = 0; i < n; i++) {
         PhotoFile *photo = &photos->photo[i];
         if (!photo->failure.code) continue;
-        fs_log_warn(log, "left out: %s", photo->failure.message);
+        MUST(warn_left_out(photo, log, err));
         fs_photos_drop(photo);
     }
     fs_photos_close_gaps(photos);

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "image/image.h"
+#include "ingest/develop.h"
 #include "synth/photo_file.h"
 
 static void test_good(void **state)
@@ -201,6 +202,38 @@ static void test_unreadable(void **state)
     free(data);
 }
 
+// A RAW file that is cut is no reason to develop one shot in another way.
+static void test_cut_raw_beside_jpeg(void **state)
+{
+    (void)state;
+    char *data;
+    size_t size;
+    FILL(FOUR, {"rgb.jpg", "A_3.JPG"}, {"rgb.jpg", "A_1.JPG"});
+    assert_int_equal(fs_file_read(given("flash.dng"), 1 << 20, &data, &size, NULL), 0);
+    assert_int_equal(fs_file_write(temp("photos/A_3.DNG"), data, size / 2 + 2000, NULL), 0);
+    free(data);
+    expect_good("photos", NULL, "W left out");
+    assert_non_null(strstr(said, "A_3.JPG of the same shot is there"));
+    assert_null(strstr(said, "A_1.JPG of the same shot"));
+    assert_false(fs_file_exists(temp("out/linear/A_3.tif")));
+}
+
+// Photos are levelled again where their JPEGs are used after all.
+static void test_level_again(void **state)
+{
+    (void)state;
+    PhotoFile photo[3] = {{.file = "a", .gain = 3, .flash_gain = 2, .flash = 1, .kind = PHOTO_JPEG},
+                          {.file = "b", .gain = 1, .flash_gain = 1, .flash = 1, .kind = PHOTO_JPEG},
+                          {.file = "c", .gain = 1, .flash_gain = 1, .flash = 0, .kind = PHOTO_JPEG}};
+    Photos photos = {.photo = photo, .n = 3};
+    Log log = {0};
+    for (int i = 0; i < 3; i++) photo[i].exif = (ExifInfo){.exposure_s = 0.25, .iso = 100, .f_number = 8};
+    photo[2].exif = (ExifInfo){0}; // tells nothing
+    photo[2].gain = photo[2].flash_gain = 2;
+    assert_int_equal(fs_level_photos(&photos, &log, NULL), 0);
+    for (int i = 0; i < 3; i++) assert_true(photo[i].gain == 1 && photo[i].flash_gain == 1);
+}
+
 static void test_raw_before_jpeg(void **state)
 {
     (void)state;
@@ -380,6 +413,8 @@ int main(void)
         cmocka_unit_test(test_fewest),
         cmocka_unit_test(test_flash_state),
         cmocka_unit_test(test_unreadable),
+        cmocka_unit_test(test_cut_raw_beside_jpeg),
+        cmocka_unit_test(test_level_again),
         cmocka_unit_test(test_raw_before_jpeg),
         cmocka_unit_test(test_jpeg),
         cmocka_unit_test(test_orientation),
