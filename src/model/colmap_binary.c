@@ -78,7 +78,8 @@ static int read_observations(Reader *r, ColmapModel *model, FsError *err)
     int n;
     MUST(get_count(r, 24, &n, err));
     for (int i = 0; i < n; i++) {
-        ColmapObservation o = {.x = get_double(r), .y = get_double(r)};
+        ColmapObservation o = {.x = get_double(r)}; // each by itself: initializers are evaluated in any order
+        o.y = get_double(r);
         o.point = (int64_t)get_uint(r, 8); // 2^64 - 1 becomes -1
         if (o.point < 0) o.point = -1;
         MUST(fs_colmap_model_add_observation(model, o, err));

@@ -21,7 +21,8 @@ static float deviation(Rng *rng) // normal, no outliers
 static void draw_gains(Nuisance *u, const Spec *spec)
 {
     Rng jitter = rng_of(spec, FIELD_FLASH_JITTER), drift = rng_of(spec, FIELD_DRIFT);
-    float at[2] = {deviation(&drift), deviation(&drift)}, mean[2] = {0, 0}, s = u->field.strength[FIELD_DRIFT];
+    float at[2], mean[2] = {0, 0}, s = u->field.strength[FIELD_DRIFT];
+    for (int k = 0; k < 2; k++) at[k] = deviation(&drift);
     for (int i = 0; i < u->n; i++) {
         PhotoNuisance *p = &u->photo[i];
         p->gain_flash = 1 + u->field.strength[FIELD_FLASH_JITTER] * deviation(&jitter);
@@ -71,7 +72,8 @@ static void draw_exposures(Nuisance *u, const Spec *spec)
 static void draw_blur(Nuisance *u, const Spec *spec, float px, float distance)
 {
     Rng shake = rng_of(spec, FIELD_SHAKE), focus = rng_of(spec, FIELD_DEFOCUS);
-    int bad[2] = {fs_rng_below(&shake, u->n), fs_rng_below(&shake, u->n - 1)};
+    int bad[2] = {fs_rng_below(&shake, u->n)}; // each by itself: initializers are evaluated in any order
+    bad[1] = fs_rng_below(&shake, u->n - 1);
     if (bad[1] >= bad[0]) bad[1]++;
     for (int i = 0; i < u->n; i++) {
         PhotoNuisance *p = &u->photo[i];
