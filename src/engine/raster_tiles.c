@@ -280,6 +280,7 @@ static void set_up(const RasterPass *pass, RasterTask *task, int n_threads)
     if (!w) return;
     int n = task->cloud->n, tx = (camera->width + FS_TILE_W - 1) / FS_TILE_W;
     int ty = (camera->height + FS_TILE_H - 1) / FS_TILE_H;
+    size_t tiles = (size_t)tx * (size_t)ty, counts = (size_t)n_threads * tiles;
     *w = (TileLists){.height = camera->height,
                      .tiles_x = tx,
                      .tiles_y = ty,
@@ -292,12 +293,12 @@ static void set_up(const RasterPass *pass, RasterTask *task, int n_threads)
     w->spare_key = ARENA_NEW(a, uint32_t, n);
     w->spare_id = ARENA_NEW(a, uint32_t, n);
     w->hits = (int(*)[2])fs_arena_alloc(a, sizeof(int[2]) * (size_t)n);
-    w->tile_start = ARENA_NEW(a, int, tx *ty + 1);
-    w->tile_pairs = ARENA_NEW(a, long, tx *ty);
-    w->count = ARENA_NEW(a, int, n_threads *tx *ty);
-    for (int k = 0; k < 2; k++) w->tile_at[k] = ARENA_NEW(a, int, tx *ty);
+    w->tile_start = ARENA_NEW(a, int, tiles + 1);
+    w->tile_pairs = ARENA_NEW(a, long, tiles);
+    w->count = ARENA_NEW(a, int, counts);
+    for (int k = 0; k < 2; k++) w->tile_at[k] = ARENA_NEW(a, int, tiles);
     if (a->failed) return;
-    memset(w->count, 0, sizeof(int) * (size_t)(n_threads * tx * ty));
+    memset(w->count, 0, sizeof(int) * counts);
 }
 
 static int check_memory(const RasterPass *pass, FsError *err)
@@ -336,7 +337,7 @@ static void place_tiles(RasterTask *task, int n_threads)
     int at = 0;
     for (int t = 0; t < n_tiles; t++) {
         w->tile_start[t] = w->tile_at[0][t] = at;
-        for (int k = 0; k < n_threads; k++) at += w->count[k * n_tiles + t];
+        for (int k = 0; k < n_threads; k++) at += w->count[(size_t)k * (size_t)n_tiles + (size_t)t];
         w->tile_at[1][t] = at;
     }
     w->tile_start[n_tiles] = at;
