@@ -44,6 +44,13 @@ static void free_posed(PosedView *posed, int n)
     free(posed);
 }
 
+// Without the folder, be it written as Windows does.
+static const char *name_of(const char *path)
+{
+    const char *windows = strrchr(path, '\\');
+    return fs_file_name(windows ? windows + 1 : path);
+}
+
 static int read_colmap(const char *path, CamerasFile *file, FsError *err)
 {
     int rc = 0;
@@ -56,7 +63,7 @@ static int read_colmap(const char *path, CamerasFile *file, FsError *err)
         fs_camera_pose_from_quat(image->quat, image->t, posed[i].w2c);
         posed[i].lens = fs_colmap_model_camera(&file->model, image->camera_id)->lens;
         posed[i].image = i;
-        if (!(posed[i].name = fs_file_stem(image->name))) TRY(fs_error_memory(err));
+        if (!(posed[i].name = fs_file_stem(name_of(image->name)))) TRY(fs_error_memory(err));
     }
     TRY(take_posed(file, path, posed, file->model.n_images, err));
 fail:
@@ -140,11 +147,11 @@ static int read_transforms(const char *path, const json_t *root, CamerasFile *fi
     for (size_t i = 0; i < n; i++) {
         const json_t *frame = json_array_get(frames, i);
         const char *name = json_string_value(json_object_get(frame, "file_path"));
-        const char *wanted = name && *fs_file_name(name) ? NULL : "\"file_path\"";
+        const char *wanted = name && *name_of(name) ? NULL : "\"file_path\"";
         if (!wanted) wanted = lens_from_json(root, frame, &posed[i].lens);
         if (!wanted) wanted = pose_from_json(frame, posed[i].w2c);
         if (wanted) TRY(fs_error_input(err, "%s: frame %zu: expected %s", path, i, wanted));
-        if (!(posed[i].name = fs_file_stem(name))) TRY(fs_error_memory(err));
+        if (!(posed[i].name = fs_file_stem(name_of(name)))) TRY(fs_error_memory(err));
     }
     TRY(take_posed(file, path, posed, (int)n, err));
 fail:

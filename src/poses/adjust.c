@@ -94,7 +94,7 @@ static int take_poses(Sparse *sparse, const Capture *capture, const ColmapModel 
     Sparse taken = {.pose = malloc(size)};
     if (!taken.pose) return fs_error_memory(err);
     memcpy(taken.pose, sparse->pose, size);
-    int rc = fs_sparse_from_colmap(&taken, capture, adjusted, false, err);
+    int rc = fs_sparse_from_colmap(&taken, capture, adjusted, err);
     if (rc == 0) memcpy(sparse->pose, taken.pose, size);
     fs_sparse_free(&taken);
     return rc;

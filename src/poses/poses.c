@@ -97,11 +97,11 @@ static int find_poses(Colmap *colmap, const FsProject *project, const Capture *c
         TRY(fs_colmap_map(colmap, 0, &model, err));
         TRY(fs_colmap_map(colmap, 1, &flash, err));
         TRY(fs_align_groups(capture, features, &model, &flash, &project->log, err));
-        TRY(fs_sparse_from_colmap(sparse, capture, &flash, false, err));
+        TRY(fs_sparse_from_colmap(sparse, capture, &flash, err));
     } else {
         TRY(fs_colmap_map(colmap, -1, &model, err));
     }
-    TRY(fs_sparse_from_colmap(sparse, capture, &model, false, err));
+    TRY(fs_sparse_from_colmap(sparse, capture, &model, err));
 fail:
     fs_colmap_model_free(&model);
     fs_colmap_model_free(&flash);

@@ -92,39 +92,82 @@ static int take_points(Sparse *sparse, const Capture *capture, const ColmapModel
     return 0;
 }
 
-int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, bool points, FsError *err)
+// photo_of: (model->n_images), -1: of no photo.
+static int take_model(Sparse *sparse, const Capture *capture, const ColmapModel *model, const int *photo_of,
+                      bool points, FsError *err)
 {
-    int rc = 0;
+    for (int i = 0; i < model->n_images; i++) {
+        const ColmapImage *image = &model->image[i];
+        double w2c[12];
+        if (photo_of[i] < 0) continue;
+        fs_camera_pose_from_quat(image->quat, image->t, w2c);
+        MUST(set_pose(sparse, &capture->photo[photo_of[i]], photo_of[i],
+                      &fs_colmap_model_camera(model, image->camera_id)->lens, w2c, "COLMAP's model", err));
+    }
+    return points ? take_points(sparse, capture, model, photo_of, err) : 0;
+}
+
+int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, FsError *err)
+{
     int *photo_of = malloc(((size_t)model->n_images + 1) * sizeof *photo_of);
     if (!photo_of) return fs_error_memory(err);
     for (int i = 0; i < model->n_images; i++) {
-        double w2c[12];
         char *stem = fs_file_stem(model->image[i].name);
         photo_of[i] = stem ? fs_capture_find(capture, stem) : -1;
         free(stem);
-        if (photo_of[i] < 0) continue;
-        fs_camera_pose_from_quat((&model->image[i])->quat, (&model->image[i])->t, w2c);
-        TRY(set_pose(sparse, &capture->photo[photo_of[i]], photo_of[i],
-                     &fs_colmap_model_camera(model, model->image[i].camera_id)->lens, w2c, "COLMAP's model", err));
     }
-    if (points) TRY(take_points(sparse, capture, model, photo_of, err));
-fail:
+    int rc = take_model(sparse, capture, model, photo_of, false, err);
     free(photo_of);
     return rc;
+}
+
+// The view whose name is the photo's but for the case of letters: where no other photo or view is left that it may be.
+static int find_in_any_case(const Dataset *views, const Capture *capture, const int *view_of, const bool *taken, int i)
+{
+    int found = -1, n = 0;
+    for (int k = 0; k < views->n; k++)
+        if (!taken[k] && strcasecmp(views->view[k].name, capture->photo[i].name) == 0) found = k, n++;
+    for (int k = 0; k < capture->n && n == 1; k++)
+        if (k != i && view_of[k] < 0 && strcasecmp(capture->photo[k].name, capture->photo[i].name) == 0) n++;
+    return n == 1 ? found : -1;
+}
+
+// view_of: (capture->n), -1: the photo has none.
+static int match_names(const Dataset *views, const Capture *capture, int *view_of, FsError *err)
+{
+    bool *taken = calloc((size_t)views->n + 1, sizeof *taken);
+    if (!taken) return fs_error_memory(err);
+    for (int i = 0; i < capture->n; i++) {
+        view_of[i] = fs_dataset_find(views, capture->photo[i].name);
+        if (view_of[i] >= 0) taken[view_of[i]] = true;
+    }
+    for (int i = 0; i < capture->n; i++)
+        if (view_of[i] < 0) view_of[i] = find_in_any_case(views, capture, view_of, taken, i);
+    free(taken);
+    return 0;
 }
 
 int fs_sparse_from_file(Sparse *sparse, const Capture *capture, const char *path, FsError *err)
 {
     int rc = 0;
     CamerasFile file;
+    int *view_of = malloc(((size_t)capture->n + 1) * sizeof *view_of), *photo_of = NULL;
+    if (!view_of) return fs_error_memory(err);
     TRY(fs_cameras_file_read(path, &file, err));
+    TRY(match_names(&file.views, capture, view_of, err));
+    photo_of = malloc(((size_t)file.model.n_images + 1) * sizeof *photo_of);
+    if (!photo_of) TRY(fs_error_memory(err));
+    for (int k = 0; k < file.model.n_images; k++) photo_of[k] = -1;
     for (int i = 0; i < capture->n; i++) {
-        int at = fs_dataset_find(&file.views, capture->photo[i].name);
+        int at = view_of[i];
         if (at < 0) continue;
         TRY(set_pose(sparse, &capture->photo[i], i, &file.lens[at], file.views.view[at].camera.w2c, path, err));
+        if (file.model.n_images > 0) photo_of[file.image[at]] = i;
     }
-    if (file.model.n_images > 0) TRY(fs_sparse_from_colmap(sparse, capture, &file.model, true, err));
+    if (file.model.n_images > 0) TRY(take_model(sparse, capture, &file.model, photo_of, true, err));
 fail:
+    free(view_of);
+    free(photo_of);
     fs_cameras_file_free(&file);
     return rc;
 }

@@ -35,8 +35,10 @@ typedef struct Sparse {
 int fs_sparse_new(Sparse *sparse, const Capture *capture, FsError *err); // all poses unknown
 void fs_sparse_free(Sparse *sparse);
 
+// Poses out of a model that COLMAP made of the capture's pictures.
+int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, FsError *err);
 // Poses (and points with at least two sightings) out of a COLMAP model or another camera file; other views are ignored.
-int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, bool points, FsError *err);
+// A view is the photo's of its name, or of that in other letter case where no other could be meant.
 int fs_sparse_from_file(Sparse *sparse, const Capture *capture, const char *path, FsError *err);
 
 // A model of the posed photos and the points of at least `least` sightings. as_taken: the pictures for feature

@@ -60,6 +60,8 @@ static void make_capture(const char *out)
     free(path);
 }
 
+static const char MODEL_NAMES[] = "some/IMG_%02d.JPG", *model_names = MODEL_NAMES;
+
 // A COLMAP model of `photos` of them and two views without photo, twice as large as the working images.
 static void make_model(const char *dir, int photos, bool points, const Lens *l)
 {
@@ -69,7 +71,7 @@ static void make_model(const char *dir, int photos, bool points, const Lens *l)
     camera->lens = *l;
     for (int i = 0; i < photos + 2; i++) {
         char name[40];
-        sprintf(name, i < photos ? "some/IMG_%02d.JPG" : "TEST_%02d.JPG", i);
+        snprintf(name, sizeof name, i < photos ? model_names : "TEST_%02d.JPG", i);
         ColmapImage *image = fs_colmap_model_add_image(&m, name, NULL);
         image->id = (uint32_t)(100 + i);
         image->camera_id = 1;
@@ -314,6 +316,56 @@ static void test_refused(void **state)
     free(model);
 }
 
+// Names in a file of poses: of a folder as Windows writes it, and in another case where that can mean one photo only.
+static void test_names(void **state)
+{
+    static char *names[] = {"A", "B", "De", "F", "b", "f"};
+    static const char *const views[] = {"images\\\\a.png", "images\\\\B.png", "x/dE.png",
+                                        "dE2.png",         "DE.png",          "sub/F.JPG"};
+    static const bool known[] = {true, true, false, true, false, false}; // De: dE or DE; b: B is the other's
+    Photo photo[6] = {0};
+    Capture capture = {.photo = photo, .n = 6};
+    Sparse sparse;
+    FsError err = {0};
+    FilePath path = fs_file_at("%s/transforms.json", (char *)*state);
+    FILE *f = fopen(path.text, "wb");
+    assert_non_null(f);
+    fprintf(f, "{\"w\": 60, \"h\": 40, \"fl_x\": 55, \"frames\": [");
+    for (int i = 0; i < 6; i++) {
+        photo[i] = (Photo){.name = names[i], .picture_width = 60, .picture_height = 40};
+        fprintf(f, "%s{\"file_path\": \"%s\", \"transform_matrix\": [[1,0,0,%d],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}",
+                i ? ", " : "", views[i], i);
+    }
+    fprintf(f, "]}");
+    assert_int_equal(fclose(f), 0);
+    assert_int_equal(fs_sparse_new(&sparse, &capture, NULL), 0);
+    if (fs_sparse_from_file(&sparse, &capture, path.text, &err) != 0) fail_msg("%s", err.message);
+    for (int i = 0; i < 6; i++) assert_int_equal(sparse.pose[i].known, known[i]);
+    static const int view[] = {0, 1, -1, 5};
+    for (int i = 0; i < 4; i++)
+        if (known[i]) assert_true(sparse.pose[i].camera.w2c[3] == -view[i]);
+    fs_sparse_free(&sparse);
+    put_text(path.text, "{\"w\": 60, \"h\": 40, \"fl_x\": 55, \"frames\": [{\"file_path\": \"images\\\\\"}]}");
+    assert_int_equal(fs_sparse_from_file(&sparse, &capture, path.text, &err), FS_ERR_INPUT);
+    assert_non_null(strstr(err.message, "file_path"));
+}
+
+// A COLMAP model of names in another case has its points, too.
+static void test_names_of_model(void **state)
+{
+    char *out = fs_file_path("%s/out", (char *)*state), *model = fs_file_path("%s/model", (char *)*state);
+    FsError err = {0};
+    Told told = {0};
+    make_capture(out);
+    model_names = "some\\img_%02d.JPG";
+    make_model(model, PHOTOS, true, &lens);
+    model_names = MODEL_NAMES;
+    if (run(out, model, "0", &told, &err) != 0) fail_msg("%s", err.message);
+    assert_non_null(strstr(told.last, "12 of 12 photos, 40 points (13 in flash photos only, 13 in the others only)"));
+    free(out);
+    free(model);
+}
+
 // Where the poses are known, features are looked for in pictures of twice the working size.
 static void test_pixels(void **state)
 {
@@ -502,6 +554,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_known, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_missing, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_names, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(test_names_of_model, temp_dir_make, temp_dir_remove),
         cmocka_unit_test(test_pixels),
         cmocka_unit_test_setup_teardown(test_cameras, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(test_database, temp_dir_make, temp_dir_remove),
