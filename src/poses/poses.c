@@ -219,13 +219,26 @@ static void log_points(const FsProject *project, const Capture *capture, const S
                     "only %d points were found: the scene has little texture, or the poses do not fit the photos", n);
 }
 
+// Of `count` photos without and with flash every Nth of each is to be held out, from the middle of the first N on.
+static int check_held_out(const FsProject *project, const int count[2], FsError *err)
+{
+    int every = project->set.test_every, most = count[0] > count[1] ? count[0] : count[1];
+    if (every == 0 || every / 2 < most) return 0;
+    return fs_error_set(err, FS_ERR_USAGE,
+                        "--test-every: %d would hold out none of the %d photos (%d without flash, %d with); give 0 for "
+                        "none, or 2 to %d",
+                        every, count[0] + count[1], count[0], count[1], 2 * most - 1);
+}
+
 // Which photos are held out is no reason to pose them again.
 static int update_held_out(const FsProject *project, FsError *err)
 {
-    int rc = 0;
+    int rc = 0, count[2] = {0, 0};
     Dataset views = {0};
     FilePath path = fs_file_at("%s/views.json", project->out);
     TRY(fs_dataset_read(&views, path.text, err));
+    for (int i = 0; i < views.n; i++) count[views.view[i].flash]++;
+    TRY(check_held_out(project, count, err));
     if (fs_sparse_hold_out(&views, project->set.test_every)) {
         fs_log_info(&project->log, "poses: other photos are held out (--test-every %d)", project->set.test_every);
         TRY(fs_owned_check(path.text, err));
@@ -259,11 +272,13 @@ static int check_working_images(const FsProject *project, const Capture *capture
 int fs_poses_run(FsProject *project, FsError *err)
 {
     if (fs_project_done(project, FS_STAGE_POSES)) return update_held_out(project, err);
-    int rc = 0;
+    int rc = 0, count[2] = {0, 0};
     Capture capture = {0};
     Sparse sparse = {0};
     if (*project->set.poses) TRY(fs_project_check_input(project, project->set.poses, err));
     TRY(fs_capture_read(project->out, &capture, err));
+    for (int i = 0; i < capture.n; i++) count[capture.photo[i].flash]++;
+    TRY(check_held_out(project, count, err));
     TRY(check_working_images(project, &capture, err));
     if (!*project->set.poses) TRY(fs_colmap_check(project, err));
     TRY(fs_project_begin(project, FS_STAGE_POSES, NULL, 0, err)); // what was there goes

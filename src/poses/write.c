@@ -139,7 +139,10 @@ static int write_views(const Sparse *sparse, const FsProject *project, const Cap
         view.distorted = !fs_lens_is_pinhole(&view.lens);
         TRY(fs_dataset_append(&views, &view, err));
     }
-    fs_sparse_hold_out(&views, project->set.test_every);
+    bool held_out = fs_sparse_hold_out(&views, project->set.test_every); // from none
+    if (project->set.test_every > 0 && !held_out)
+        fs_log_warn(&project->log, "poses: --test-every %d holds out none of the %d photos with a pose",
+                    project->set.test_every, views.n);
     TRY(fs_dataset_write(&views, fs_file_at("%s/views.json", project->out).text, err));
 fail:
     fs_dataset_free(&views);

@@ -64,6 +64,11 @@ class Failures(FolderTest):
         self.assert_fails(process, 1, "only 0 of 8 photos could be posed", "N_03", "overlap")
         self.assertEqual(process.stderr.count("warning: N_03"), 1, process.stderr)  # that it has few features
 
+    def test_nothing_to_hold_out(self):
+        for every in 8, 1000:  # of 4 photos with and 4 without
+            self.assert_fails(self.poses("", 0, "--test-every", every), 2, "none of the 8 photos", "2 to 7")
+        self.assert_fails(self.poses("", 0, "--test-every", 7), 1, "only 0 of 8 photos could be posed")
+
     def assert_undone(self, process, *words):
         """So that the next run tries again."""
         self.assert_fails(process, 1, *words)

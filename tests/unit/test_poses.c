@@ -248,6 +248,12 @@ static void test_known(void **state)
     assert_int_equal(held_out[0], 2);
     assert_int_equal(held_out[1], 2);
     fs_dataset_free(&views);
+    assert_int_equal(run(out, model, "12", &told, &err), FS_ERR_USAGE); // the 7th of 6 without flash
+    assert_non_null(strstr(err.message, "2 to 11"));
+    assert_int_equal(run(out, model, "11", &told, &err), 0);
+    read_views(out, &views);
+    for (int i = 0; i < PHOTOS; i++) assert_int_equal(views.view[i].held_out, i / 2 == 5);
+    fs_dataset_free(&views);
     free(out);
     free(model);
 }
