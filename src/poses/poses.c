@@ -119,15 +119,9 @@ static int check_features(const Capture *capture, const Features *features, FsEr
                           capture->pictures, capture->n);
 }
 
-// What the scenes start from then.
-static bool has_own_points(const Settings *set)
-{
-    return *set->points || (*set->noflash_points && *set->flash_points);
-}
-
 // Too few points, and why.
-static int refuse_points(const FsProject *project, const Capture *capture, const Sparse *sparse,
-                         const Features *features, FsError *err)
+static int explain_points(const FsProject *project, const Capture *capture, const Sparse *sparse,
+                          const Features *features, FsError *err)
 {
     int n = 0;
     double centre[3] = {0}, extent = 0;
@@ -161,6 +155,22 @@ static int refuse_points(const FsProject *project, const Capture *capture, const
                                               : "take photos that overlap more, step 5 to 10 cm");
 }
 
+// None are an error, for the next run to try again. With some the scenes may still start from a cloud of the user's.
+static int check_points(const FsProject *project, const Capture *capture, const Sparse *sparse,
+                        const Features *features, FsError *err)
+{
+    const Settings *set = &project->set;
+    bool own = *set->points || (*set->noflash_points && *set->flash_points);
+    FsError why = {0};
+    int rc = explain_points(project, capture, sparse, features, &why);
+    if (rc == FS_ERR_INPUT && (sparse->n_points > 0 || own)) {
+        if (!own) fs_log_warn(&project->log, "%s", why.message);
+        return 0;
+    }
+    if (err) *err = why;
+    return rc;
+}
+
 // Fills the poses and points.
 static int reconstruct(const FsProject *project, const Capture *capture, Sparse *sparse, FsError *err)
 {
@@ -171,7 +181,7 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
     if (*project->set.poses) {
         TRY(fs_sparse_from_file(sparse, capture, project->set.poses, err));
         TRY(check_posed(project, capture, sparse, err));
-        if (sparse->n_points >= FS_COLMAP_FEWEST_POINTS) goto fail; // the model has points: nothing to look for
+        if (sparse->n_points > 0) goto fail; // the model has points: nothing to look for
     }
     TRY(fs_colmap_open(&colmap, project, capture, err));
     TRY(fs_colmap_extract(&colmap, features, err));
@@ -186,8 +196,7 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
         TRY(fs_adjust_poses(&colmap, sparse, err));
         TRY(fs_sparse_triangulate(sparse, project, capture, features, err));
     }
-    if (sparse->n_points < FS_COLMAP_FEWEST_POINTS && !has_own_points(&project->set))
-        TRY(refuse_points(project, capture, sparse, features, err));
+    if (sparse->n_points < FS_COLMAP_FEWEST_POINTS) TRY(check_points(project, capture, sparse, features, err));
     TRY(fs_sparse_colour(sparse, capture, err));
 fail:
     for (int i = 0; i < capture->n; i++) fs_database_features_free(&features[i]);
