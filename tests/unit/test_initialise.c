@@ -115,6 +115,40 @@ static void test_classify(void **state)
     fs_threads_free(threads);
 }
 
+// Far behind the pane the flash adds little, and hardly anything is mirrored: what grows by half is not.
+static void test_little_mirrored(void **state)
+{
+    (void)state;
+    enum { NEAR = 300, FAR = 120, DULL = 80, MIRRORED = 30, N = NEAR + FAR + DULL + MIRRORED };
+    static float xyz[3 * N];
+    static Cue cue[N];
+    static unsigned char kind[N];
+    static const struct {
+        int n;
+        double depth, growth, sigma;
+    } group[] = {{NEAR, 1.5, 3, 0.1}, {FAR, 2.8, 1.4, 0.35}, {DULL, 3, 1.15, 0.3}, {MIRRORED, 4.5, 1.02, 0.05}};
+    SparsePoints all = {.n = N, .xyz = xyz, .cue = cue, .kind = kind};
+    DepthOdds depths;
+    for (int g = 0, at = 0; g < 4; at += group[g++].n) {
+        made_scatter(xyz + 3 * at, group[g].n, group[g].depth, 7 + (unsigned)g);
+        for (int i = at; i < at + group[g].n; i++) {
+            float spread = (float)(group[g].sigma * ((i * 7 % 11) / 5.0 - 1));
+            cue[i] = (Cue){.log_slope = (float)log(group[g].growth) + spread,
+                           .sigma = (float)group[g].sigma,
+                           .coherence = 0.5f,
+                           .ok = true};
+        }
+    }
+    assert_int_equal(fs_classify_points(&views, &all, &depths, NULL, NULL), 0);
+    int lit = 0, mirrored = 0;
+    for (int i = 0; i < N; i++) {
+        lit += i < NEAR + FAR && kind[i] == POINT_REFLECTED;
+        mirrored += i >= NEAR + FAR + DULL && kind[i] == POINT_REFLECTED;
+    }
+    assert_true(lit <= FAR / 20);
+    assert_true(mirrored >= MIRRORED / 2);
+}
+
 // The scenes parted by the depth up to which flash photos find more points than the others.
 static void test_depth_cue(void **state)
 {
@@ -358,17 +392,12 @@ static void test_edge_windows(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_slope),
-        cmocka_unit_test(test_cue),
-        cmocka_unit_test(test_classify),
-        cmocka_unit_test(test_light),
-        cmocka_unit_test(test_depth_cue),
-        cmocka_unit_test(test_stereo),
-        cmocka_unit_test(test_stereo_without_points),
-        cmocka_unit_test(test_near_mirrored),
-        cmocka_unit_test(test_dim_transmitted),
-        cmocka_unit_test(test_beside_edge),
-        cmocka_unit_test(test_edge_windows),
+        cmocka_unit_test(test_slope),         cmocka_unit_test(test_cue),
+        cmocka_unit_test(test_classify),      cmocka_unit_test(test_little_mirrored),
+        cmocka_unit_test(test_light),         cmocka_unit_test(test_depth_cue),
+        cmocka_unit_test(test_stereo),        cmocka_unit_test(test_stereo_without_points),
+        cmocka_unit_test(test_near_mirrored), cmocka_unit_test(test_dim_transmitted),
+        cmocka_unit_test(test_beside_edge),   cmocka_unit_test(test_edge_windows),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
