@@ -26,7 +26,6 @@ typedef struct Graph {
     float *p, *p_next, *depth_odds, *evidence;
     float table_lit[DEPTH_ODDS_STEPS], table_mirrored[DEPTH_ODDS_STEPS];
     DepthOdds depths; // its places are those of the tables, too
-    float rare;       // log of the odds for "transmitted" that any point has
 } Graph;
 
 // Lives as long as the arena.
@@ -175,7 +174,7 @@ static void round_job(void *context, int i, int worker)
     }
     float own = own_odds(g->slope[i], g->sigma[i], fmaxf(lit / support, LIT_LEAST),
                          support > LIT_FIELD_SUPPORT ? LIT_FIELD_SPREAD : LIT_SPREAD);
-    g->evidence[i] = own + g->rare + g->depth_odds[i] + CLASSIFY_NEAR_WEIGHT * near -
+    g->evidence[i] = own + g->depths.rare + g->depth_odds[i] + CLASSIFY_NEAR_WEIGHT * near -
                      CLASSIFY_RAY_WEIGHT * fminf(fmaxf(ray, -CLASSIFY_RAY_MOST), CLASSIFY_RAY_MOST);
     g->p_next[i] = (1 - CLASSIFY_STEP) * g->p[i] + CLASSIFY_STEP * to_probability(g->evidence[i]);
 }
@@ -186,14 +185,14 @@ static bool is_mirrored(const Graph *g, int i)
     return g->evidence[i] < -CLASSIFY_SURE && g->depth_odds[i] <= 0;
 }
 
-// What three quarters of the points called mirrored grow less than; weight (n) is used up.
-static float mirrored_slope(const Graph *g, float *weight)
+// What three quarters of the points called mirrored grow less than, 0 of fewer than that; weight (n) is used up.
+static float mirrored_slope(const Graph *g, int fewest, float *weight)
 {
     int m = 0;
     for (int i = 0; i < g->n; i++)
         if (is_mirrored(g, i)) weight[m++] = g->slope[i];
     fs_order_floats(weight, (size_t)m);
-    return m ? weight[3 * m / 4] : 0;
+    return m >= fewest ? weight[3 * m / 4] : 0;
 }
 
 static void settle(Graph *g, float *weight, Threads *threads)
@@ -220,9 +219,9 @@ static int settle_all(Graph *g, Arena *arena, Threads *threads, FsError *err)
     float *weight = ARENA_NEW(arena, float, g->n);
     if (!weight) return fs_error_memory(err);
     for (int i = 0; i <= CLASSIFY_RARE_STEPS; i++) {
-        g->rare = (float)i * CLASSIFY_RARE_STEP;
+        g->depths.rare = (float)i * CLASSIFY_RARE_STEP;
         settle(g, weight, threads);
-        if (mirrored_slope(g, weight) < MIRRORED_SLOPE_MOST) break;
+        if (mirrored_slope(g, i ? 1 : MIRRORED_FEWEST, weight) < MIRRORED_SLOPE_MOST) break;
     }
     return 0;
 }
@@ -252,7 +251,7 @@ int fs_classify_points(const SmallViews *views, SparsePoints *points, DepthOdds 
         TRY(link_neighbours(&g, &arena, threads, err));
         TRY(settle_all(&g, &arena, threads, err));
         *depth_odds = g.depths;
-        for (int d = 0; d < DEPTH_ODDS_STEPS; d++) depth_odds->odds[d] += g.rare;
+        for (int d = 0; d < DEPTH_ODDS_STEPS; d++) depth_odds->odds[d] += g.depths.rare;
     }
     for (int j = 0; j < m; j++) {
         int i = place_of[j];

@@ -9,6 +9,7 @@
 // Log of the odds for "transmitted" that a depth alone tells, over the logarithm of the depth in the middle view.
 typedef struct DepthOdds {
     float min, step; // log depth of odds[0], and between two
+    float rare;      // what odds hold whatever the depth: 0, or how much rarer mirrored points were held for
     float odds[DEPTH_ODDS_STEPS];
 } DepthOdds;
 float fs_classify_depth_odds(const DepthOdds *odds, float log_depth);

@@ -115,7 +115,9 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
     unsigned char *dealt = NULL;
     const PointList none = {0};
     bool ours = strcmp(set->geometry, "shared") == 0; // else the paper's, or its ablations
-    *scene = (Scene){.extent = 1.1 * start->views->extent, .flash_distance = start->light->distance};
+    *scene = (Scene){.extent = 1.1 * start->views->extent,
+                     .flash_distance = start->light->distance,
+                     .rare = (double)start->odds->rare};
     fs_scene_set_kind(scene, set);
     scene->flash_return = fs_scene_lit(scene) && scene->pane_beta ? PANE_RETURN : 0;
     for (int k = 0; k < 3; k++) {

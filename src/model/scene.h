@@ -62,6 +62,7 @@ typedef struct Scene {
     double metres_per_unit; // 0 when unknown
     double flash_return;    // shared geometry behind a pane: flash light that comes back by the mirrored room brightens
                             // R like T, with gain_color times this and no gains
+    double rare;            // log of the odds by which mirrored points were held for rare, 0: they are not (DepthOdds)
     // The camera's, where they were learned (kernels/calibration.h); renders are without them. 0: none.
     double vignetting[FS_OPTICS_VIGNETTING], response[FS_OPTICS_KNOTS];
     Veil veil; // of a scene that is lit; renders are without it
