@@ -83,14 +83,16 @@ SYNTH.update({name: (FIELD_SEED, "", photos, FIELD_SIZE + (f" --field {faults}" 
 STRAIGHT = {f"straight-{seed}{word}": (seed, "straight-on", "raw", FIELD_SIZE + faults) for seed in (31, 32, 33, 34, 36, 37, 42, 47)
             for word, faults in (("", ""), ("-mirrored", " --field photographer,mirrored-flash"))}
 SYNTH.update(STRAIGHT)
-ONLY_NAMED = ("full-*", "field-*", "straight-*")
+# As little is mirrored as window glass mirrors of a dim room; each layout.
+SYNTH.update({f"faint-{seed}": (seed, "", "raw", FIELD_SIZE + " --reflection 0.12") for seed in (701, 33, 711, 713, 714, 716, 731, 702, 712)})
+ONLY_NAMED = ("full-*", "field-*", "straight-*", "faint-*")
 
 
 def common_arguments(description, out):
     p = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--flashsplat", default=str(ROOT / "build" / "flashsplat"), help="the program")
     p.add_argument("--scenes", default=str(ROOT.parent / "shared" / "scenes"), help="folder of captures with truth")
-    p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-*, field-* and straight-*)")
+    p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-*, field-*, straight-* and faint-*)")
     p.add_argument("--jpeg", action="store_true", help="every scene from its JPEG files instead of RAW")
     p.add_argument("--out", default=str(ROOT / "demo" / out), help="folder for everything this makes")
     p.add_argument("--options", default="--preset preview --long-edge 300", help="options of every run")
