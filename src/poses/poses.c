@@ -1,5 +1,6 @@
 #include "poses/poses.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,10 @@
 
 enum { MATCHED_FEATURES = 3000, FEWEST_MATCHED_FEATURES = 1000 };
 enum { MOST_FOR_ALL_PAIRS = 100, CHOSEN_FEATURES = 1500 }; // of more photos, only pairs that are alike are matched
+// Steps of a float between places that the cameras' extent must have (of 0.8 a capture is lost), and should have (380
+// cost half a decibel of the composites).
+#define COARSE_STEPS 100.0
+#define FINE_STEPS 2000.0
 #define ONE_PLACE 1e-9 // of their distance from the origin: what is left of places that are the same, by rounding
 
 static int check_posed(const FsProject *project, const Capture *capture, const Sparse *sparse, FsError *err)
@@ -171,6 +176,33 @@ static int check_points(const FsProject *project, const Capture *capture, const 
     return rc;
 }
 
+// Scenes are held in 32-bit floats: far from the origin, as places in survey coordinates lie, these are too coarse.
+static int check_origin(const FsProject *project, const Capture *capture, const Sparse *sparse, FsError *err)
+{
+    int n = 0;
+    double centre[3] = {0};
+    Camera *camera = malloc(((size_t)capture->n + 1) * sizeof *camera);
+    if (!camera) return fs_error_memory(err);
+    for (int i = 0; i < capture->n; i++)
+        if (sparse->pose[i].known) camera[n++] = sparse->pose[i].camera;
+    double extent = fs_camera_extent(camera, sizeof *camera, n, centre);
+    free(camera);
+    double away = sqrt(v3_dot(centre, centre)), step = away * (double)FLT_EPSILON;
+    if (extent <= ONE_PLACE * away || extent > FINE_STEPS * step) return 0;
+    if (extent < COARSE_STEPS * step)
+        return fs_error_input(
+            err,
+            "%s: the cameras are %.3g from the origin and %.3g from each other's middle: places there "
+            "can only be told to %.2g; subtract an offset from the poses (and points), as from survey "
+            "coordinates",
+            project->set.poses, away, extent, step);
+    fs_log_warn(&project->log,
+                "%s: the cameras are %.3g from the origin, where places are told to %.2g only: pictures will be less "
+                "sharp; better subtract an offset from the poses (and points)",
+                project->set.poses, away, step);
+    return 0;
+}
+
 // Fills the poses and points.
 static int reconstruct(const FsProject *project, const Capture *capture, Sparse *sparse, FsError *err)
 {
@@ -181,6 +213,7 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
     if (*project->set.poses) {
         TRY(fs_sparse_from_file(sparse, capture, project->set.poses, err));
         TRY(check_posed(project, capture, sparse, err));
+        TRY(check_origin(project, capture, sparse, err));
         if (sparse->n_points > 0) goto fail; // the model has points: nothing to look for
     }
     TRY(fs_colmap_open(&colmap, project, capture, err));

@@ -82,10 +82,10 @@ class Failures(FolderTest):
     def test_nothing_found(self):
         self.assert_undone(self.poses("", 0, features=0), "nothing to go by in any of the 8 pictures", "well exposed")
 
-    def known(self, step):
+    def known(self, step, away=3):
         """Poses of all photos, each so far beside the last one."""
         frames = [{"file_path": f"{kind}_{i:02}.png", "transform_matrix": [
-            [1, 0, 0, 3 + step * i], [0, -1, 0, 5], [0, 0, -1, 0], [0, 0, 0, 1]]} for kind in "FN" for i in range(4)]
+            [1, 0, 0, away + step * i], [0, -1, 0, 5], [0, 0, -1, 0], [0, 0, 0, 1]]} for kind in "FN" for i in range(4)]
         path = self.dir / "transforms.json"
         path.write_text(json.dumps({"w": 48, "h": 32, "fl_x": 50, "frames": frames}))
         return path
@@ -95,6 +95,15 @@ class Failures(FolderTest):
         self.assert_undone(self.poses("", 0, "--poses", self.known(0.1)), "only 0 points", "1 features or fewer")
         process = self.poses("", 0, "--poses", self.known(0.1), features=60)
         self.assert_undone(process, "only 0 points, at least 20 are needed", "do not fit the photos")
+
+    def test_survey_coordinates(self):
+        process = self.poses("", 0, "--poses", self.known(0.1, away=5e5))
+        self.assert_undone(process, "transforms.json: the cameras are 5e+05 from the origin", "subtract an offset")
+        process = self.poses("", 0, "--poses", self.known(0.1, away=3e3))
+        self.assertIn("warning: ", process.stderr)
+        self.assertIn("the cameras are 3e+03 from the origin", process.stderr)
+        process = self.poses("", 0, "--poses", self.known(0.1))
+        self.assertNotIn("from the origin", process.stderr)
 
 
 common.main()
