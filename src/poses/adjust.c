@@ -78,12 +78,13 @@ static bool worth_it(const ColmapModel *model, const Log *log)
         few += model->image[i].n < least;
         if (model->image[i].n < model->image[fewest].n) fewest = i;
     }
-    const char *name = few ? model->image[fewest].name : ".";
+    const char *name = few ? model->image[fewest].name : "", *dot = strrchr(name, '.');
     if (few)
         fs_log_info(log,
                     "poses: not refined: %d of %d photos have less than %d points to hold them (%.*s: %d), which could "
                     "do harm",
-                    few, model->n_images, least, (int)(strrchr(name, '.') - name), name, model->image[fewest].n);
+                    few, model->n_images, least, (int)(dot ? (size_t)(dot - name) : strlen(name)), name,
+                    model->image[fewest].n);
     return !few && model->n_images > 1;
 }
 

@@ -353,8 +353,9 @@ static int make_photos(const PosedFeatures *photos, SearchPhoto *photo, Arena *a
 static int find_spacing(const PosedFeatures *photos, double *spacing, FsError *err)
 {
     int n = photos->n;
-    double a[3], b[3], *to = malloc(2 * ((size_t)n + 1) * sizeof *to), *nearest = to + n + 1;
+    double a[3], b[3], *to = malloc(2 * ((size_t)n + 1) * sizeof *to);
     if (!to) return fs_error_memory(err);
+    double *nearest = to + n + 1;
     for (int i = 0; i < n; i++) {
         fs_camera_centre(&photos->camera[i], a);
         for (int k = 0; k < n; k++) {
