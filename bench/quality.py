@@ -85,14 +85,16 @@ STRAIGHT = {f"straight-{seed}{word}": (seed, "straight-on", "raw", FIELD_SIZE + 
 SYNTH.update(STRAIGHT)
 # As little is mirrored as window glass mirrors of a dim room; each layout.
 SYNTH.update({f"faint-{seed}": (seed, "", "raw", FIELD_SIZE + " --reflection 0.12") for seed in (701, 33, 711, 713, 714, 716, 731, 702, 712)})
-ONLY_NAMED = ("full-*", "field-*", "straight-*", "faint-*")
+# Lamps and a screen behind the pane; each layout.
+SYNTH.update({f"lit-{seed}": (seed, "lit", "raw", FIELD_SIZE) for seed in (760, 761, 762, 763, 764)})
+ONLY_NAMED = ("full-*", "field-*", "straight-*", "faint-*", "lit-*")
 
 
 def common_arguments(description, out):
     p = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--flashsplat", default=str(ROOT / "build" / "flashsplat"), help="the program")
     p.add_argument("--scenes", default=str(ROOT.parent / "shared" / "scenes"), help="folder of captures with truth")
-    p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-*, field-*, straight-* and faint-*)")
+    p.add_argument("--only", default="", help="names of scenes, comma-separated, * for any letters (default: all but full-*, field-*, straight-*, faint-* and lit-*)")
     p.add_argument("--jpeg", action="store_true", help="every scene from its JPEG files instead of RAW")
     p.add_argument("--out", default=str(ROOT / "demo" / out), help="folder for everything this makes")
     p.add_argument("--options", default="--preset preview --long-edge 300", help="options of every run")

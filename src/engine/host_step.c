@@ -220,7 +220,8 @@ static void forward_job(void *context, int strip, int worker)
     s->strips[strip].pearson = k->pearson->sums(&args, y0, y1);
 }
 
-// What is clipped without the flash is mostly a lamp, and lamps are mostly mirrored: T and R could each be as bright.
+// What is clipped without the flash, and its edge, is mostly a lamp, and lamps are mostly mirrored: T and R could each
+// be as bright.
 static void leave_lamps(const Step *s, int y0, int y1)
 {
     const HostEngine *e = s->engine;
@@ -230,7 +231,7 @@ static void leave_lamps(const Step *s, int y0, int y1)
         const float *trust = fs_planes_row(&s->pixels.trust, 0, y);
         for (int c = 0; c < s->images.T->colors; c++) {
             float *d = fs_planes_row(&s->images.T->d_feature, c, y);
-            for (int x = 0; x < s->pixels.camera.width; x++) d[x] = trust[x] > 0 ? d[x] : 0;
+            for (int x = 0; x < s->pixels.camera.width; x++) d[x] = trust[x] < 1 ? 0 : d[x];
         }
     }
 }

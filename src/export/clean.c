@@ -25,6 +25,7 @@ typedef struct Work {
     const View *view;
     CleanPicture picture;
     Image clipped, small, small_clipped, masked;
+    float white; // as PhotoSizes has it
     CleanGuide guide;
 } Work;
 
@@ -98,6 +99,7 @@ static int read_photo(const Clean *c, Work *w, bool full, FsError *err)
     TRY(fs_photo_read_info(w->picture.path.text, &photo->exif, photo->white_balance, NULL, err));
     TRY(fs_photo_read(w->picture.path.text, &levels, &sizes, &light, err));
     w->picture.encoded = light >= PHOTO_ENCODED;
+    w->white = sizes.white;
     Image *const from[4] = {&sizes.size[0].rgb, &sizes.size[0].clipped, &sizes.size[1].rgb, &sizes.size[1].clipped},
                  *const to[4] = {&w->small, &w->small_clipped, &w->picture.rgb, &w->clipped};
     bool turned = photo->exif.orientation > 4;
@@ -228,11 +230,10 @@ static Work work_on(const CleanArgs *args, int v)
 static int clean_one(Clean *c, int v, FsError *err)
 {
     Work w = work_on(c->args, v);
-    const PhotoFile *photo = &w.picture.photo;
     int rc;
     TRY(read_photo(c, &w, true, err));
     TRY(render_guide(c, &w, err));
-    for (int k = 0; k < 3; k++) w.guide.full[k] = photo->kind <= PHOTO_NPY ? (float)w.picture.white_balance[k] : 1;
+    w.guide.full = w.white;
     TRY(fs_clean_photo_guide(&w.guide, &w.small, &w.small_clipped, &w.masked, err));
     TRY(fs_clean_photo_apply(&w.guide, c->threads, &w.picture.rgb, &w.clipped, err));
     fs_clean_photo_free(&w.guide);

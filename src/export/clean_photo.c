@@ -191,7 +191,7 @@ static void clean_row(const Job *job, int y, float *rows)
             float T = fs_tone_decode(along(T_row, &job->column[x], c));
             float whole = fmaxf(fs_tone_decode(along(whole_row, &job->column[x], c)), T);
             float share = whole > T ? (T + DARK) / (whole + DARK) : 1; // also of what is none, as colours beyond sRGB's
-            float light = clipped && px[c] > NEARLY_FULL * g->full[c] ? fmaxf(px[c], whole) : px[c];
+            float light = clipped && px[c] > NEARLY_FULL * g->full ? fmaxf(px[c], whole) : px[c];
             float level = fs_bilinear_value(&b, g->level.px, 3, c);
             px[c] = (1 - gate) * level * T + gate * share * light;
         }

@@ -18,7 +18,7 @@
 
 typedef struct CleanGuide {
     Image T, whole;    // in the photo's exposure and geometry; whole >= T. The caller's to fill, in linear light
-    float full[3];     // what a clipped value is; the caller's too
+    float full;        // what a clipped value is; the caller's too
     Image level, gate; // at working size; 3 channels and 1
 } CleanGuide;
 

@@ -34,8 +34,8 @@ static int clean_photo(Trial *t, const CleanArgs *args, const Photos *photos, Th
     for (int i = 0; i < 2; i++) {
         MUST(fs_image_new(to[i], small->width, small->height, 3, err));
         memcpy(to[i]->px, small->px, fs_image_values(small) * sizeof *small->px);
-        for (int c = 0; c < 3; c++) t->guide.full[c] = 1;
     }
+    t->guide.full = t->sizes.white;
     MUST(fs_clean_photo_guide(&t->guide, small, &t->sizes.size[1].clipped, NULL, err));
     MUST(fs_clean_photo_apply(&t->guide, threads, full, &t->sizes.size[0].clipped, err));
     t->picture.rgb = *full;

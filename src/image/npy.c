@@ -231,8 +231,10 @@ int fs_npy_read_photo(const char *path, const SensorLevels *levels, PhotoSizes *
                            "--npy-white",
                            path, levels->black));
     TRY(fs_sizes_begin(sizes, (int)a.dim[1], (int)a.dim[0], err));
+    sizes->white = (float)fmin(levels->gain[0], fmin(levels->gain[1], levels->gain[2]));
     for (int y = 0; y < (int)a.dim[0]; y++) {
         convert_row(&a, y, levels, full, row);
+        fs_sizes_whiten(sizes, row, row + 3 * a.dim[1]);
         fs_sizes_row(sizes, row, row + 3 * a.dim[1]);
     }
 fail:

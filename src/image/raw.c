@@ -240,9 +240,11 @@ static void find_clip(Sensor *s)
     double black = s->black[0][0], saturation = s->white;
     if (top < s->white && top > black + 0.5 * (s->white - black) && count > 20 && count > all / 20000) saturation = top;
     s->clip = black + CLIP_LEVEL * (saturation - black);
+    double least = fmin(fmin(s->gain[0][0], s->gain[0][1]), fmin(s->gain[1][0], s->gain[1][1]));
+    s->sizes->white = (float)(least * (saturation - black) / (s->white - black));
 }
 
-// The pixels of a row whose demosaiced colour a saturated pixel had a part in; NULL: none.
+// The pixels of a row that saturated ones have a part in the demosaiced colour of; NULL: none.
 static const float *clipped_row(const Sensor *s, int y)
 {
     bool any = false;
@@ -258,16 +260,21 @@ static const float *clipped_row(const Sensor *s, int y)
     return any ? s->clipped : NULL;
 }
 
+// Whitened as fs_sizes_whiten does, before colours are told from neighbours.
 static void get_mosaic(const void *user, int y, float *out)
 {
     const Sensor *s = user;
+    const float *clipped = clipped_row(s, y);
     const ushort *row = s->px + (size_t)y * s->pitch;
     double black[8], gain[8];
     for (int x = 0; x < 8; x++) {
         black[x] = s->black[y & 7][x];
         gain[x] = s->gain[y & 1][x & 1] / (s->white - black[x]);
     }
-    for (int x = 0; x < s->width; x++) out[x] = (float)((row[x] - black[x & 7]) * gain[x & 7]);
+    for (int x = 0; x < s->width; x++) {
+        out[x] = (float)((row[x] - black[x & 7]) * gain[x & 7]);
+        if (clipped && clipped[x] > 0) out[x] = fminf(out[x], s->sizes->white);
+    }
 }
 
 static void put_picture(void *user, int y, const float *rgb)
@@ -359,6 +366,7 @@ static int put_processed(const char *path, const libraw_processed_image_t *made,
     if (!rgb) return fs_error_memory(err);
     float *clipped = rgb + 3 * width;
     TRY(fs_sizes_begin(sizes, made->width, made->height, err));
+    sizes->white = (float)fmin(white_balance[0], fmin(white_balance[1], white_balance[2]));
     for (size_t y = 0; y < made->height; y++) {
         memset(clipped, 0, width * sizeof *clipped);
         for (size_t i = 0; i < width * 3; i++) {
@@ -371,6 +379,7 @@ static int put_processed(const char *path, const libraw_processed_image_t *made,
             rgb[i] = (float)linear;
             if (linear >= CLIP_LEVEL * white_balance[c]) clipped[x] = 1;
         }
+        fs_sizes_whiten(sizes, rgb, clipped);
         fs_sizes_row(sizes, rgb, clipped);
     }
     rc = check_filled(path, one_value, turned && filled ? filled : made->height, filled, err);

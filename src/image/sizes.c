@@ -1,8 +1,11 @@
 #include "image/sizes.h"
 
+#include <math.h>
+
 void fs_sizes_clear(PhotoSizes *sizes)
 {
     sizes->width = sizes->height = 0;
+    sizes->white = 1;
     for (int i = 0; i < sizes->n; i++) sizes->size[i] = (PhotoSize){.long_edge = sizes->size[i].long_edge};
 }
 
@@ -20,6 +23,12 @@ int fs_sizes_begin(PhotoSizes *sizes, int width, int height, FsError *err)
         MUST(fs_resize_begin(&s->of_clipped, width, height, &s->clipped, err));
     }
     return 0;
+}
+
+void fs_sizes_whiten(const PhotoSizes *sizes, float *rgb, const float *clipped)
+{
+    for (int x = 0; x < sizes->width; x++)
+        for (int c = 0; c < 3 && clipped[x] > 0; c++) rgb[3 * x + c] = fminf(rgb[3 * x + c], sizes->white);
 }
 
 void fs_sizes_row(PhotoSizes *sizes, const float *rgb, const float *clipped)

@@ -5,18 +5,30 @@
 #include "image/tone.h"
 #include "ingest/develop.h"
 #include "ingest/photo_mask.h"
+#include "model/dataset.h"
 
 #define FINE 2            // finer than the working image is the one that a lens is undone on
 #define FINE_EDGE 2000    // at most: 16 MB a photo
 #define FINE_LEAST 1.2    // finer: less is not worth a file
+#define FULL 0.9f         // of white: from there on a pixel that clipping has a part in is known from below only
 #define BYTES_RESULT 24.0 // measured  a pixel of the pictures made of a photo
 #define UNKNOWN_WIDTH 6000
 #define UNKNOWN_HEIGHT 4000
 
-// 1 where nothing of a pixel is clipped, 0 elsewhere.
-static void trust(Image *clipped)
+// The mask, from the share of each pixel that is clipped or had its colour told from what is. Where it is darker than
+// white all the same, as along a lamp's edge, it has a say: known from below only, the lamp would be taken for wider
+// than it is. Returns the share of pixels that clipping has a part in.
+static double trust(Image *clipped, const Image *rgb, double white)
 {
-    for (size_t i = 0; i < fs_image_pixels(clipped); i++) clipped->px[i] = clipped->px[i] < 1e-4f;
+    size_t n = fs_image_pixels(clipped), touched = 0;
+    for (size_t i = 0; i < n; i++) {
+        const float *p = rgb->px + 3 * i;
+        bool whole = clipped->px[i] < 1e-4f;
+        touched += !whole;
+        bool dark = fmaxf(p[0], fmaxf(p[1], p[2])) < FULL * (float)white;
+        clipped->px[i] = whole ? 1 : dark ? FS_MASK_PART : 0;
+    }
+    return (double)touched / (double)n;
 }
 
 // Upright working image and mask (1 = trusted).
@@ -29,17 +41,15 @@ static int level(PhotoFile *photo, const PhotoSizes *sizes, Image *working, Imag
     photo->orig_height = turned ? sizes->width : sizes->height;
     photo->width = working->width;
     photo->height = working->height;
-    double sum = 0, toned = 0, lost = 0;
+    double sum = 0, toned = 0;
     for (size_t i = 0; i < fs_image_values(working); i++) {
         working->px[i] *= (float)photo->gain;
         sum += working->px[i];
         toned += fs_tone_encode(working->px[i]);
     }
-    trust(mask);
-    for (size_t i = 0; i < fs_image_pixels(mask); i++) lost += 1 - mask->px[i];
+    photo->clipped = trust(mask, working, sizes->white * photo->gain);
     photo->mean = sum / (double)fs_image_values(working);
     photo->brightness = toned / (double)fs_image_values(working);
-    photo->clipped = lost / (double)fs_image_pixels(mask);
     return 0;
 }
 
@@ -86,13 +96,14 @@ double fs_develop_bytes(const PhotoFile *photo, int long_edge)
     return bytes;
 }
 
-static int write_fine(const PhotoFile *photo, PhotoSize *fine, const char *mask, const char *dir, FsError *err)
+static int write_fine(const PhotoFile *photo, PhotoSize *fine, double white, const char *mask, const char *dir,
+                      FsError *err)
 {
     if (fine->rgb.width + fine->rgb.height < FINE_LEAST * (photo->width + photo->height)) return 0;
     MUST(fs_image_orient(&fine->rgb, photo->exif.orientation, err));
     MUST(fs_image_orient(&fine->clipped, photo->exif.orientation, err));
     for (size_t i = 0; i < fs_image_values(&fine->rgb); i++) fine->rgb.px[i] *= (float)photo->gain;
-    trust(&fine->clipped);
+    trust(&fine->clipped, &fine->rgb, white * photo->gain);
     if (mask) MUST(fs_photo_mask_apply(mask, &fine->rgb, &fine->clipped, NULL, err));
     MUST(fs_tiff_write_half(fs_file_at("%s/fine/%s.tif", dir, photo->name).text, &fine->rgb, err));
     return fs_png_write(fs_file_at("%s/fine/%s_mask.png", dir, photo->name).text, &fine->clipped, 8, err);
@@ -122,7 +133,7 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     photo->look_gain = photo->gain;
     if (masked) TRY(fs_photo_mask_apply(mask_path.text, working, mask, NULL, err));
     TRY(write_features(photo, features, masked ? mask_path.text : NULL, dir, err));
-    if (sizes.n == 3) TRY(write_fine(photo, &sizes.size[2], masked ? mask_path.text : NULL, dir, err));
+    if (sizes.n == 3) TRY(write_fine(photo, &sizes.size[2], sizes.white, masked ? mask_path.text : NULL, dir, err));
     TRY(fs_tiff_write_float(fs_file_at("%s/%s.tif", dir, photo->name).text, working, err));
     TRY(fs_png_write(fs_file_at("%s/%s_mask.png", dir, photo->name).text, mask, 8, err));
 fail:

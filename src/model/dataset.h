@@ -44,5 +44,8 @@ static inline bool fs_dataset_trains(const View *view)
 {
     return !view->held_out && !view->blurred;
 }
-// Photo and mask (1 channel, 1 = trusted; may be NULL) of one view out of OUT/images.
+// What a photo's mask has where clipping has a part in a pixel that is darker than white, as along a lamp's edge. 1: the
+// pixel is trusted, 0: its light is at least this, or masked by the user.
+#define FS_MASK_PART 0.5f
+// Photo and mask (1 channel; may be NULL) of one view out of OUT/images.
 int fs_dataset_load_view(const char *out, const View *view, Image *photo, Image *mask, FsError *err);

@@ -240,7 +240,7 @@ static const FsOption table[] = {
           "the mirrored layer's share of a no-flash photo's light"),
     STRING("hard", synth_hard, SYNTH, "", "LIST",
            "difficulties, comma-separated: weak-flash, strong-reflection, few-photos, low-texture, depth-overlap, "
-           "frame, flash-return, bright-near-room, dark, wide-path, pose-noise, picture, straight-on"),
+           "frame, flash-return, bright-near-room, dark, wide-path, pose-noise, picture, straight-on, lit"),
     STRING(
         "field", synth_field, SYNTH, "", "LIST",
         "faults of a real capture, comma-separated, NAME or NAME=STRENGTH; all: every one of flash-jitter, drift, "

@@ -42,7 +42,7 @@ static float sample(const Image *photo, const Image *mask, double x, double y, f
                 if (near) low[c] = fminf(low[c], px[c]), high[c] = fmaxf(high[c], px[c]);
             }
             bool next = (i == 2 || i == 3) && (j == 2 || j == 3);
-            if (next && *fs_image_at(mask, u, v) < 0.5f) trusted = 0;
+            if (next) trusted = fminf(trusted, *fs_image_at(mask, u, v));
         }
     for (int c = 0; c < 3; c++) rgb[c] = fminf(fmaxf(sum[c], low[c]), high[c]);
     return trusted;

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "model/dataset.h"
 #include "poses/sparse.h"
 #include "poses/undistort.h"
 
@@ -41,7 +42,8 @@ static int undistort(const Work *w, const char *kind, int photo, Image *rgb, Ima
     TRY(fs_undistort(&lens, &camera, &fine, &fine_mask, err));
     TRY(fs_image_resize_area(&fine, p->width, p->height, rgb, err));
     TRY(fs_image_resize_area(&fine_mask, p->width, p->height, mask, err));
-    for (size_t i = 0; i < fs_image_pixels(mask); i++) mask->px[i] = mask->px[i] > 1 - 1e-4f;
+    for (size_t i = 0; i < fs_image_pixels(mask); i++)
+        mask->px[i] = mask->px[i] > 1 - 1e-4f ? 1 : mask->px[i] >= FS_MASK_PART ? FS_MASK_PART : 0;
 fail:
     fs_image_free(&fine);
     fs_image_free(&fine_mask);

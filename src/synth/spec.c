@@ -21,13 +21,14 @@ enum {
     POSE_NOISE,
     PICTURE,
     STRAIGHT_ON,
+    LIT,
     DIFFICULTIES
 };
 
 static const char *const words[DIFFICULTIES] = {
-    "weak-flash",   "strong-reflection", "few-photos", "low-texture", "depth-overlap", "frame",
-    "flash-return", "bright-near-room",  "dark",       "wide-path",   "pose-noise",    "picture",
-    "straight-on",
+    "weak-flash", "strong-reflection", "few-photos",       "low-texture", "depth-overlap",
+    "frame",      "flash-return",      "bright-near-room", "dark",        "wide-path",
+    "pose-noise", "picture",           "straight-on",      "lit",
 };
 
 static void apply(Spec *s, int difficulty)
@@ -62,6 +63,7 @@ static void apply(Spec *s, int difficulty)
         break;
     case POSE_NOISE: s->pose_noise = true; break;
     case STRAIGHT_ON: s->turn = 0.15f; break;
+    case LIT: s->lit = true; break;
     case PICTURE:
         s->picture = true;
         s->alpha = s->flash_return = 0;

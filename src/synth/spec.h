@@ -22,6 +22,7 @@ typedef struct Spec {
     float follow;        // how far the aim moves with the camera: 0 stays, 1 as far
     bool picture;        // nothing but flat pictures close behind the pane
     bool frame;          // the pane's frame is in view
+    bool lit;            // lamps and a screen behind the pane
     Field field;         // what is wrong with the photos
     bool pose_noise;     // truth/sparse carries the usual error of structure-from-motion
 } Spec;

@@ -117,6 +117,13 @@ static bool search(const World *world, Vec o, Vec d, int guess, Hit *hit)
     return fs_bvh_hit(&world->bvh, o, d, hit);
 }
 
+// By the albedo: the light without the flash.
+static Vec own_light(const World *w, const Hit *hit, const Surface *surface)
+{
+    float glow = surface->glow;
+    return glow > 0 ? vec(glow, glow, glow) : fs_world_ambient(w, hit);
+}
+
 // jitter: of the flash, NULL without flash.
 static void shade_behind(const View *v, Ray ray, const Hit *hit, const Vec *jitter, float through, int shadow,
                          Sample *s)
@@ -127,10 +134,10 @@ static void shade_behind(const View *v, Ray ray, const Hit *hit, const Vec *jitt
     if (vec_dot(normal, d) > 0) normal = vec_scale(normal, -1);
     Vec albedo = fs_world_albedo(w, hit, v->spread * hit->t), tint = surface->in_front ? vec(1, 1, 1) : v->layout->tint;
     albedo = vec_mul(albedo, tint);
-    Vec plain = vec_scale(vec_mul(albedo, fs_world_ambient(w, hit)), v->light->behind * through);
+    Vec plain = vec_scale(vec_mul(albedo, own_light(w, hit, surface)), v->light->behind * through);
     s->layer[TRACE_T_N] = plain;
     s->layer[TRACE_T_F] = plain;
-    if (!jitter) return;
+    if (!jitter || surface->glow > 0) return;
     s->layer[TRACE_T_F] = plain = vec_scale(plain, 1 + v->light->even);
     Vec to = vec_sub(vec_add(v->flash, *jitter), at);
     float factor = flash_gain(v->ahead, normal, to) * v->light->flash;
@@ -173,7 +180,7 @@ static bool look_into_room(const View *v, Ray ray, float distance, int guess, Mi
     const Surface *surface = fs_world_surface_of(w, &hit);
     *m = (Mirrored){.t = hit.t, .prim = hit.prim, .flash = surface->glow <= 0};
     m->albedo = fs_world_albedo(w, &hit, v->spread * (distance + hit.t));
-    m->light = surface->glow > 0 ? vec(surface->glow, surface->glow, surface->glow) : fs_world_ambient(w, &hit);
+    m->light = own_light(w, &hit, surface);
     m->normal = fs_world_normal(w, &hit);
     return true;
 }

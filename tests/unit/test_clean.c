@@ -126,7 +126,7 @@ static void test_clipped(void **state)
             c.clipped.px[at] = 1;
             for (int k = 0; k < 3; k++) c.photo.px[3 * at + (size_t)k] = 0.05f;
         }
-    for (int k = 0; k < 3; k++) c.guide.full[k] = 0.05f;
+    c.guide.full = 0.05f;
     fs_image_free(&c.small);
     fs_image_free(&c.small_clipped);
     assert_int_equal(fs_image_resize_area(&c.photo, W, H, &c.small, NULL), 0);

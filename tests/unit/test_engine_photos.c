@@ -1,5 +1,6 @@
 // What every device must do: what of a photo is unseen, left over or clipped, and how dark colours get.
 #include "engines.h"
+#include "model/dataset.h"
 
 // Hidden in the left half of the photo, R becomes what it is in the right half, and nothing else is touched.
 static void test_unseen_is_what_is_around(void **state)
@@ -81,8 +82,8 @@ static void test_residual(void **state)
     for (int i = 0; i < 3 * OCCLUSION_CELLS; i++) assert_true(fabsf(residual[0][i] - residual[1][i]) < 1e-4f);
 }
 
-// Whether a step at a photo that is clipped everywhere moves the colours of T and of R.
-static void look_at_lamps(const char *device, bool flash, bool mirrored, bool moved[2])
+// Whether a step at a photo that is clipped everywhere, or next to it, moves the colours of T and of R.
+static void look_at_lamps(const char *device, float trust, bool flash, bool mirrored, bool moved[2])
 {
     Scene scene = make_scene(&kinds[0]), after = {0};
     const Camera camera = make_camera();
@@ -90,7 +91,7 @@ static void look_at_lamps(const char *device, bool flash, bool mirrored, bool mo
     StepResult result;
     assert_int_equal(fs_image_new(&photo, W, H, 3, NULL), 0);
     assert_int_equal(fs_image_new(&mask, W, H, 1, NULL), 0);
-    for (int i = 0; i < W * H * 3; i++) photo.px[i] = 6;
+    for (int i = 0; i < W * H * 3; i++) photo.px[i] = 6, mask.px[i / 3] = trust;
     Engine *engine = open_engine(device, &scene);
     const EngineView view = {&camera, flash, &photo, &mask, unlike, 0, 0};
     StepArgs args = make_args(&scene);
@@ -121,8 +122,11 @@ static void test_lamps(void **state)
     FOR_DEVICES(d) for (int flash = 0; flash < 2; flash++) for (int mirrored = 0; mirrored < 2; mirrored++)
     {
         bool moved[2];
-        look_at_lamps(devices[d], flash == 1, mirrored == 1, moved);
-        assert_true(moved[0] == (flash || !mirrored) && moved[1]);
+        for (int part = 0; part < 3; part++) {
+            float trust = part == 2 ? 1 : (float)part * FS_MASK_PART;
+            look_at_lamps(devices[d], trust, flash == 1, mirrored == 1, moved);
+            assert_true(moved[0] == (flash || !mirrored || trust >= 1) && moved[1]);
+        }
     }
 }
 

@@ -46,6 +46,9 @@ static void test_good(void **state)
             bool far = x < 19 || x > 22 || y < 9 || y > 12, inside = x >= 20 && x < 22 && y >= 10 && y < 12;
             if (far) assert_true(mask.px[y * 32 + x] == 1);
             if (inside) assert_true(mask.px[y * 32 + x] == 0);
+            const float *p = photo.px + (y * 32 + x) * 3; // and there what is darker than white counts
+            if (!far && !inside)
+                assert_true(fabsf(mask.px[y * 32 + x] - (fmaxf(p[0], fmaxf(p[1], p[2])) < 0.9f ? 0.5f : 0)) < 0.01f);
         }
     fs_image_free(&photo);
     fs_image_free(&mask);

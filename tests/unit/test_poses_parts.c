@@ -12,6 +12,7 @@
 #include "poses/match.h"
 #include "poses/refine.h"
 #include "poses/triangulate.h"
+#include "model/dataset.h"
 #include "poses/undistort.h"
 
 enum { PHOTOS = 8, WALK_PHOTOS = 40, POINTS = 300, CLUTTER = 100 };
@@ -349,10 +350,10 @@ static void test_undistort(void **state)
                 double ray[2];
                 assert_true(fs_lens_unproject(&lens, (double[2]){x + 0.5, y + 0.5}, ray));
                 for (int c = 0; c < 3; c++) photo.px[3 * (150 * y + x) + c] = pattern(ray, c);
-                mask.px[150 * y + x] = x != 40 || y != 30;
+                mask.px[150 * y + x] = x == 90 && y == 50 ? FS_MASK_PART : x != 40 || y != 30;
             }
         assert_int_equal(fs_undistort(&lens, &camera, &photo, &mask, NULL), 0);
-        int trusted = 0, holes = 0;
+        int trusted = 0, holes = 0, parts = 0;
         for (int y = 0; y < 100; y++)
             for (int x = 0; x < 150; x++) {
                 double ray[2] = {(x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy}, p[2];
@@ -362,11 +363,13 @@ static void test_undistort(void **state)
                 if (inside && mask.px[150 * y + x] == 0) holes++;
                 if (mask.px[150 * y + x] == 0) continue;
                 trusted++;
+                parts += mask.px[150 * y + x] < 1;
                 bool border = p[0] < 2 || p[1] < 2 || p[0] > 148 || p[1] > 98;
                 for (int c = 0; c < 3; c++)
                     assert_true(fabsf(photo.px[3 * (150 * y + x) + c] - pattern(ray, c)) < (border ? 3e-2f : 1e-3f));
             }
         assert_true(holes >= 1 && holes <= 9); // the one untrusted pixel spreads to those that used it
+        assert_true(parts >= 1 && parts <= 9);
         assert_true(trusted > (sign < 0 ? 14000 : 13000));
         fs_image_free(&photo);
         fs_image_free(&mask);

@@ -51,7 +51,12 @@ static void test_dng(void **state)
         for (int y = 0; y < 48; y++)
             for (int x = 0; x < 64; x++) {
                 int dx = x < 40 ? 40 - x : x > 43 ? x - 43 : 0, dy = y < 20 ? 20 - y : y > 23 ? y - 23 : 0;
-                assert_int_equal(picture[1].px[y * 64 + x] == 1, i != 3 && dx + dy <= 2);
+                bool clipped = i != 3 && dx + dy <= 2;
+                assert_int_equal(picture[1].px[y * 64 + x] == 1, clipped);
+                for (int c = 0; c < 3 && clipped; c++) { // white, where the white balance would make it magenta
+                    float v = picture[0].px[(y * 64 + x) * 3 + c];
+                    assert_true(v < 1.2f && (v > 0.85f || dx + dy > 0));
+                }
             }
         fs_image_free(&picture[0]);
         fs_image_free(&picture[1]);

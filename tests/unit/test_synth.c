@@ -396,6 +396,40 @@ static void test_dark(void **state)
     fs_image_free(&wide);
 }
 
+// Of the pixels that have light without the flash, how many it adds nothing to.
+static int unlit(void **state, const char *name, bool white)
+{
+    char n_name[64], f_name[64];
+    snprintf(n_name, sizeof n_name, "%s/truth/T_N/TEST_01.png", name);
+    snprintf(f_name, sizeof f_name, "%s/truth/T_F/TEST_01.png", name);
+    Image n = layer(state, n_name), f = layer(state, f_name);
+    int count = 0;
+    for (int i = 0; i < 72 * 48; i++) {
+        bool same = true, full = true;
+        for (int c = 0; c < 3; c++) {
+            same &= n.px[3 * i + c] == f.px[3 * i + c] && n.px[3 * i + c] > 0.02f;
+            full &= n.px[3 * i + c] >= 1;
+        }
+        count += same && full == white;
+    }
+    fs_image_free(&n);
+    fs_image_free(&f);
+    return count;
+}
+
+// Behind the pane lamps shine, beyond white, and a screen, which is not; over a case and before a shelf.
+static void test_lamps(void **state)
+{
+    static const char *const seeds[] = {"2", "1"};
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(make(state, "usual", NULL, "photos", "2", "seed", seeds[i], NULL), 0);
+        assert_int_equal(make(state, "lamps", NULL, "photos", "2", "seed", seeds[i], "hard", "lit", NULL), 0);
+        assert_true(unlit(state, "usual", true) == 0 && unlit(state, "usual", false) < 10);
+        assert_in_range(unlit(state, "lamps", true), 3, 300);
+        assert_in_range(unlit(state, "lamps", false), 40, 600);
+    }
+}
+
 static bool stop(void *user)
 {
     (void)user;
@@ -438,8 +472,8 @@ int main(void)
 {
 #define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, temp_dir_make, temp_dir_remove)
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_threads), IN_FOLDER(test_equation), IN_FOLDER(test_files),    IN_FOLDER(test_hard),
-        IN_FOLDER(test_dark),    IN_FOLDER(test_depths),   IN_FOLDER(test_refusals),
+        IN_FOLDER(test_threads), IN_FOLDER(test_equation), IN_FOLDER(test_files),  IN_FOLDER(test_hard),
+        IN_FOLDER(test_dark),    IN_FOLDER(test_lamps),    IN_FOLDER(test_depths), IN_FOLDER(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
