@@ -39,17 +39,17 @@ static void screen(World *w, Frame f, float width, float height, int housing)
 // On stands among what lies in a case.
 static void light_case(World *w, Frame f, int housing)
 {
-    const float floor = 0.6f;
-    strip(w, frame_at(f, vec(0, 0.45f, floor + 0.07f), 0), -0.3f, 0.3f, housing);
+    const float bottom = 0.6f;
+    strip(w, frame_at(f, vec(0, 0.45f, bottom + 0.07f), 0), -0.3f, 0.3f, housing);
     for (int i = 0; i < 2; i++) {
         float x = (i ? 0.2f : -0.25f) + fs_things_range(w, -0.05f, 0.05f), y = fs_things_range(w, -0.05f, 0.25f);
-        fs_things_rod(w, vec(x + 0.02f, y, floor), vec(x + 0.02f, y, floor + 0.09f), 0.003f, housing);
-        spot(w, frame_at(f, vec(x, y, floor + 0.055f), 0), 0.013f, housing);
+        fs_things_rod(w, vec(x + 0.02f, y, bottom), vec(x + 0.02f, y, bottom + 0.09f), 0.003f, housing);
+        spot(w, frame_at(f, vec(x, y, bottom + 0.055f), 0), 0.013f, housing);
     }
-    screen(w, frame_pitch(frame_at(f, vec(0, 0.32f, floor + 0.01f), 0.1f), 1.2f), 0.17f, 0.12f, housing);
+    screen(w, frame_pitch(frame_at(f, vec(0, 0.32f, bottom + 0.01f), 0.1f), 1.2f), 0.17f, 0.12f, housing);
 }
 
-void fs_behind_lamps(Layout *l)
+void fs_lamps_build(Layout *l)
 {
     World *w = &l->behind;
     int housing = fs_world_color(w, vec(0.2f, 0.2f, 0.21f));

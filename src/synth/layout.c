@@ -53,7 +53,7 @@ int fs_layout_build(Layout *layout, const Spec *spec, FsError *err)
     darken(&layout->behind, spec->black, 3 * (uint64_t)spec->seed + 1);
     darken(&layout->room, spec->black, 3 * (uint64_t)spec->seed + 2);
     shade(&layout->behind, spec->shade);
-    if (spec->lit) fs_behind_lamps(layout);
+    if (spec->lit) fs_lamps_build(layout);
     TRY(fs_world_finish(&layout->behind, err));
     TRY(fs_world_finish(&layout->room, err));
     return 0;
