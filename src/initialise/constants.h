@@ -155,6 +155,20 @@ enum {
 #define PANE_F0_MIN 0.04              // glass      of one surface
 #define PANE_F0_MAX 0.5               // -
 #define PANE_RETURN 0.2               // -          of the flash comes back by the mirrored room; learned
+// Lamps (lamp_depth.c).
+#define LAMP_BRIGHT 1.5f  // -   times the photo's mean is what counts as clipped and not as masked
+#define LAMP_NEAREST 0.05 // -   of a scene's points that a view sees lie before where it begins
+#define LAMP_NEARER 0.8   // -   of the depth at which the things begin, lamps may hang before them
+#define LAMP_MARGIN 1.1   // -   so much nearer than the room is before it
+#define LAMP_AGREE 0.6    // -   of the photos that see a place, at least
+#define LAMP_BETTER 0.1   // -   so much more of them must agree on a place before the room
+enum {
+    LAMP_DEPTHS = 64,  // -   that are tried
+    LAMP_PIXELS = 400, // -   of a photo that are looked at
+    LAMP_POINTS = 20,  // -   of a scene that a view sees, at least
+    LAMP_VIEWS = 3,    // -   that see a place, at least
+    LAMP_FEWEST = 30,  // -   pixels that tell
+};
 // Radiance fields (first_field.c).
 #define FIELD_POINTS_OUT 0.005    // -   share of the points that may lie out of the fields at either end
 #define FIELD_NEARER 0.6          // -   the fields begin so much nearer than the points,

@@ -268,6 +268,7 @@ int fs_first_colors_subtract(const SmallViews *views, const Seeds *seeds, const 
     for (int i = 0; i < views->n; i++) {
         residual->view[i] = views->view[i];
         residual->view[i].photo = (Image){0};
+        residual->view[i].clipped = NULL;
     }
     for (int i = 0; i < views->n; i++) TRY(fs_image_copy(&residual->view[i].photo, &views->view[i].photo, err));
     TRY(draw(&p, seeds, without, with, drawn, threads, err));

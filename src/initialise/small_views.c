@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/linalg.h"
+#include "initialise/constants.h"
 
 static int load_view(SmallView *view, const char *out, const View *from, int long_edge, FsError *err)
 {
@@ -15,9 +16,17 @@ static int load_view(SmallView *view, const char *out, const View *from, int lon
     TRY(fs_image_resize_area(&photo, view->camera.width, view->camera.height, &view->photo, err));
     TRY(fs_image_resize_area(&mask, view->camera.width, view->camera.height, &small_mask, err));
     size_t n = (size_t)view->camera.width * (size_t)view->camera.height;
-    for (size_t i = 0; i < n; i++)
-        if (small_mask.px[i] < 0.99f)
-            for (int c = 0; c < 3; c++) view->photo.px[3 * i + (size_t)c] = NAN;
+    double mean = 0;
+    view->clipped = calloc(n + 1, 1);
+    if (!view->clipped) TRY(fs_error_memory(err));
+    for (size_t i = 0; i < 3 * n; i++) mean += (double)view->photo.px[i] / (3 * (double)n);
+    for (size_t i = 0; i < n; i++) {
+        float *p = view->photo.px + 3 * i;
+        if (small_mask.px[i] >= 0.99f) continue;
+        bool bright = fmaxf(p[0], fmaxf(p[1], p[2])) > LAMP_BRIGHT * (float)mean; // what is masked is black
+        view->clipped[i] = bright && small_mask.px[i] < 0.5f * FS_MASK_PART;
+        p[0] = p[1] = p[2] = NAN;
+    }
 fail:
     fs_image_free(&photo);
     fs_image_free(&mask);
@@ -68,7 +77,10 @@ void fs_small_views_finish(SmallViews *views)
 
 void fs_small_views_free(SmallViews *views)
 {
-    for (int i = 0; i < views->n; i++) fs_image_free(&views->view[i].photo);
+    for (int i = 0; i < views->n; i++) {
+        fs_image_free(&views->view[i].photo);
+        free(views->view[i].clipped);
+    }
     free(views->view);
     *views = (SmallViews){0};
 }

@@ -10,7 +10,8 @@ typedef struct SmallView {
     Camera camera; // of `photo`
     double centre[3];
     bool flash;
-    Image photo; // linear RGB; NAN where the pixel is not to be trusted
+    Image photo;            // linear RGB; NAN where the pixel is not to be trusted
+    unsigned char *clipped; // 1 where it is clipped; masked ones are not
 } SmallView;
 
 typedef struct SmallViews {

@@ -9,6 +9,7 @@
 #include "initialise/constants.h"
 #include "initialise/cue.h"
 #include "initialise/depth_cue.h"
+#include "initialise/lamp_depth.h"
 #include "initialise/stereo.h"
 #include "initialise/light.h"
 #include "initialise/start.h"
@@ -353,6 +354,45 @@ static void test_beside_edge(void **state)
     fs_small_views_free(&with_board);
 }
 
+// A lamp that all photos show clipped, so far away; radius 0: none.
+static void clip_lamp(SmallViews *lit, double depth, double radius)
+{
+    const double lamp[3] = {0.06, 0.03, depth};
+    for (int v = 0; v < lit->n; v++) {
+        const Camera *camera = &lit->view[v].camera;
+        double at[2], z = fs_camera_project(camera, lamp, at), r = camera->fx * radius / z;
+        lit->view[v].clipped = calloc((size_t)camera->width * (size_t)camera->height, 1);
+        assert_non_null(lit->view[v].clipped);
+        for (int i = 0; i < camera->width * camera->height; i++) {
+            double dx = i % camera->width + 0.5 - at[0], dy = (double)(i / camera->width) + 0.5 - at[1];
+            lit->view[v].clipped[i] = dx * dx + dy * dy < r * r;
+        }
+    }
+}
+
+static void test_lamp_depth(void **state)
+{
+    (void)state;
+    enum { N = 200 };
+    float xyz[2][3 * N];
+    made_scatter(xyz[0], N, MADE_DEPTH_T, 1);
+    made_scatter(xyz[1], N, MADE_DEPTH_R, 2);
+    const PointList dense[2] = {{.n = N, .xyz = xyz[0]}, {.n = N, .xyz = xyz[1]}}, none = {0};
+    const PointList *const both[2] = {&dense[0], &dense[1]}, *const things[2] = {&dense[0], &none};
+    static const double depth[] = {MADE_DEPTH_T, MADE_DEPTH_R, MADE_DEPTH_T}, radius[] = {0.02, 0.05, 0};
+    for (int i = 0; i < 3; i++) {
+        SmallViews lit;
+        double behind;
+        assert_int_equal(made_photos(&lit, &texture_T, &texture_R, NULL), 0);
+        clip_lamp(&lit, depth[i], radius[i]);
+        assert_int_equal(fs_lamp_depth_behind(&lit, both, NULL, &behind, NULL), 0);
+        assert_true(i == 0 ? behind > 0.95 : behind == 0);
+        assert_int_equal(fs_lamp_depth_behind(&lit, things, NULL, &behind, NULL), 0);
+        assert_true(behind == 0); // no room
+        fs_small_views_free(&lit);
+    }
+}
+
 // A bright half beside a dark one, both with a fine texture.
 static void test_edge_windows(void **state)
 {
@@ -397,7 +437,8 @@ int main(void)
         cmocka_unit_test(test_light),         cmocka_unit_test(test_depth_cue),
         cmocka_unit_test(test_stereo),        cmocka_unit_test(test_stereo_without_points),
         cmocka_unit_test(test_near_mirrored), cmocka_unit_test(test_dim_transmitted),
-        cmocka_unit_test(test_beside_edge),   cmocka_unit_test(test_edge_windows),
+        cmocka_unit_test(test_beside_edge),   cmocka_unit_test(test_lamp_depth),
+        cmocka_unit_test(test_edge_windows),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
