@@ -31,7 +31,14 @@ static double trust(Image *clipped, const Image *rgb, double white)
     return (double)touched / (double)n;
 }
 
-// Upright working image and mask (1 = trusted).
+// For `trust`: where the first of the colours clips in the working image. Of a photo whose response is to be learned no
+// part of a clipped pixel counts: its mean is of values before the response, which would learn it.
+static double white_of(const PhotoFile *photo, const PhotoSizes *sizes)
+{
+    return photo->encoded ? 0 : sizes->white * photo->gain;
+}
+
+// Upright working image and mask (dataset.h).
 static int level(PhotoFile *photo, const PhotoSizes *sizes, Image *working, Image *mask, FsError *err)
 {
     MUST(fs_image_orient(working, photo->exif.orientation, err));
@@ -47,7 +54,7 @@ static int level(PhotoFile *photo, const PhotoSizes *sizes, Image *working, Imag
         sum += working->px[i];
         toned += fs_tone_encode(working->px[i]);
     }
-    photo->clipped = trust(mask, working, sizes->white * photo->gain);
+    photo->clipped = trust(mask, working, white_of(photo, sizes));
     photo->mean = sum / (double)fs_image_values(working);
     photo->brightness = toned / (double)fs_image_values(working);
     return 0;
@@ -103,7 +110,7 @@ static int write_fine(const PhotoFile *photo, PhotoSize *fine, double white, con
     MUST(fs_image_orient(&fine->rgb, photo->exif.orientation, err));
     MUST(fs_image_orient(&fine->clipped, photo->exif.orientation, err));
     for (size_t i = 0; i < fs_image_values(&fine->rgb); i++) fine->rgb.px[i] *= (float)photo->gain;
-    trust(&fine->clipped, &fine->rgb, white * photo->gain);
+    trust(&fine->clipped, &fine->rgb, white);
     if (mask) MUST(fs_photo_mask_apply(mask, &fine->rgb, &fine->clipped, NULL, err));
     MUST(fs_tiff_write_half(fs_file_at("%s/fine/%s.tif", dir, photo->name).text, &fine->rgb, err));
     return fs_png_write(fs_file_at("%s/fine/%s_mask.png", dir, photo->name).text, &fine->clipped, 8, err);
@@ -133,7 +140,8 @@ void fs_develop_photo(const Photos *photos, PhotoFile *photo, const char *dir, i
     photo->look_gain = photo->gain;
     if (masked) TRY(fs_photo_mask_apply(mask_path.text, working, mask, NULL, err));
     TRY(write_features(photo, features, masked ? mask_path.text : NULL, dir, err));
-    if (sizes.n == 3) TRY(write_fine(photo, &sizes.size[2], sizes.white, masked ? mask_path.text : NULL, dir, err));
+    if (sizes.n == 3)
+        TRY(write_fine(photo, &sizes.size[2], white_of(photo, &sizes), masked ? mask_path.text : NULL, dir, err));
     TRY(fs_tiff_write_float(fs_file_at("%s/%s.tif", dir, photo->name).text, working, err));
     TRY(fs_png_write(fs_file_at("%s/%s_mask.png", dir, photo->name).text, mask, 8, err));
 fail:
