@@ -166,6 +166,7 @@ enum {
     LAMP_DEPTHS = 64,  // -   that are tried
     LAMP_PIXELS = 400, // -   of a photo that are looked at
     LAMP_POINTS = 20,  // -   of a scene that a view sees, at least
+    LAMP_OTHERS = 64,  // -   photos of all that a place is looked for in
     LAMP_VIEWS = 3,    // -   that see a place, at least
     LAMP_FEWEST = 30,  // -   pixels that tell
 };

@@ -37,7 +37,7 @@ static double agreement(const SmallViews *views, const SmallView *view, int pixe
     for (int i = 0; i < views->n; i++) {
         const SmallView *other = &views->view[i];
         double there[2];
-        if (other == view || other->flash) continue;
+        if (other == view || other->flash || !fs_order_is_some(i, views->n, LAMP_OTHERS)) continue;
         if (!(fs_camera_sees(&other->camera, (const double[3]){at[0], at[1], at[2]}, there) > 0)) continue;
         seen++;
         clipped += other->clipped[(size_t)there[1] * (size_t)other->camera.width + (size_t)there[0]];

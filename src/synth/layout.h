@@ -25,7 +25,7 @@ void fs_layout_free(Layout *layout);
 void fs_behind_build(Layout *layout, const Spec *spec, int which);
 void fs_room_build(Layout *layout, const Spec *spec, int which);
 void fs_behind_frame(Layout *layout); // the pane's own frame, in view
-void fs_lamps_build(Layout *layout); // lamps.c: strips, spots, a screen
+void fs_lamps_build(Layout *layout);  // lamps.c: strips, spots, a screen
 #define LAYOUTS 5
 #define LAYOUT_CASE 2
 #define ROOMS 4
