@@ -38,10 +38,3 @@ static inline float fs_rng_normal(Rng *rng) // Box-Muller
     float u = fs_rng_uniform(rng) + 0x1p-25f, v = fs_rng_uniform(rng);
     return sqrtf(-2.0f * logf(u)) * cosf(6.28318530718f * v);
 }
-
-// Nearly normal, within 3.5 deviations, and cheap: the sum of four uniform ones.
-static inline float fs_rng_bell(Rng *rng)
-{
-    uint32_t a = fs_rng_u32(rng), b = fs_rng_u32(rng), sum = (a & 0xffff) + (a >> 16) + (b & 0xffff) + (b >> 16);
-    return ((float)sum - 2 * 65535) * (1.7320508f / 65536);
-}

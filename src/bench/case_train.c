@@ -50,7 +50,7 @@ static int make_args(const Scene *scene, StepArgs *args)
 {
     FsSettings *set = fs_settings_new();
     if (!set) return FS_ERR_MEMORY;
-    *args = (StepArgs){.slope_floor = set->slope_floor, .explore = 1e-9};
+    *args = (StepArgs){.slope_floor = set->slope_floor};
     fs_loss_weights(set, scene, 1, args->weight);
     for (int f = 0; f < CLOUD_FIELDS; f++) args->rate[f] = 1e-9;
     fs_settings_free(set);

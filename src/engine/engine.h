@@ -108,9 +108,6 @@ enum {
     LEARN_RESPONSE = 1 << 3,   // Scene.response
 };
 
-// Opacity of a Gaussian that shows nothing, half-way to where those that are nearly transparent stop to wander (MCMC).
-#define ENGINE_DEAD 0.005f
-
 typedef struct StepArgs {
     int view;      // number of the photo
     int step;      // steps done before this one
@@ -119,7 +116,6 @@ typedef struct StepArgs {
     double weight[LOSS_TERMS];
     double slope_floor;        // kernels/compose.h
     double rate[CLOUD_FIELDS]; // Adam's learning rates (means: world units); 0: the field stays as it is
-    double explore;            // standard deviations that nearly transparent Gaussians wander; 0: none do
     double veil_rate;          // Adam's learning rate of the veil, in its units
     bool veil_ambient;         // what of it photos without the flash show is learned too
     double field_rate;         // Adam's learning rate of radiance fields (fs_radiance_parts); 0: they stay

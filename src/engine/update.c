@@ -3,7 +3,6 @@
 #include <math.h>
 #include <stddef.h>
 
-#include "base/rng.h"
 #include "engine/view_loss.h"
 
 enum { CHUNK = 2048 }; // Gaussians per job
@@ -12,9 +11,6 @@ enum { CHUNK = 2048 }; // Gaussians per job
 #define GAIN_MIN -3.0f // log: a twentieth of the usual gain
 #define GAIN_MAX 5.0f  // in deep shade the flash gives a hundred times the light that was there
 #define COLOR_MAX 4.0f // tone-mapped
-
-#define WANDER_FALL 100.0f // MCMC: how steeply wandering ends with opacity, at ENGINE_DEAD
-#define SEARCHES -2.52f    // logit of the opacity above which Gaussians wander less than a thousandth (explore)
 
 // ---- over all clouds at once ----
 
@@ -69,32 +65,6 @@ static void loss_job(void *context, int job, int worker)
 
 // ---- Adam ----
 
-// Noise on the means of nearly transparent Gaussians, so that they search (3DGS-MCMC, Kheradmand et al. 2024, eq. 9).
-static void explore(const Jobs *jobs, const Range *r)
-{
-    const StepArgs *args = jobs->update->args;
-    Cloud *cloud = r->cloud;
-    const uint64_t key = (args->seed * LAYERS + (uint64_t)r->layer) * 1000003u + (uint64_t)args->step;
-    for (int i = r->begin; i < r->end; i++) {
-        float logit = cloud->field[CLOUD_OPACITIES][i];
-        if (logit > SEARCHES) continue;
-        Rng rng = fs_rng_new(key << 24 ^ (uint64_t)i); // each Gaussian its own, on any device
-        float o = 1 / (1 + expf(-logit));
-        float size = (float)args->explore / (1 + expf(WANDER_FALL * (o - ENGINE_DEAD)));
-        const float *q = cloud->field[CLOUD_QUATS] + 4 * i, *s = cloud->field[CLOUD_SCALES] + 3 * i;
-        double quat[4] = {q[0], q[1], q[2], q[3]}, rot[9];
-        fs_camera_quat_to_rotation(quat, rot);
-        float local[3];
-        for (int k = 0; k < 3; k++) { // covariance times noise = R S^2 R^T n; R^T n is as random as n
-            float e = expf(s[k]);
-            local[k] = e * e * fs_rng_bell(&rng) * size;
-        }
-        for (int k = 0; k < 3; k++)
-            cloud->field[CLOUD_MEANS][3 * i + k] +=
-                (float)rot[3 * k] * local[0] + (float)rot[3 * k + 1] * local[1] + (float)rot[3 * k + 2] * local[2];
-    }
-}
-
 static void clamp_field(float *x, size_t n, float low, float high)
 {
     for (size_t i = 0; i < n; i++) x[i] = x[i] < low ? low : x[i] > high ? high : x[i];
@@ -138,7 +108,6 @@ static void adam_job(void *context, int job, int worker)
         clamp_field(shade.colors + r.begin, n, (float)log(darkest / (1 - darkest)), INFINITY);
     else
         clamp_field(shade.colors + 3 * r.begin, 3 * n, (float)darkest, COLOR_MAX);
-    if (args->explore > 0) explore(jobs, &r);
     if (args->statistics) keep_statistics(&r);
 }
 

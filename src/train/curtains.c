@@ -22,7 +22,7 @@ static double nearest_of(const Cloud *cloud, const Camera *camera, double *scrat
     for (int i = 0; i < cloud->n; i++) {
         double world[3], pixel[2];
         if (!fs_order_is_some(i, cloud->n, CURTAIN_ASKED)) continue;
-        if (fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) <= ENGINE_DEAD) continue;
+        if (fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) <= OPACITY_DEAD) continue;
         place_of(cloud, i, world);
         double depth = fs_camera_sees(camera, world, pixel);
         if (depth > 0) scratch[seen++] = depth;
@@ -57,7 +57,7 @@ int fs_curtains_open(Trainer *trainer, FsError *err)
         for (int l = 0; l < LAYER_BETA; l++)
             for (int i = 0; i < scene->cloud[l].n; i++)
                 if (hangs_before(&scene->cloud[l], i, camera, nearest))
-                    scene->cloud[l].field[CLOUD_OPACITIES][i] = fs_cloud_edit_logit(ENGINE_DEAD / 2);
+                    scene->cloud[l].field[CLOUD_OPACITIES][i] = fs_cloud_edit_logit(OPACITY_DEAD / 2);
     }
     free(scratch);
     return 0;

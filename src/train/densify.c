@@ -65,7 +65,7 @@ static void begin_row(Cloud *cloud, int i, int n, float step[3])
         density += exp(-x * x / (2 * (1 - SPREAD))) / n;
     }
     float o = (float)(1 - pow(1 - fmin((double)fs_cloud_edit_sigmoid(*logit), 0.9999), 1.0 / n)) / (float)density;
-    *logit = fs_cloud_edit_logit(o < ENGINE_DEAD ? ENGINE_DEAD : o > SOLID ? SOLID : o);
+    *logit = fs_cloud_edit_logit(o < OPACITY_DEAD ? OPACITY_DEAD : o > SOLID ? SOLID : o);
     int axis = scale[0] >= scale[1] && scale[0] >= scale[2] ? 0 : scale[1] >= scale[2] ? 1 : 2;
     double length = exp((double)scale[axis]) * end;
     fs_camera_quat_to_rotation(quat, rotation);
@@ -111,7 +111,7 @@ int fs_densify_relocate(Edit *edit, int grown, const float *screen, Rng *rng, Fs
     int rc = d.dead && d.target && d.drawn && d.counts && d.steps && d.sums ? 0 : fs_error_memory(err);
     if (rc < 0) goto fail;
     for (int i = 0; i < n; i++)
-        if (fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) <= ENGINE_DEAD) {
+        if (fs_cloud_edit_sigmoid(cloud->field[CLOUD_OPACITIES][i]) <= OPACITY_DEAD) {
             d.dead[i] = 1;
             d.target[n_dead++] = i;
         }

@@ -100,7 +100,6 @@ void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArg
     args->rate[CLOUD_SCALES] = set->scales_rate * settle(set, step + 1);
     args->rate[CLOUD_MEANS] = means_rate(set, scene, step + 1);
     if (scene->separation != SEPARATION_FULL) args->rate[CLOUD_GAINS] = 0;
-    if (strcmp(set->densify, "relocate") == 0) args->explore = EXPLORE * args->rate[CLOUD_MEANS];
     args->veil_rate = RATE_VEIL * settle(set, step + 1);
     args->veil_ambient = step >= VEIL_AMBIENT_FROM * set->steps;
     bool mirrored = scene->rare <= 0 && scene->lamps_behind <= LAMPS_BEHIND;

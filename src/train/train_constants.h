@@ -13,7 +13,6 @@
 #define RATE_GAINS 5e-3     // -
 #define MEANS_FALL 0.01     // 3DGS        of the means' rate, over the run
 #define SETTLE_FALL 0.1     // experiment  of the other rates, over the share `settle` of the steps
-#define EXPLORE 5e5         // MCMC        noise on the means, in their rate
 
 // Lamps, as bright in either scene.
 #define LAMPS_UNTIL 0.4  // experiment  of the steps: R has them by then
@@ -27,6 +26,7 @@ enum {
 };
 
 // --densify relocate
+#define OPACITY_DEAD 0.005f // MCMC        of a Gaussian that shows nothing
 #define SOLID 0.99f         // -           opacity of what was moved, at most
 #define SPREAD 0.3          // experiment  share of a Gaussian's variance along its longest axis that parts its copies
 #define GROWTH 1.15         // -           of a cloud in each round, at most

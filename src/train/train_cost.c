@@ -124,7 +124,7 @@ static int time_step(const FsProject *project, const RunSize *size, int n, const
     TRY(load_photos(engine, &camera, err));
     fs_schedule_step(set, &scene, set->steps / 2, &args);
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-9; // the clouds stay as they are
-    args.explore = args.settle = 0;
+    args.settle = 0;
     args.learn = fs_schedule_learns(set, false);
     for (int k = 0; k < 2; k++) args.stride[k] = stride[k];
     float took[MOST_STEPS];

@@ -9,6 +9,7 @@
 
 #include "train/cloud_edit.h"
 #include "train/train.h"
+#include "train/train_constants.h"
 #include "train/trainer.h"
 
 enum { N = 200 };
@@ -81,7 +82,7 @@ static void test_curtains(void **state)
                     *was = before[l - LAYER_T_N].field[CLOUD_OPACITIES];
         int changed = l == LAYER_R ? CASES : 3;
         for (int i = 0; i < changed; i++)
-            if ((fs_cloud_edit_sigmoid(logit[i]) <= ENGINE_DEAD) != cases[i].opened) fail_msg("case %d", i);
+            if ((fs_cloud_edit_sigmoid(logit[i]) <= OPACITY_DEAD) != cases[i].opened) fail_msg("case %d", i);
         assert_memory_equal(logit + changed, was + changed, sizeof *logit * (size_t)(N - changed));
     }
     for (int l = 0; l < LAYERS; l++) fs_cloud_free(&trainer.scene.cloud[l]);

@@ -59,7 +59,6 @@ static StepArgs real_args(const Scene *scene, int step, int view)
     args.step = step;
     args.view = view;
     args.stride[1] = 1 + (step % 3 == 2); // now and then every second row
-    args.explore = 10;
     args.veil_rate = 0.05;
     args.settle = 1;
     args.seed = 3;
