@@ -241,7 +241,7 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
                           .gaussians = gain_smooth_range},
     [LOSS_GAIN_PUSH] = {.name = "gain_push",
                         .setting = "gain-push",
-                        .needs = LOSS_NEEDS_GAINS,
+                        .needs = LOSS_NEEDS_GAINS | LOSS_NEEDS_ROOM,
                         .until = 0.75,
                         .layers = 1u << LAYER_T_N,
                         .gaussians = gain_push_range},
@@ -290,7 +290,7 @@ static bool has_needs(const Scene *scene, const LossInfo *term)
         if (needs & LOSS_NEEDS_TWO_T && scene->separation != SEPARATION_FULL) return false;
         return !term->gaussians && !(needs & LOSS_NEEDS_BETA && scene->separation == SEPARATION_NONE);
     }
-    if (needs & LOSS_NEEDS_FIELD) return false;
+    if (needs & LOSS_NEEDS_FIELD || (needs & LOSS_NEEDS_ROOM && scene->rare > 0)) return false;
     if (needs & LOSS_NEEDS_TWO_T && scene->shared_geometry) return false;
     if (needs & LOSS_NEEDS_BETA && (scene->pane_beta || !scene->cloud[LAYER_BETA].n)) return false;
     return !(needs & LOSS_NEEDS_GAINS) || (scene->shared_geometry && scene->separation == SEPARATION_FULL);

@@ -33,6 +33,7 @@ enum {
     LOSS_NEEDS_BETA = 1 << 1,  // as a cloud or field
     LOSS_NEEDS_GAINS = 1 << 2, // flash gains that are learned
     LOSS_NEEDS_FIELD = 1 << 3, // radiance fields
+    LOSS_NEEDS_ROOM = 1 << 4,  // more than little that is mirrored
 };
 
 struct PhotoState;

@@ -185,14 +185,14 @@ static bool is_mirrored(const Graph *g, int i)
     return g->evidence[i] < -CLASSIFY_SURE && g->depth_odds[i] <= 0;
 }
 
-// What three quarters of the points called mirrored grow less than, 0 of fewer than that; weight (n) is used up.
-static float mirrored_slope(const Graph *g, int fewest, float *weight)
+// What three quarters of the points called mirrored grow less than; m: how many these are. weight (n) is used up.
+static float mirrored_slope(const Graph *g, float *weight, int *m)
 {
-    int m = 0;
+    *m = 0;
     for (int i = 0; i < g->n; i++)
-        if (is_mirrored(g, i)) weight[m++] = g->slope[i];
-    fs_order_floats(weight, (size_t)m);
-    return m >= fewest ? weight[3 * m / 4] : 0;
+        if (is_mirrored(g, i)) weight[(*m)++] = g->slope[i];
+    fs_order_floats(weight, (size_t)*m);
+    return *m ? weight[3 * *m / 4] : 0;
 }
 
 static void settle(Graph *g, float *weight, Threads *threads)
@@ -213,16 +213,25 @@ static void settle(Graph *g, float *weight, Threads *threads)
 }
 
 // Where little is mirrored, lit points of which the flash says little outnumber the mirrored ones, and depths and
-// neighbours then speak for these alone. So mirrored points are held for as rare as it takes for them to look mirrored.
+// neighbours then speak for these alone. So mirrored points are held for as rare as it takes for them to look mirrored;
+// where none are left then, for as rare as lets some look most like it.
 static int settle_all(Graph *g, Arena *arena, Threads *threads, FsError *err)
 {
-    float *weight = ARENA_NEW(arena, float, g->n);
+    float *weight = ARENA_NEW(arena, float, g->n), least = INFINITY, best = CLASSIFY_RARE_STEP;
     if (!weight) return fs_error_memory(err);
-    for (int i = 0; i <= CLASSIFY_RARE_STEPS; i++) {
+    for (int i = 0, m = 1; i <= CLASSIFY_RARE_STEPS && m > 0; i++) {
         g->depths.rare = (float)i * CLASSIFY_RARE_STEP;
         settle(g, weight, threads);
-        if (mirrored_slope(g, i ? 1 : MIRRORED_FEWEST, weight) < MIRRORED_SLOPE_MOST) break;
+        float slope = mirrored_slope(g, weight, &m);
+        bool looks_so = m > 0 && slope < MIRRORED_SLOPE_MOST;
+        if (looks_so || (!i && m < MIRRORED_FEWEST)) return 0;
+        if (i && m >= MIRRORED_LEFT && slope < least) {
+            least = slope;
+            best = g->depths.rare;
+        }
     }
+    g->depths.rare = best;
+    settle(g, weight, threads);
     return 0;
 }
 

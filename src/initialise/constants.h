@@ -20,7 +20,8 @@ enum {
     GRAPH_ROUNDS = 25,            // -          of the mean field
     DEPTH_ODDS_STEPS = 64,        // -          of the table of depths
     CLASSIFY_RARE_STEPS = 12,     // -          tried at most
-    MIRRORED_FEWEST = 20,         // -          points called mirrored whose growth tells whether they are
+    MIRRORED_FEWEST = 20,         // -          points called mirrored whose growth tells whether they are,
+    MIRRORED_LEFT = 10,           // captures   and that tell it where they were held for rare
     LIGHT_NEIGHBOURS = 12,        // -          that a place's gain is carried over from
     LIGHT_ENOUGH = 10,            // -          clear points that the flash's colour is fitted to at least
     SWEEP_GROUP_T = 8,            // experiment photos of one lighting looked at, the nearest

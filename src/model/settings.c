@@ -139,7 +139,8 @@ static const FsOption table[] = {
     FLOAT("opacity-reg", opacity_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean opacity"),
     FLOAT("scale-reg", scale_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean scale"),
     FLOAT("gain-push", gain_push, TRAIN, "0.02", 0, 1000, "X",
-          "weight against gains below the usual one: what the flash hardly brightens is rather mirrored"),
+          "weight against gains below the usual one: what the flash hardly brightens is rather mirrored, if not "
+          "little is"),
     FLOAT("opaque", opaque, TRAIN, "0.3", 0, 1000, "X",
           "weight of the light that passes all of a scene: it has no holes"),
     FLOAT("unseen", unseen, TRAIN, "0.05", 0, 1000, "X",

@@ -112,6 +112,7 @@ static void ask_view(Decision *d, const Camera *camera)
 static int decide(Decision *d, const int *neighbour, float *covers)
 {
     const Trainer *trainer = d->trainer;
+    const double before = trainer->scene.rare > 0 ? BARS_RARE : BARS_BEFORE;
     int found = 0, n = d->T->n;
     memcpy(d->x, covers, sizeof *covers * (size_t)n);
     even_out(d->x, d->x + n, neighbour, n);
@@ -120,7 +121,7 @@ static int decide(Decision *d, const int *neighbour, float *covers)
         if (fs_order_is_some(v, trainer->n_views, BARS_VIEWS)) ask_view(d, &trainer->views[v]->camera);
     for (int i = 0; i < n; i++) {
         const Group *g = &d->group[fs_group_of(d->parent, i)];
-        covers[i] = d->x[i] > BARS_EDGE && is_enough(d, g) && g->asked && g->before <= BARS_BEFORE * g->asked;
+        covers[i] = d->x[i] > BARS_EDGE && is_enough(d, g) && g->asked && g->before <= before * g->asked;
         found += covers[i] > 0;
     }
     if (found > BARS_MOST * n) { // the mirrored scene is not told well enough yet

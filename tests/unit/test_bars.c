@@ -68,7 +68,7 @@ static void test_before_the_glass(void **state)
     (void)state;
     Fixture f;
     set_up(&f);
-    const Cloud *T = &f.trainer.scene.cloud[LAYER_T_N];
+    Cloud *T = &f.trainer.scene.cloud[LAYER_T_N];
     assert_int_equal(found_where(&f, WALL, WALL + BAR, 8), 1);
     int covered = 0;
     for (int i = 0; i < T->n; i++) {
@@ -76,6 +76,13 @@ static void test_before_the_glass(void **state)
         covered += T->field[CLOUD_COVERS][i] > 0;
     }
     assert_true(covered > BAR / 2);
+    f.trainer.scene.rare = 1; // little is mirrored: what is around must lie behind it all the more
+    assert_int_equal(found_where(&f, WALL, WALL + BAR, 8), 1);
+    for (int i = 0; i < WALL; i += 2) put(T, i, T->field[CLOUD_MEANS][3 * i], T->field[CLOUD_MEANS][3 * i + 1], 1.6);
+    assert_int_equal(found_where(&f, WALL, WALL + BAR, 8), 0);
+    f.trainer.scene.rare = 0;
+    assert_int_equal(found_where(&f, WALL, WALL + BAR, 8), 1);
+    for (int i = 0; i < WALL; i += 2) put(T, i, T->field[CLOUD_MEANS][3 * i], T->field[CLOUD_MEANS][3 * i + 1], 4);
     assert_int_equal(found_where(&f, 0, WALL, SIDE), 0);       // a strip of the wall, with the wall around it
     assert_int_equal(found_where(&f, WALL, WALL + 2, 8), 0);   // too few
     assert_int_equal(found_where(&f, 0, 0, 8), 0);             // none
