@@ -161,6 +161,18 @@ static void scale_range(const CloudLoss *c, double *sum)
         (n * c->scene->extent);
 }
 
+// Mean colour of the mirrored scene, tone-mapped: what little is mirrored must not be brighter than the photos ask.
+static void mirrored_light_range(const CloudLoss *c, double *sum)
+{
+    double n = 3.0 * c->cloud->n, colors = 0;
+    float gradient = (float)(c->weight[LOSS_MIRRORED_LIGHT] / n);
+    for (int i = 3 * c->begin; i < 3 * c->end; i++) {
+        c->d_field[CLOUD_COLORS][i] += gradient;
+        colors += (double)c->cloud->field[CLOUD_COLORS][i];
+    }
+    sum[LOSS_MIRRORED_LIGHT] += colors / n;
+}
+
 // ---- terms on what is learned of the camera ----
 
 // Squares of what the light of a photo and its exposure differ by, and of what of that goes along with the photo's place
@@ -241,7 +253,7 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
                           .gaussians = gain_smooth_range},
     [LOSS_GAIN_PUSH] = {.name = "gain_push",
                         .setting = "gain-push",
-                        .needs = LOSS_NEEDS_GAINS | LOSS_NEEDS_ROOM,
+                        .needs = LOSS_NEEDS_GAINS | LOSS_NEEDS_MUCH,
                         .until = 0.75,
                         .layers = 1u << LAYER_T_N,
                         .gaussians = gain_push_range},
@@ -250,6 +262,11 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
                           .layers = T | R | BETA,
                           .gaussians = opacity_range},
     [LOSS_SCALE_REG] = {.name = "scale_reg", .setting = "scale-reg", .layers = T | R | BETA, .gaussians = scale_range},
+    [LOSS_MIRRORED_LIGHT] = {.name = "mirrored_light",
+                             .setting = "mirrored-light",
+                             .needs = LOSS_NEEDS_LITTLE,
+                             .layers = R,
+                             .gaussians = mirrored_light_range},
     [LOSS_SPREAD] =
         {.name = "spread", .setting = "spread", .needs = LOSS_NEEDS_FIELD, .layers = T | R, .rows = spread_rows},
     [LOSS_WAY_SMOOTH] = {.name = "way_smooth",
@@ -290,7 +307,7 @@ static bool has_needs(const Scene *scene, const LossInfo *term)
         if (needs & LOSS_NEEDS_TWO_T && scene->separation != SEPARATION_FULL) return false;
         return !term->gaussians && !(needs & LOSS_NEEDS_BETA && scene->separation == SEPARATION_NONE);
     }
-    if (needs & LOSS_NEEDS_FIELD || (needs & LOSS_NEEDS_ROOM && scene->rare > 0)) return false;
+    if (needs & LOSS_NEEDS_FIELD || needs & (scene->rare > 0 ? LOSS_NEEDS_MUCH : LOSS_NEEDS_LITTLE)) return false;
     if (needs & LOSS_NEEDS_TWO_T && scene->shared_geometry) return false;
     if (needs & LOSS_NEEDS_BETA && (scene->pane_beta || !scene->cloud[LAYER_BETA].n)) return false;
     return !(needs & LOSS_NEEDS_GAINS) || (scene->shared_geometry && scene->separation == SEPARATION_FULL);

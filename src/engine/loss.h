@@ -19,6 +19,7 @@ typedef enum LossTerm {
     LOSS_GAIN_PUSH,
     LOSS_OPACITY_REG,
     LOSS_SCALE_REG,
+    LOSS_MIRRORED_LIGHT,
     LOSS_SPREAD,
     LOSS_WAY_SMOOTH,
     LOSS_WAY_BOTH,
@@ -33,7 +34,8 @@ enum {
     LOSS_NEEDS_BETA = 1 << 1,  // as a cloud or field
     LOSS_NEEDS_GAINS = 1 << 2, // flash gains that are learned
     LOSS_NEEDS_FIELD = 1 << 3, // radiance fields
-    LOSS_NEEDS_ROOM = 1 << 4,  // more than little that is mirrored
+    LOSS_NEEDS_MUCH = 1 << 4,  // more than little that is mirrored (Scene.rare)
+    LOSS_NEEDS_LITTLE = 1 << 5,
 };
 
 struct PhotoState;

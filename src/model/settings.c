@@ -141,6 +141,8 @@ static const FsOption table[] = {
     FLOAT("gain-push", gain_push, TRAIN, "0.02", 0, 1000, "X",
           "weight against gains below the usual one: what the flash hardly brightens is rather mirrored, if not "
           "little is"),
+    FLOAT("mirrored-light", mirrored_light, TRAIN, "0.003", 0, 1000, "X",
+          "weight of the mirrored scene's mean colour where little is mirrored, so that what is ambiguous is not"),
     FLOAT("opaque", opaque, TRAIN, "0.3", 0, 1000, "X",
           "weight of the light that passes all of a scene: it has no holes"),
     FLOAT("unseen", unseen, TRAIN, "0.05", 0, 1000, "X",
@@ -280,6 +282,7 @@ static const struct {
     {"paper", "response", "as-is"},  {"paper", "photographer", "false"}, {"paper", "contrast", "0"},
     {"paper", "bars", "false"},     {"paper", "passers-by", "false"},     {"paper", "dirt", "false"},
     {"paper", "brightness", "0"},    {"paper", "flash-cue", "depth"},     {"paper", "least-sharpness", "0"},
+    {"paper", "mirrored-light", "0"},
     {"nerf", "model", "field"},             {"nerf", "separation", "none"},       {"nerf", "long-edge", "300"},
     {"nerf", "steps", "16000"},             {"nerf", "levels", "1"},              {"nerfren", "model", "field"},
     {"nerfren", "separation", "flashless"}, {"nerfren", "long-edge", "300"},      {"nerfren", "steps", "12000"},

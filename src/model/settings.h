@@ -26,7 +26,7 @@ typedef struct FsSettings {
     char *model, *separation, *lighting, *geometry, *beta, *densify;
     double rgb_weight, dssim, contrast, linearity, beta_smooth, depth_smooth, gain_smooth, opacity_reg, scale_reg,
         means_rate, scales_rate, colors_rate, slope_floor, brightness, least_sharpness, darkest, least_beta, rate_scale,
-        gain_push, opaque, unseen, spread, way_smooth, way_both, photo_reg, response_smooth, settle;
+        gain_push, mirrored_light, opaque, unseen, spread, way_smooth, way_both, photo_reg, response_smooth, settle;
     bool photo_light, vignetting, photographer, passers_by, bars, dirt; // learned
     char *response;
     // render

@@ -186,6 +186,7 @@ static inline StepArgs make_args(const Scene *scene)
     args.learn = LEARN_LIGHT | LEARN_WHITE | LEARN_VIGNETTING | LEARN_RESPONSE;
     args.veil_ambient = true;
     fs_loss_weights(set, scene, 1, args.weight);
+    if (scene->cloud[LAYER_R].n) args.weight[LOSS_MIRRORED_LIGHT] = 0.3; // of scenes that do without gain-push
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-12;
     if (scene->separation != SEPARATION_FULL) args.rate[CLOUD_GAINS] = 0;
     if (scene->cloud[LAYER_T_N].width[CLOUD_COVERS]) args.weight[LOSS_DEPTH_SMOOTH] = 0; // one of the two is looked at

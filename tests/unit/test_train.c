@@ -39,10 +39,10 @@ static void test_schedule(void **state)
     assert_true(fabs(last.rate[CLOUD_COLORS] - 0.1 * first.rate[CLOUD_COLORS]) < 1e-9); // settled
     assert_true(first.statistics);
     assert_true(first.darkest[LAYER_T_N] == 0.1 && first.darkest[LAYER_R] == 0.2 && first.darkest[LAYER_BETA] == 0);
-    assert_true(first.weight[LOSS_GAIN_PUSH] > 0);
+    assert_true(first.weight[LOSS_GAIN_PUSH] > 0 && first.weight[LOSS_MIRRORED_LIGHT] == 0);
     scene.rare = 0.5; // little is mirrored
     fs_schedule_step(set, &scene, 0, &first);
-    assert_true(first.weight[LOSS_GAIN_PUSH] == 0 && !first.lamps_mirrored);
+    assert_true(first.weight[LOSS_GAIN_PUSH] == 0 && first.weight[LOSS_MIRRORED_LIGHT] > 0 && !first.lamps_mirrored);
     scene.separation = SEPARATION_LINEAR;
     fs_schedule_step(set, &scene, 0, &first);
     assert_true(first.rate[CLOUD_GAINS] == 0);
