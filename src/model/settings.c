@@ -139,8 +139,8 @@ static const FsOption table[] = {
     FLOAT("opacity-reg", opacity_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean opacity"),
     FLOAT("scale-reg", scale_reg, TRAIN, "0.001", 0, 1000, "X", "weight of the mean scale"),
     FLOAT("gain-push", gain_push, TRAIN, "0.02", 0, 1000, "X",
-          "weight against gains below the usual one: what the flash hardly brightens is rather mirrored, if not "
-          "little is"),
+          "weight against gains below the usual one: what the flash hardly brightens is rather mirrored (not where "
+          "little is)"),
     FLOAT("mirrored-light", mirrored_light, TRAIN, "0.003", 0, 1000, "X",
           "weight of the mirrored scene's mean colour where little is mirrored, so that what is ambiguous is not"),
     FLOAT("opaque", opaque, TRAIN, "0.3", 0, 1000, "X",

@@ -72,7 +72,7 @@ enum {
 #define BARS_AROUND 0.1f  // -           widths of a photo, what is seen around,
 #define BARS_BEHIND 1.05f // -           what is so many times as far is behind,
 #define BARS_BEFORE 0.3   // experiment  of the rest there may be so much,
-#define BARS_RARE 0.12    // captures    where little is mirrored so much (true ones 0.03 to 0.08, false 0.16 to 0.27)
+#define BARS_RARE 0.12    // captures    where little is mirrored (true ones 0.03 to 0.08, one 0.20; false 0.16 to 0.27)
 #define BARS_NEAREST 0.02 // -           what is nearest of T: this share of it;
 #define BARS_NEAR 1.6     // experiment  R's are near up to so many times as far;
 #define BARS_LENT 0.02    // experiment  the share where R's were lent: more that is near is taken for bars there
