@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/order.h"
 #include "image/bilinear.h"
 #include "image/fill.h"
 #include "initialise/constants.h"
@@ -21,6 +22,7 @@ typedef struct Drawn {
 typedef struct ColorWork {
     const SmallViews *views;
     const Seeds *seeds;
+    const Ranked *order;      // (n) in which they are averaged
     const float *color[2];    // (n, 3) without, with flash
     Drawn *drawn;             // (views->n) being drawn
     const Drawn *own, *other; // of the scene being averaged (for what hides what) and the one to take off; may be NULL
@@ -80,19 +82,35 @@ static void sample_drawn(const Drawn *drawn, const double pixel[2], float out[4]
 }
 
 enum { CHUNK = 512 }; // seeds that are looked up in one photo after the other: its pixels stay at hand
+#define STRIPS 20.0f  // of one focal length
+
+// Such that seeds of a chunk are seen beside one another, by whichever photo. Seeds that are not before the photos
+// come first.
+static Ranked *order_of(const SmallViews *views, const Seeds *seeds, Arena *arena)
+{
+    Ranked *order = ARENA_NEW(arena, Ranked, (size_t)seeds->n + 1);
+    for (int i = 0; order && i < seeds->n; i++) {
+        float place[3] = {0};
+        bool before = fs_small_views_direction(views, seeds->xyz + 3 * (size_t)i, place);
+        order[i] = (Ranked){before ? floor((double)(STRIPS * place[1])) * 1e4 + (double)place[0] : -1e30, i};
+    }
+    if (order) fs_order_ranked(order, (size_t)seeds->n);
+    return order;
+}
 
 static void average_job(void *context, int job, int worker)
 {
     (void)worker;
     const ColorWork *p = context;
     const int first = job * CHUNK, count = p->seeds->n - first < CHUNK ? p->seeds->n - first : CHUNK;
+    const Ranked *seed = p->order + first;
     float sum[2][CHUNK][3] = {{{0}}}, n[2][CHUNK] = {{0}};
     for (int f = 0; f < p->views->n; f++) {
         const SmallView *view = &p->views->view[f];
         for (int i = 0; i < count; i++) {
             float rgb[3], other[4] = {0}, own[4], inverse, w = 1;
             double pixel[2];
-            if (!place(&view->camera, p->seeds->xyz + 3 * (size_t)(first + i), pixel, &inverse)) continue;
+            if (!place(&view->camera, p->seeds->xyz + 3 * (size_t)seed[i].index, pixel, &inverse)) continue;
             if (!fs_small_views_sample(view, pixel[0], pixel[1], rgb)) continue;
             if (p->own) {
                 sample_drawn(&p->own[f], pixel, own);
@@ -106,7 +124,7 @@ static void average_job(void *context, int job, int worker)
     for (int g = 0; g < 2; g++)
         for (int i = 0; i < count; i++)
             for (int c = 0; c < 3; c++)
-                p->sum[g][3 * (size_t)(first + i) + (size_t)c] = n[g][i] > 0 ? sum[g][i][c] / n[g][i] : NAN;
+                p->sum[g][3 * (size_t)seed[i].index + (size_t)c] = n[g][i] > 0 ? sum[g][i][c] / n[g][i] : NAN;
 }
 
 static int draw(ColorWork *p, const Seeds *seeds, const float *without, const float *with, Drawn *drawn,
@@ -120,10 +138,11 @@ static int draw(ColorWork *p, const Seeds *seeds, const float *without, const fl
     return p->failed ? fs_error_memory(err) : 0;
 }
 
-static void average(ColorWork *p, const Seeds *seeds, const Drawn *own, const Drawn *other, float *without, float *with,
-                    Threads *threads)
+static void average(ColorWork *p, const Seeds *seeds, const Ranked *order, const Drawn *own, const Drawn *other,
+                    float *without, float *with, Threads *threads)
 {
     p->seeds = seeds;
+    p->order = order;
     p->own = own;
     p->other = other;
     p->sum[0] = without;
@@ -168,16 +187,19 @@ static Drawn *drawn_new(const SmallViews *views, int n_seeds, Arena *arena)
 
 typedef struct Buffers {
     Drawn *T, *R;
+    Ranked *order_T, *order_R;
     float *I_N, *I_F, *J_N, *J_F, *left_N, *left_F; // photos at T's seeds, at R's seeds, what is left
 } Buffers;
 
-static int buffers_new(Buffers *b, const SmallViews *views, int n_T, int n_R, Arena *arena, FsError *err)
+static int buffers_new(Buffers *b, const SmallViews *views, const Seeds *T, const Seeds *R, Arena *arena, FsError *err)
 {
-    size_t n = (size_t)(n_T > n_R ? n_T : n_R) + 1;
+    size_t n = (size_t)(T->n > R->n ? T->n : R->n) + 1;
     float **const field[] = {&b->I_N, &b->I_F, &b->J_N, &b->J_F, &b->left_N, &b->left_F};
     for (size_t i = 0; i < sizeof field / sizeof *field; i++) *field[i] = ARENA_NEW(arena, float, 3 * n);
-    b->T = drawn_new(views, n_T, arena);
-    b->R = drawn_new(views, n_R, arena);
+    b->T = drawn_new(views, T->n, arena);
+    b->R = drawn_new(views, R->n, arena);
+    b->order_T = order_of(views, T, arena);
+    b->order_R = order_of(views, R, arena);
     return arena->failed ? fs_error_memory(err) : 0;
 }
 
@@ -190,9 +212,9 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
     Arena arena = {0};
     Buffers b;
     ColorWork p = {.views = views};
-    TRY(buffers_new(&b, views, T->n, R->n, &arena, err));
-    average(&p, T, NULL, NULL, b.I_N, b.I_F, threads);
-    average(&p, R, NULL, NULL, b.J_N, b.J_F, threads);
+    TRY(buffers_new(&b, views, T, R, &arena, err));
+    average(&p, T, b.order_T, NULL, NULL, b.I_N, b.I_F, threads);
+    average(&p, R, b.order_R, NULL, NULL, b.J_N, b.J_F, threads);
     for (size_t i = 0; i < 3 * (size_t)T->n; i++) {
         b.I_N[i] = fmaxf(either(b.I_N[i], b.I_F[i] / (1 + alpha[i]), COLORS_UNSEEN), 0);
         b.I_F[i] = fmaxf(either(b.I_F[i], b.I_N[i], COLORS_UNSEEN), 0);
@@ -200,7 +222,7 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
     first_split(T->n, alpha, b.I_N, b.I_F, T_N, T_F);
     for (int turn = 0; turn < COLORS_TURNS; turn++) {
         TRY(draw(&p, T, T_N, T_F, b.T, threads, err));
-        average(&p, R, turn ? b.R : NULL, b.T, b.left_N, b.left_F, threads);
+        average(&p, R, b.order_R, turn ? b.R : NULL, b.T, b.left_N, b.left_F, threads);
         for (size_t i = 0; i < 3 * (size_t)R->n; i++) {
             float whole = either(b.J_N[i], b.J_F[i], COLORS_UNSEEN),
                   left = either(b.left_N[i], b.left_F[i], COLORS_UNSEEN_LEFT * whole);
@@ -209,7 +231,7 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
         }
         if (turn == COLORS_TURNS - 1) break;
         TRY(draw(&p, R, R_color, R_color, b.R, threads, err));
-        average(&p, T, b.T, b.R, b.left_N, b.left_F, threads);
+        average(&p, T, b.order_T, b.T, b.R, b.left_N, b.left_F, threads);
         for (size_t i = 0; i < 3 * (size_t)T->n; i++) {
             if (isfinite(b.left_N[i])) T_N[i] = clamp_share(b.left_N[i], b.I_N[i]);
             if (isfinite(b.left_F[i])) T_F[i] = clamp_share(b.left_F[i], b.I_F[i]);
@@ -225,10 +247,13 @@ int fs_first_colors_of_photos(const SmallViews *views, ColoredSeeds *seeds, Thre
     size_t most = 3 * (size_t)(seeds->T.n > seeds->R.n ? seeds->T.n : seeds->R.n) + 1;
     float *without = malloc(sizeof(float) * most), *with = malloc(sizeof(float) * most);
     ColorWork p = {.views = views};
+    Arena arena = {0};
     int rc = without && with ? 0 : fs_error_memory(err);
     for (int k = 0; k < 2 && rc == 0; k++) {
         const Seeds *own = k ? &seeds->R : &seeds->T;
-        average(&p, own, NULL, NULL, without, with, threads);
+        const Ranked *order = order_of(views, own, &arena);
+        if (!order) TRY(fs_error_memory(err));
+        average(&p, own, order, NULL, NULL, without, with, threads);
         for (size_t i = 0; i < 3 * (size_t)own->n; i++) {
             bool both = isfinite(without[i]) && isfinite(with[i]);
             float color = both ? 0.5f * (without[i] + with[i]) : either(without[i], with[i], COLORS_UNSEEN);
@@ -238,6 +263,8 @@ int fs_first_colors_of_photos(const SmallViews *views, ColoredSeeds *seeds, Thre
                 seeds->T_N[i] = seeds->T_F[i] = fmaxf(color, 0);
         }
     }
+fail:
+    fs_arena_free(&arena);
     free(without);
     free(with);
     return rc;
