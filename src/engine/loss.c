@@ -227,7 +227,8 @@ static double response_smooth(const double response[], double weight, double gra
 #define BETA (1u << LAYER_BETA)
 
 // What lies behind a surface by mistake of the start must fade before scenes are closed, so `opaque` sets in late.
-// What the push has moved to R stays there without it, and gains that are truly low recover.
+// What the push has moved to R stays there without it, and gains that are truly low recover; so does R that was held
+// dark, where the photos ask for its light.
 const LossInfo fs_loss_terms[LOSS_TERMS] = {
     [LOSS_L1] = {.name = "l1", .setting = "rgb-weight", .layers = T | R | BETA, .rows = photo_rows},
     [LOSS_DSSIM] = {.name = "dssim", .setting = "dssim", .layers = T | R | BETA},
@@ -265,6 +266,8 @@ const LossInfo fs_loss_terms[LOSS_TERMS] = {
     [LOSS_MIRRORED_LIGHT] = {.name = "mirrored_light",
                              .setting = "mirrored-light",
                              .needs = LOSS_NEEDS_LITTLE,
+                             .until = 0.3,
+                             .after = 0.02,
                              .layers = R,
                              .gaussians = mirrored_light_range},
     [LOSS_SPREAD] =

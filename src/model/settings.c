@@ -141,8 +141,9 @@ static const FsOption table[] = {
     FLOAT("gain-push", gain_push, TRAIN, "0.02", 0, 1000, "X",
           "weight against gains below the usual one: what the flash hardly brightens is rather mirrored (not where "
           "little is)"),
-    FLOAT("mirrored-light", mirrored_light, TRAIN, "0.003", 0, 1000, "X",
-          "weight of the mirrored scene's mean colour, where little is mirrored: what is ambiguous is transmitted"),
+    FLOAT("mirrored-light", mirrored_light, TRAIN, "0.025", 0, 1000, "X",
+          "weight of the mirrored scene's mean colour at first, where little is mirrored: what is ambiguous is "
+          "transmitted"),
     FLOAT("opaque", opaque, TRAIN, "0.3", 0, 1000, "X",
           "weight of the light that passes all of a scene: it has no holes"),
     FLOAT("unseen", unseen, TRAIN, "0.05", 0, 1000, "X",

@@ -42,7 +42,10 @@ static void test_schedule(void **state)
     assert_true(first.weight[LOSS_GAIN_PUSH] > 0 && first.weight[LOSS_MIRRORED_LIGHT] == 0);
     scene.rare = 0.5; // little is mirrored
     fs_schedule_step(set, &scene, 0, &first);
-    assert_true(first.weight[LOSS_GAIN_PUSH] == 0 && first.weight[LOSS_MIRRORED_LIGHT] > 0 && !first.lamps_mirrored);
+    fs_schedule_step(set, &scene, 799, &late);
+    assert_true(first.weight[LOSS_GAIN_PUSH] == 0 && !first.lamps_mirrored);
+    assert_true(late.weight[LOSS_MIRRORED_LIGHT] > 0);
+    assert_true(first.weight[LOSS_MIRRORED_LIGHT] > 10 * late.weight[LOSS_MIRRORED_LIGHT]); // R is held dark at first
     scene.separation = SEPARATION_LINEAR;
     fs_schedule_step(set, &scene, 0, &first);
     assert_true(first.rate[CLOUD_GAINS] == 0);
