@@ -19,10 +19,15 @@ typedef struct Drawn {
     float *px;
 } Drawn;
 
+// Seeds, and the order in which they are averaged (n).
+typedef struct Ordered {
+    const Seeds *seeds;
+    const Ranked *order;
+} Ordered;
+
 typedef struct ColorWork {
     const SmallViews *views;
-    const Seeds *seeds;
-    const Ranked *order;      // (n) in which they are averaged
+    Ordered of;               // what is drawn or averaged
     const float *color[2];    // (n, 3) without, with flash
     Drawn *drawn;             // (views->n) being drawn
     const Drawn *own, *other; // of the scene being averaged (for what hides what) and the one to take off; may be NULL
@@ -52,8 +57,8 @@ static void draw_job(void *context, int job, int worker)
     if (failed) goto done;
     memset(out->px, 0, sizeof(float) * 4 * n);
     for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < p->seeds->n; i++) {
-            if (!place(&view->camera, p->seeds->xyz + 3 * (size_t)i, pixel, &inverse)) continue;
+        for (int i = 0; i < p->of.seeds->n; i++) {
+            if (!place(&view->camera, p->of.seeds->xyz + 3 * (size_t)i, pixel, &inverse)) continue;
             size_t x = (size_t)(pixel[0] / out->pixel), y = (size_t)(pixel[1] / out->pixel),
                    at = y * (size_t)out->width + x;
             if (pass == 0) {
@@ -86,7 +91,7 @@ enum { CHUNK = 512 }; // seeds that are looked up in one photo after the other: 
 
 // Such that seeds of a chunk are seen beside one another, by whichever photo. Seeds that are not before the photos
 // come first.
-static Ranked *order_of(const SmallViews *views, const Seeds *seeds, Arena *arena)
+static Ordered order_of(const SmallViews *views, const Seeds *seeds, Arena *arena)
 {
     Ranked *order = ARENA_NEW(arena, Ranked, (size_t)seeds->n + 1);
     for (int i = 0; order && i < seeds->n; i++) {
@@ -95,22 +100,22 @@ static Ranked *order_of(const SmallViews *views, const Seeds *seeds, Arena *aren
         order[i] = (Ranked){before ? floor((double)(STRIPS * place[1])) * 1e4 + (double)place[0] : -1e30, i};
     }
     if (order) fs_order_ranked(order, (size_t)seeds->n);
-    return order;
+    return (Ordered){seeds, order};
 }
 
 static void average_job(void *context, int job, int worker)
 {
     (void)worker;
     const ColorWork *p = context;
-    const int first = job * CHUNK, count = p->seeds->n - first < CHUNK ? p->seeds->n - first : CHUNK;
-    const Ranked *seed = p->order + first;
+    const int first = job * CHUNK, count = p->of.seeds->n - first < CHUNK ? p->of.seeds->n - first : CHUNK;
+    const Ranked *seed = p->of.order + first;
     float sum[2][CHUNK][3] = {{{0}}}, n[2][CHUNK] = {{0}};
     for (int f = 0; f < p->views->n; f++) {
         const SmallView *view = &p->views->view[f];
         for (int i = 0; i < count; i++) {
             float rgb[3], other[4] = {0}, own[4], inverse, w = 1;
             double pixel[2];
-            if (!place(&view->camera, p->seeds->xyz + 3 * (size_t)seed[i].index, pixel, &inverse)) continue;
+            if (!place(&view->camera, p->of.seeds->xyz + 3 * (size_t)seed[i].index, pixel, &inverse)) continue;
             if (!fs_small_views_sample(view, pixel[0], pixel[1], rgb)) continue;
             if (p->own) {
                 sample_drawn(&p->own[f], pixel, own);
@@ -130,7 +135,7 @@ static void average_job(void *context, int job, int worker)
 static int draw(ColorWork *p, const Seeds *seeds, const float *without, const float *with, Drawn *drawn,
                 Threads *threads, FsError *err)
 {
-    p->seeds = seeds;
+    p->of.seeds = seeds;
     p->color[0] = without;
     p->color[1] = with;
     p->drawn = drawn;
@@ -138,16 +143,15 @@ static int draw(ColorWork *p, const Seeds *seeds, const float *without, const fl
     return p->failed ? fs_error_memory(err) : 0;
 }
 
-static void average(ColorWork *p, const Seeds *seeds, const Ranked *order, const Drawn *own, const Drawn *other,
-                    float *without, float *with, Threads *threads)
+static void average(ColorWork *p, Ordered of, const Drawn *own, const Drawn *other, float *without, float *with,
+                    Threads *threads)
 {
-    p->seeds = seeds;
-    p->order = order;
+    p->of = of;
     p->own = own;
     p->other = other;
     p->sum[0] = without;
     p->sum[1] = with;
-    fs_threads_for(threads, (seeds->n + CHUNK - 1) / CHUNK, average_job, p);
+    fs_threads_for(threads, (of.seeds->n + CHUNK - 1) / CHUNK, average_job, p);
 }
 
 static float either(float a, float b, float otherwise)
@@ -187,7 +191,7 @@ static Drawn *drawn_new(const SmallViews *views, int n_seeds, Arena *arena)
 
 typedef struct Buffers {
     Drawn *T, *R;
-    Ranked *order_T, *order_R;
+    Ordered of_T, of_R;
     float *I_N, *I_F, *J_N, *J_F, *left_N, *left_F; // photos at T's seeds, at R's seeds, what is left
 } Buffers;
 
@@ -198,8 +202,8 @@ static int buffers_new(Buffers *b, const SmallViews *views, const Seeds *T, cons
     for (size_t i = 0; i < sizeof field / sizeof *field; i++) *field[i] = ARENA_NEW(arena, float, 3 * n);
     b->T = drawn_new(views, T->n, arena);
     b->R = drawn_new(views, R->n, arena);
-    b->order_T = order_of(views, T, arena);
-    b->order_R = order_of(views, R, arena);
+    b->of_T = order_of(views, T, arena);
+    b->of_R = order_of(views, R, arena);
     return arena->failed ? fs_error_memory(err) : 0;
 }
 
@@ -213,8 +217,8 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
     Buffers b;
     ColorWork p = {.views = views};
     TRY(buffers_new(&b, views, T, R, &arena, err));
-    average(&p, T, b.order_T, NULL, NULL, b.I_N, b.I_F, threads);
-    average(&p, R, b.order_R, NULL, NULL, b.J_N, b.J_F, threads);
+    average(&p, b.of_T, NULL, NULL, b.I_N, b.I_F, threads);
+    average(&p, b.of_R, NULL, NULL, b.J_N, b.J_F, threads);
     for (size_t i = 0; i < 3 * (size_t)T->n; i++) {
         b.I_N[i] = fmaxf(either(b.I_N[i], b.I_F[i] / (1 + alpha[i]), COLORS_UNSEEN), 0);
         b.I_F[i] = fmaxf(either(b.I_F[i], b.I_N[i], COLORS_UNSEEN), 0);
@@ -222,7 +226,7 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
     first_split(T->n, alpha, b.I_N, b.I_F, T_N, T_F);
     for (int turn = 0; turn < COLORS_TURNS; turn++) {
         TRY(draw(&p, T, T_N, T_F, b.T, threads, err));
-        average(&p, R, b.order_R, turn ? b.R : NULL, b.T, b.left_N, b.left_F, threads);
+        average(&p, b.of_R, turn ? b.R : NULL, b.T, b.left_N, b.left_F, threads);
         for (size_t i = 0; i < 3 * (size_t)R->n; i++) {
             float whole = either(b.J_N[i], b.J_F[i], COLORS_UNSEEN),
                   left = either(b.left_N[i], b.left_F[i], COLORS_UNSEEN_LEFT * whole);
@@ -231,7 +235,7 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
         }
         if (turn == COLORS_TURNS - 1) break;
         TRY(draw(&p, R, R_color, R_color, b.R, threads, err));
-        average(&p, T, b.order_T, b.T, b.R, b.left_N, b.left_F, threads);
+        average(&p, b.of_T, b.T, b.R, b.left_N, b.left_F, threads);
         for (size_t i = 0; i < 3 * (size_t)T->n; i++) {
             if (isfinite(b.left_N[i])) T_N[i] = clamp_share(b.left_N[i], b.I_N[i]);
             if (isfinite(b.left_F[i])) T_F[i] = clamp_share(b.left_F[i], b.I_F[i]);
@@ -251,9 +255,9 @@ int fs_first_colors_of_photos(const SmallViews *views, ColoredSeeds *seeds, Thre
     int rc = without && with ? 0 : fs_error_memory(err);
     for (int k = 0; k < 2 && rc == 0; k++) {
         const Seeds *own = k ? &seeds->R : &seeds->T;
-        const Ranked *order = order_of(views, own, &arena);
-        if (!order) TRY(fs_error_memory(err));
-        average(&p, own, order, NULL, NULL, without, with, threads);
+        const Ordered of = order_of(views, own, &arena);
+        if (arena.failed) TRY(fs_error_memory(err));
+        average(&p, of, NULL, NULL, without, with, threads);
         for (size_t i = 0; i < 3 * (size_t)own->n; i++) {
             bool both = isfinite(without[i]) && isfinite(with[i]);
             float color = both ? 0.5f * (without[i] + with[i]) : either(without[i], with[i], COLORS_UNSEEN);
