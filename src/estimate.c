@@ -14,7 +14,7 @@
 
 // What other stages take, in steps of training of a fixed size by scalar kernels (fs_train_reference; these stages
 // hardly have wider ones), measured beside them on the shared scenes and made captures, and bytes.
-#define INITIALISE_STEPS 19.8  // a photo of INITIALISE_PIXELS
+#define INITIALISE_STEPS 16.4  // a photo of INITIALISE_PIXELS
 #define INITIALISE_PIXELS 6e4  // of the photos it works on
 #define INITIALISE_PLAIN 0.05  // share of that where it does not look for surfaces
 #define INITIALISE_BYTES 110.0 // a pixel of these
