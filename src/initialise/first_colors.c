@@ -89,8 +89,8 @@ static void sample_drawn(const Drawn *drawn, const double pixel[2], float out[4]
 enum { CHUNK = 512 }; // seeds that are looked up in one photo after the other: its pixels stay at hand
 #define STRIPS 20.0f  // of one focal length
 
-// Such that seeds of a chunk are seen beside one another, by whichever photo. Seeds that are not before the photos
-// come first.
+// Strip by strip of what the photos look at together, so that seeds of a chunk are seen beside one another by whichever
+// photo; those that are not before the photos come first. The arena has failed where there is no order.
 static Ordered order_of(const SmallViews *views, const Seeds *seeds, Arena *arena)
 {
     Ranked *order = ARENA_NEW(arena, Ranked, (size_t)seeds->n + 1);
