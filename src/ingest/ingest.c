@@ -126,9 +126,9 @@ static json_t *photo_json(const PhotoFile *photo)
 {
     double focal =
         fs_exif_focal_px(&photo->exif, photo->orig_width, photo->orig_height) * photo->width / photo->orig_width;
-    return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:f}",
+    return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:f}",
                      "name", photo->name, "file", photo->file, "flash", photo->flash, "width", photo->width, "height",
-                     photo->height, "orig_width", photo->orig_width, "orig_height", photo->orig_height, "exposure_s",
+                     photo->height, "orig_width", photo->orig_width, "orig_height", photo->orig_height, "orientation", photo->exif.orientation, "exposure_s",
                      photo->exif.exposure_s, "iso", photo->exif.iso, "f_number", photo->exif.f_number, "focal_px",
                      focal, "focal_mm", photo->exif.focal_mm, "quality",
                      photo->encoded  ? "reduced"

@@ -104,6 +104,44 @@ Lens fs_lens_resized(const Lens *lens, int width, int height)
     return l;
 }
 
+// A quarter of a turn clockwise moves what is at (x, y) to (-y, x).
+static void turn_quarter(double *x, double *y)
+{
+    double was = *x;
+    *x = -*y;
+    *y = was;
+}
+
+Lens fs_lens_turned(const Lens *lens, int quarters)
+{
+    Lens l = *lens;
+    int n = models[l.model].n_focal;
+    double *centre = l.param + n, *k = centre + 2;
+    for (int i = 0; i < quarters; i++) {
+        if (n == 2) l.param[0] = lens->param[(i + 1) % 2], l.param[1] = lens->param[i % 2];
+        turn_quarter(&centre[0], &centre[1]);
+        centre[0] += l.height;
+        if (l.model == LENS_OPENCV || l.model == LENS_FULL_OPENCV || l.model == LENS_THIN_PRISM_FISHEYE)
+            turn_quarter(&k[3], &k[2]); // the tangential ones: p2 is along x
+        if (l.model == LENS_THIN_PRISM_FISHEYE) turn_quarter(&k[6], &k[7]);
+        int width = l.width;
+        l.width = l.height;
+        l.height = width;
+    }
+    return l;
+}
+
+Lens fs_lens_padded(const Lens *lens, const double margin[2], int width, int height)
+{
+    Lens l = *lens;
+    double *centre = l.param + models[l.model].n_focal;
+    l.width = width;
+    l.height = height;
+    centre[0] += margin[0];
+    centre[1] += margin[1];
+    return l;
+}
+
 static void tangential(double u, double v, double r2, double p1, double p2, double out[2])
 {
     out[0] = 2 * p1 * u * v + p2 * (r2 + 2 * u * u);

@@ -37,6 +37,10 @@ bool fs_lens_is_pinhole(const Lens *lens); // no distortion (all its coefficient
 bool fs_lens_equal(const Lens *a, const Lens *b);
 Lens fs_lens_from_camera(const Camera *camera);
 Lens fs_lens_resized(const Lens *lens, int width, int height);
+// Of the same pictures turned about the axis by `quarters` of a turn clockwise, 0 to 3. Its rays are turned alike.
+Lens fs_lens_turned(const Lens *lens, int quarters);
+// Of pictures with so much more around them. margin: pixels left of and above what was there.
+Lens fs_lens_padded(const Lens *lens, const double margin[2], int width, int height);
 
 // Ray (x/z, y/z) -> photo pixel.
 void fs_lens_project(const Lens *lens, const double ray[2], double pixel[2]);

@@ -18,6 +18,7 @@ void fs_capture_free(Capture *capture)
     for (int i = 0; i < capture->n; i++) {
         free(capture->photo[i].name);
         free(capture->photo[i].picture);
+        free(capture->photo[i].file);
     }
     free(capture->photo);
     free(capture->pictures);
@@ -35,6 +36,21 @@ static double gain_of(const json_t *object, const char *key)
 {
     const double factor = json_number_value(json_object_get(object, key));
     return factor > 1e-3 && factor < 1e3 ? factor : 1;
+}
+
+// What an earlier ingest did not write is not told.
+static int read_file(const json_t *object, Photo *photo, FsError *err)
+{
+    const char *file = json_string_value(json_object_get(object, "file"));
+    json_int_t turned = json_integer_value(json_object_get(object, "orientation"));
+    json_int_t w = json_integer_value(json_object_get(object, "orig_width"));
+    json_int_t h = json_integer_value(json_object_get(object, "orig_height"));
+    bool sized = w > 0 && h > 0 && w <= FS_IMAGE_MAX_SIDE && h <= FS_IMAGE_MAX_SIDE;
+    photo->orientation = turned >= 1 && turned <= 8 ? (int)turned : 1;
+    photo->orig_width = sized ? (int)w : 0;
+    photo->orig_height = sized ? (int)h : 0;
+    photo->file = strdup(file ? file : "");
+    return photo->file ? 0 : fs_error_memory(err);
 }
 
 static int read_photo(const json_t *object, Photo *photo, const char *path, FsError *err)
@@ -60,7 +76,7 @@ static int read_photo(const json_t *object, Photo *photo, const char *path, FsEr
                      .focal_mm = mm > 0 && isfinite(mm) ? mm : 0};
     photo->name = strdup(name);
     photo->picture = fs_file_path("%s.png", name);
-    return photo->name && photo->picture ? 0 : fs_error_memory(err);
+    return photo->name && photo->picture ? read_file(object, photo, err) : fs_error_memory(err);
 }
 
 static int read_photos(const char *path, Capture *capture, FsError *err)

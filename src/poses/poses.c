@@ -203,6 +203,23 @@ static int check_origin(const FsProject *project, const Capture *capture, const 
     return 0;
 }
 
+// How the pictures that the model is of differ from the photos.
+static void log_frames(const FsProject *project, const Capture *capture, const Sparse *sparse)
+{
+    int turned = 0, cropped = 0;
+    for (int i = 0; i < capture->n; i++) {
+        const ModelFrame *frame = &sparse->pose[i].frame;
+        turned += sparse->pose[i].known && frame->quarters > 0;
+        cropped += sparse->pose[i].known && frame->margin[0] + frame->margin[1] > 0;
+    }
+    if (turned)
+        fs_log_info(&project->log, "poses: %d photos are not upright in %s: their poses are turned as EXIF says",
+                    turned, project->set.poses);
+    if (cropped)
+        fs_log_info(&project->log, "poses: %s has %d photos a little smaller: taken for the middle of what is here",
+                    project->set.poses, cropped);
+}
+
 // Fills the poses and points.
 static int reconstruct(const FsProject *project, const Capture *capture, Sparse *sparse, FsError *err)
 {
@@ -212,6 +229,7 @@ static int reconstruct(const FsProject *project, const Capture *capture, Sparse 
     if (!features) return fs_error_memory(err);
     if (*project->set.poses) {
         TRY(fs_sparse_from_file(sparse, capture, project->set.poses, err));
+        log_frames(project, capture, sparse);
         TRY(check_posed(project, capture, sparse, err));
         TRY(check_origin(project, capture, sparse, err));
         if (sparse->n_points > 0) goto fail; // the model has points: nothing to look for

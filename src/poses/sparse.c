@@ -26,10 +26,13 @@ void fs_sparse_free(Sparse *sparse)
     *sparse = (Sparse){0};
 }
 
-// The lens at the size of the photo's picture; the model may be of larger or smaller photos of the same frame.
-static int set_pose(Sparse *sparse, const Photo *photo, int at, const Lens *lens, const double w2c[12],
+// The lens at the size of the photo's picture; the model may be of larger or smaller photos of the same frame. image:
+// the picture's name in it; NULL: none that COLMAP read.
+static int set_pose(Pose *pose, const Photo *photo, const Lens *picture_lens, const double w2c[12], const char *image,
                     const char *file, FsError *err)
 {
+    ModelFrame frame = fs_model_frame(photo, picture_lens, image);
+    const Lens whole = fs_model_frame_lens(&frame, picture_lens), *lens = &whole;
     double a = (double)lens->width / lens->height, b = (double)photo->picture_width / photo->picture_height;
     double slack =
         1.0 / lens->height + 1.0 / photo->picture_height + 1.0 / lens->width + 1.0 / photo->picture_width + 0.005;
@@ -39,14 +42,15 @@ static int set_pose(Sparse *sparse, const Photo *photo, int at, const Lens *lens
                               "be of the same photos",
                               file, photo->name, lens->width, lens->height, photo->picture_width,
                               photo->picture_height);
-    Pose *pose = &sparse->pose[at];
     pose->known = true;
+    pose->frame = frame;
     pose->lens = fs_lens_resized(lens, photo->picture_width, photo->picture_height);
     MUST(fs_lens_camera(&pose->lens, file, &pose->camera, err)); // the model may be one that cannot be used
     double times = fmax(fs_lens_widening(&pose->lens, MOST_WIDENING) - SLIVER, 1);
     pose->camera.fx /= times;
     pose->camera.fy /= times;
     memcpy(pose->camera.w2c, w2c, 12 * sizeof *w2c);
+    fs_model_frame_pose(&frame, pose->camera.w2c);
     return 0;
 }
 
@@ -60,13 +64,17 @@ static bool sighting_of(const Sparse *sparse, const Capture *capture, const Colm
     const Lens *from = &fs_colmap_model_camera(model, model->image[i].camera_id)->lens;
     const Pose *pose = &sparse->pose[photo_of[i]];
     const Photo *photo = &capture->photo[photo_of[i]];
-    double pixel[2] = {o->x * photo->picture_width / from->width, o->y * photo->picture_height / from->height}, ray[2];
     const Camera *camera = &pose->camera;
+    double pixel[2] = {o->x, o->y}, ray[2];
+    fs_model_frame_pixel(&pose->frame, from, pixel);
+    pixel[0] *= (double)photo->picture_width / pose->frame.width;
+    pixel[1] *= (double)photo->picture_height / pose->frame.height;
     if (!isfinite(pixel[0] + pixel[1]) || !fs_lens_unproject(&pose->lens, pixel, ray)) return false;
     *s = (Sighting){photo_of[i], camera->fx * ray[0] + camera->cx, camera->fy * ray[1] + camera->cy};
     return true;
 }
 
+// photo_of: (model->n_images), -1: of no photo.
 static int take_points(Sparse *sparse, const Capture *capture, const ColmapModel *model, const int *photo_of,
                        FsError *err)
 {
@@ -92,33 +100,20 @@ static int take_points(Sparse *sparse, const Capture *capture, const ColmapModel
     return 0;
 }
 
-// photo_of: (model->n_images), -1: of no photo.
-static int take_model(Sparse *sparse, const Capture *capture, const ColmapModel *model, const int *photo_of,
-                      bool points, FsError *err)
+int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, FsError *err)
 {
     for (int i = 0; i < model->n_images; i++) {
         const ColmapImage *image = &model->image[i];
+        const Lens *lens = &fs_colmap_model_camera(model, image->camera_id)->lens;
         double w2c[12];
-        if (photo_of[i] < 0) continue;
-        fs_camera_pose_from_quat(image->quat, image->t, w2c);
-        MUST(set_pose(sparse, &capture->photo[photo_of[i]], photo_of[i],
-                      &fs_colmap_model_camera(model, image->camera_id)->lens, w2c, "COLMAP's model", err));
-    }
-    return points ? take_points(sparse, capture, model, photo_of, err) : 0;
-}
-
-int fs_sparse_from_colmap(Sparse *sparse, const Capture *capture, const ColmapModel *model, FsError *err)
-{
-    int *photo_of = malloc(((size_t)model->n_images + 1) * sizeof *photo_of);
-    if (!photo_of) return fs_error_memory(err);
-    for (int i = 0; i < model->n_images; i++) {
-        char *stem = fs_file_stem(model->image[i].name);
-        photo_of[i] = stem ? fs_capture_find(capture, stem) : -1;
+        char *stem = fs_file_stem(image->name);
+        int at = stem ? fs_capture_find(capture, stem) : -1;
         free(stem);
+        if (at < 0) continue;
+        fs_camera_pose_from_quat(image->quat, image->t, w2c);
+        MUST(set_pose(&sparse->pose[at], &capture->photo[at], lens, w2c, NULL, "COLMAP's model", err));
     }
-    int rc = take_model(sparse, capture, model, photo_of, false, err);
-    free(photo_of);
-    return rc;
+    return 0;
 }
 
 // The view whose name is the photo's but for the case of letters: where no other photo or view is left that it may be.
@@ -161,10 +156,12 @@ int fs_sparse_from_file(Sparse *sparse, const Capture *capture, const char *path
     for (int i = 0; i < capture->n; i++) {
         int at = view_of[i];
         if (at < 0) continue;
-        TRY(set_pose(sparse, &capture->photo[i], i, &file.lens[at], file.views.view[at].camera.w2c, path, err));
-        if (file.model.n_images > 0) photo_of[file.image[at]] = i;
+        const ColmapImage *image = file.model.n_images > 0 ? &file.model.image[file.image[at]] : NULL;
+        TRY(set_pose(&sparse->pose[i], &capture->photo[i], &file.lens[at], file.views.view[at].camera.w2c,
+                     image ? image->name : NULL, path, err));
+        if (image) photo_of[file.image[at]] = i;
     }
-    if (file.model.n_images > 0) TRY(take_model(sparse, capture, &file.model, photo_of, true, err));
+    if (file.model.n_images > 0) TRY(take_points(sparse, capture, &file.model, photo_of, err));
 fail:
     free(view_of);
     free(photo_of);

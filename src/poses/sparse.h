@@ -6,12 +6,14 @@
 #include "model/project.h"
 #include "poses/capture.h"
 #include "poses/colmap.h"
+#include "poses/model_frame.h"
 #include "poses/triangulate.h"
 
 typedef struct Pose { // of one photo
     bool known;
-    Lens lens;     // at the size of the photo's picture for feature detection
-    Camera camera; // without the distortion, of that size; sees all that the photo shows
+    ModelFrame frame; // of a model of the user's
+    Lens lens;        // at the size of the photo's picture for feature detection
+    Camera camera;    // without the distortion, of that size; sees all that the photo shows
 } Pose;
 
 typedef struct Sighting { // an observation, in the pinhole camera of the photo at the size of its picture

@@ -1,5 +1,7 @@
-"""Known poses that are wrong, and stages whose input is not there."""
+"""Known poses that are wrong, or of turned or cropped pictures, and stages whose input is not there."""
+import json
 import shutil
+import struct
 
 import common
 import pictures
@@ -52,6 +54,66 @@ class Models(FolderTest):
             process = run(command, self.out)
             self.assertEqual(process.returncode, 1, command)
             self.assertIn(str(self.out), process.stderr)
+
+
+def turn(path, orientation):
+    """What a JPEG's EXIF says of how it is to be turned."""
+    data = bytearray(path.read_bytes())
+    start = data.find(b"Exif\0\0") + 6
+    order = ">" if data[start:start + 2] == b"MM" else "<"
+    directory = start + struct.unpack_from(order + "I", data, start + 4)[0]
+    for i in range(struct.unpack_from(order + "H", data, directory)[0]):
+        at = directory + 2 + 12 * i
+        if struct.unpack_from(order + "H", data, at)[0] == 0x112:
+            struct.pack_into(order + "H", data, at + 8, orientation)
+    path.write_bytes(data)
+
+
+class Frames(FolderTest):
+    """Models of pictures that lie in another way: COLMAP, which finds the points, tells whether the poses fit."""
+
+    def setUp(self):
+        super().setUp()
+        self.made, self.out = self.dir / "made", self.dir / "out"
+        self.model = self.made / "truth/sparse"
+        process = run("synth", "-o", self.made, "--width", 240, "--height", 160, "--photos", 12, "--held-out", 0)
+        self.assertEqual(process.returncode, 0, process.stderr)
+
+    def pose(self, photos):
+        process = run("ingest", photos, "-o", self.out, "--long-edge", 240, "--force")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        process = run("poses", self.out, "--poses", self.model, "--force")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        views = json.loads((self.out / "views.json").read_text())["views"]
+        self.assertEqual(len(views), 12)
+        return process.stdout, views[0]
+
+    def test_turned(self):
+        """COLMAP does not turn photos as EXIF says."""
+        photos = self.made / "capture/jpeg"
+        said, upright = self.pose(photos)
+        self.assertNotIn("turned", said)
+        for orientation, first in ((6, [-x for x in upright["w2c"][1]]), (3, [-x for x in upright["w2c"][0]])):
+            for path in photos.iterdir():
+                turn(path, orientation)
+            said, view = self.pose(photos)
+            self.assertIn("12 photos are not upright", said)
+            self.assertEqual((view["width"], view["height"]), (160, 240) if orientation == 6 else (240, 160))
+            for a, b in zip(view["w2c"][0], first):
+                self.assertAlmostEqual(a, b, places=6)
+
+    def test_cropped(self):
+        """Of RAW photos it had the camera's JPEGs, which are a little smaller."""
+        text = (self.model / "cameras.txt").read_text()
+        self.assertIn("240 160", text)
+        smaller = text.replace("240 160", "236 158").replace(" 120 80", " 118 79")
+        self.assertNotEqual(text, smaller)
+        (self.model / "cameras.txt").write_text(smaller)
+        said, view = self.pose(self.made / "capture/raw")
+        self.assertIn("12 photos a little smaller", said)
+        focal = float(text.splitlines()[-1].split()[4])
+        for value, true in ((view["fx"], focal), (view["fy"], focal), (view["cx"], 120), (view["cy"], 80)):
+            self.assertAlmostEqual(value, true, places=6)
 
 
 common.main()

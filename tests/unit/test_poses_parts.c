@@ -10,6 +10,7 @@
 #include "base/linalg.h"
 #include "base/rng.h"
 #include "poses/match.h"
+#include "poses/model_frame.h"
 #include "poses/refine.h"
 #include "poses/triangulate.h"
 #include "model/dataset.h"
@@ -376,6 +377,65 @@ static void test_undistort(void **state)
     }
 }
 
+// Of a model of turned and cropped pictures: what a point is seen at there is in the whole upright photo where its lens
+// and pose say.
+static void test_model_frame(void **state)
+{
+    (void)state;
+    static const int orientation[] = {6, 3, 8, 1};
+    static const struct {
+        int model;
+        double param[FS_LENS_MAX_PARAMS];
+    } lenses[] = {
+        {LENS_SIMPLE_RADIAL, {160, 76, 49, 0.1}},
+        {LENS_OPENCV, {160, 170, 76, 49, 0.1, 0.02, 0.002, -0.001}},
+        {LENS_FULL_OPENCV, {160, 170, 76, 49, 0.1, 0.02, 0.002, -0.001, 0.01, 0.02, 0.01, 0.03}},
+        {LENS_THIN_PRISM_FISHEYE, {160, 170, 76, 49, 0.1, 0.02, 0.002, -0.001, 0.01, 0.02, 0.003, -0.004}},
+    };
+    for (int i = 0; i < 16; i++) {
+        Lens lens = {.model = lenses[i / 4].model, .width = 150, .height = 100};
+        memcpy(lens.param, lenses[i / 4].param, sizeof lens.param);
+        bool aside = orientation[i % 4] > 4;
+        Photo photo = {.file = "sub/img_1.jpg", .orientation = orientation[i % 4]};
+        photo.orig_width = photo.picture_width = aside ? 102 : 154;
+        photo.orig_height = photo.picture_height = aside ? 154 : 102;
+        ModelFrame frame = fs_model_frame(&photo, &lens, "IMG_1.JPG");
+        assert_int_equal(frame.quarters, (i + 1) % 4);
+        assert_int_equal(frame.width, photo.orig_width);
+        assert_int_equal(frame.height, photo.orig_height);
+        Lens whole = fs_model_frame_lens(&frame, &lens);
+        double w2c[12] = {0.8, 0.6, 0, 0.3, -0.6, 0.8, 0, -0.2, 0, 0, 1, 2}, was[12], xyz[3] = {0.25, -0.4, 1.1};
+        memcpy(was, w2c, sizeof was);
+        fs_model_frame_pose(&frame, w2c);
+        double pixel[2][2];
+        for (int k = 0; k < 2; k++) {
+            const double *m = k ? w2c : was;
+            double p[3];
+            for (int r = 0; r < 3; r++) p[r] = v3_dot(m + 4 * r, xyz) + m[4 * r + 3];
+            fs_lens_project(k ? &whole : &lens, (double[2]){p[0] / p[2], p[1] / p[2]}, pixel[k]);
+        }
+        fs_model_frame_pixel(&frame, &lens, pixel[0]);
+        for (int k = 0; k < 2; k++) assert_true(fabs(pixel[0][k] - pixel[1][k]) < 1e-9);
+    }
+    Photo photo = {.file = "IMG_1.DNG", .orientation = 3, .picture_width = 150, .picture_height = 100};
+    Lens lens = {.model = LENS_PINHOLE, .width = 150, .height = 100, .param = {160, 160, 75, 50}};
+    assert_int_equal(fs_model_frame(&photo, &lens, "IMG_1.DNG").quarters, 0); // COLMAP turns RAW photos
+    assert_int_equal(fs_model_frame(&photo, &lens, "IMG_1.JPG").quarters, 0); // somebody's, upright
+    photo.file = "IMG_1.JPG";
+    assert_int_equal(fs_model_frame(&photo, &lens, NULL).quarters, 0);
+    photo.orientation = 6; // a square says nothing, and what is upright stays so
+    photo.picture_width = 100;
+    photo.picture_height = 150;
+    lens.width = 100;
+    lens.height = 150;
+    assert_int_equal(fs_model_frame(&photo, &lens, "IMG_1.JPG").quarters, 0);
+    photo.orientation = 1;
+    photo.orig_width = 200; // smaller pictures of the whole photo
+    photo.orig_height = 300;
+    ModelFrame frame = fs_model_frame(&photo, &lens, "IMG_1.JPG");
+    assert_true(frame.width == 100 && frame.margin[0] == 0 && frame.margin[1] == 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -383,6 +443,7 @@ int main(void)
         cmocka_unit_test(test_extent),      cmocka_unit_test(test_nothing_to_triangulate),
         cmocka_unit_test(test_match),       cmocka_unit_test(test_choose),
         cmocka_unit_test(test_refine),      cmocka_unit_test(test_undistort),
+        cmocka_unit_test(test_model_frame),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
