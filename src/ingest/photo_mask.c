@@ -48,28 +48,45 @@ int fs_photo_mask_apply(const char *path, Image *photo, Image *trusted, Image *m
     return 0;
 }
 
+// Masks in a folder that are not among those in use.
+static int count_unused(const char *folder, char *const *used, int n, FilePath *example)
+{
+    FileList list;
+    int unused = 0;
+    if (fs_file_list(folder, &list, NULL) < 0) return 0;
+    for (int k = 0; k < list.n; k++) {
+        FilePath path = fs_file_at("%s/%s", folder, list.name[k]);
+        bool is_used = !fs_file_has_ext(path.text, "png");
+        for (int i = 0; i < n && !is_used; i++) is_used = used[i] && strcmp(used[i], path.text) == 0;
+        if (!is_used) unused++, *example = fs_file_at("%s", list.name[k]);
+    }
+    fs_file_list_free(&list);
+    return unused;
+}
+
 // A mask of no photo is one that somebody drew in vain.
 static int warn_of_unused(const Photos *photos, const Log *log, FsError *err)
 {
-    FileList list;
-    FilePath path;
-    int unused = 0;
-    const char *example = "";
-    MUST(fs_file_list(photos->masks, &list, err));
-    bool *used = calloc((size_t)list.n + 1, sizeof *used);
-    for (int i = 0; i < photos->n && used; i++) {
-        if (!fs_photos_mask(photos, &photos->photo[i], &path)) continue;
-        for (int k = 0; k < list.n; k++) used[k] |= strcmp(list.name[k], fs_file_name(path.text)) == 0;
+    FilePath path, example;
+    int n = photos->n, rc = 0;
+    char **used = calloc((size_t)n + 1, sizeof *used);
+    for (int i = 0; i < n && used; i++)
+        if (fs_photos_mask(photos, &photos->photo[i], &path)) used[i] = strdup(path.text);
+    int unused = used ? count_unused(photos->masks, used, n, &example) : 0;
+    for (int i = 0; i < n && used; i++) {
+        const PhotoFile *photo = &photos->photo[i];
+        path = fs_photos_mask_folder(photos, photo);
+        bool seen = strcmp(path.text, photos->masks) == 0;
+        for (int k = 0; k < i && !seen; k++) seen = fs_photos_same_folder(photo, &photos->photo[k]);
+        if (!seen) unused += count_unused(path.text, used, n, &example);
     }
-    for (int k = 0; k < list.n && used; k++)
-        if (!used[k] && fs_file_has_ext(list.name[k], "png")) unused++, example = list.name[k];
     if (unused)
-        fs_log_warn(log, "%s: %d masks are of no photo, e.g. %s: name them like %s.png", photos->masks, unused, example,
-                    photos->photo[0].path);
-    fs_file_list_free(&list);
-    bool looked = used;
+        fs_log_warn(log, "%s: %d masks are of no photo, e.g. %s: name them like %s.png", photos->masks, unused,
+                    example.text, photos->photo[0].path);
+    if (!used) rc = fs_error_memory(err);
+    for (int i = 0; i < n && used; i++) free(used[i]);
     free(used);
-    return looked ? 0 : fs_error_memory(err);
+    return rc;
 }
 
 int fs_photo_mask_check(const Photos *photos, const Log *log, FsError *err)

@@ -8,6 +8,7 @@
 #include "base/json_file.h"
 #include "base/order.h"
 #include "model/llff.h"
+#include "model/photos.h"
 
 #define MAX_FRAMES 1000000
 
@@ -20,10 +21,36 @@ void fs_cameras_file_free(CamerasFile *file)
     *file = (CamerasFile){0};
 }
 
+// "flash/P_1.JPG" and "noflash/P_1.JPG" are flash_P_1 and noflash_P_1, as such photos are (photos.h).
+static int add_folder(PosedView *posed, FsError *err)
+{
+    const char *path = posed->path + (strncmp(posed->path, "./", 2) == 0 ? 2 : 0), *dot = strrchr(path, '.');
+    bool has_extension = dot && dot > path && !strpbrk(dot, "/\\");
+    char *whole = strndup(path, has_extension ? (size_t)(dot - path) : strlen(path));
+    char *name = whole ? fs_photos_view_name(whole) : NULL;
+    free(whole);
+    if (!name) return fs_error_memory(err);
+    free(posed->name);
+    posed->name = name;
+    return 0;
+}
+
+// In order, and where names repeat with their folders before them.
+static int name_apart(PosedView *posed, int n, FsError *err)
+{
+    bool apart = true;
+    fs_order_named(posed, (size_t)n, sizeof *posed);
+    for (int i = 1; i < n; i++) apart &= strcmp(posed[i - 1].name, posed[i].name) != 0;
+    for (int i = 0; i < n && !apart; i++)
+        if (posed[i].path) MUST(add_folder(&posed[i], err));
+    if (!apart) fs_order_named(posed, (size_t)n, sizeof *posed);
+    return 0;
+}
+
 // Fills views and lens from posed views in any order.
 static int take_posed(CamerasFile *file, const char *path, PosedView *posed, int n, FsError *err)
 {
-    fs_order_named(posed, (size_t)n, sizeof *posed);
+    MUST(name_apart(posed, n, err));
     file->lens = malloc(((size_t)n + 1) * sizeof *file->lens);
     file->image = malloc(((size_t)n + 1) * sizeof *file->image);
     if (!file->lens || !file->image) return fs_error_memory(err);
@@ -63,6 +90,7 @@ static int read_colmap(const char *path, CamerasFile *file, FsError *err)
         fs_camera_pose_from_quat(image->quat, image->t, posed[i].w2c);
         posed[i].lens = fs_colmap_model_camera(&file->model, image->camera_id)->lens;
         posed[i].image = i;
+        posed[i].path = image->name;
         if (!(posed[i].name = fs_file_stem(name_of(image->name)))) TRY(fs_error_memory(err));
     }
     TRY(take_posed(file, path, posed, file->model.n_images, err));
@@ -104,7 +132,8 @@ static const char *lens_from_json(const json_t *root, const json_t *frame, Lens 
     for (int i = 0; i < 6; i++) number(root, frame, keys[i], &k[i]);
     number(root, frame, "p1", &q[0]);
     number(root, frame, "p2", &q[1]);
-    if (name && strcmp(name, "OPENCV_FISHEYE") == 0) {
+    bool fisheye = json_is_true(json_object_get(root, "is_fisheye")); // instant-ngp's
+    if (name ? strcmp(name, "OPENCV_FISHEYE") == 0 : fisheye) {
         lens->model = LENS_OPENCV_FISHEYE;
         memcpy(p + 4, k, 4 * sizeof *k);
         return NULL;
@@ -112,6 +141,8 @@ static const char *lens_from_json(const json_t *root, const json_t *frame, Lens 
     if (name && fs_lens_model_find(name) < 0) return "a \"camera_model\" that COLMAP knows";
     int known = name ? fs_lens_model_find(name) : LENS_OPENCV;
     if (known > LENS_OPENCV && known != LENS_FULL_OPENCV) return "\"camera_model\" PINHOLE, OPENCV or OPENCV_FISHEYE";
+    if (known != LENS_FULL_OPENCV && k[3] != 0 && k[4] == 0 && k[5] == 0)
+        return "\"k4\" 0: nerfstudio's fourth coefficient, of r^8, is not known here; undistort the photos";
     double distortion[8] = {k[0], k[1], q[0], q[1], k[2], k[3], k[4], k[5]};
     if (k[2] != 0 || k[3] != 0 || k[4] != 0 || k[5] != 0) lens->model = LENS_FULL_OPENCV;
     if (known == LENS_PINHOLE || known == LENS_SIMPLE_PINHOLE)
@@ -151,6 +182,7 @@ static int read_transforms(const char *path, const json_t *root, CamerasFile *fi
         if (!wanted) wanted = lens_from_json(root, frame, &posed[i].lens);
         if (!wanted) wanted = pose_from_json(frame, posed[i].w2c);
         if (wanted) TRY(fs_error_input(err, "%s: frame %zu: expected %s", path, i, wanted));
+        posed[i].path = name;
         if (!(posed[i].name = fs_file_stem(name_of(name)))) TRY(fs_error_memory(err));
     }
     TRY(take_posed(file, path, posed, (int)n, err));

@@ -14,6 +14,7 @@ typedef struct CamerasFile {
 
 typedef struct PosedView { // of a file, in any order
     char *name;            // first, see order.h
+    const char *path;      // borrowed: what the file says, with folder and extension; NULL: nothing
     Lens lens;
     double w2c[12];
     int image;

@@ -139,16 +139,45 @@ static uint64_t add_file(uint64_t hash, const char *path, const char *name)
     return hash;
 }
 
-// In any case of its letters: "MASK_01.PNG".
-static bool find_mask(const Photos *photos, const FileList *list, const char *name, FilePath *path)
+// In any case of its letters: "MASK_01.PNG". name: NULL is never found.
+static bool find_mask(const char *folder, const FileList *list, const char *name, FilePath *path)
 {
-    FilePath file = fs_file_at("%s.png", name);
-    for (int i = 0; i < list->n; i++) {
-        if (strcasecmp(list->name[i], file.text) != 0) continue;
-        *path = fs_file_at("%s/%s", photos->masks, list->name[i]);
+    for (int i = 0; i < list->n && name; i++) {
+        if (strcasecmp(list->name[i], fs_file_at("%s.png", name).text) != 0) continue;
+        *path = fs_file_at("%s/%s", folder, list->name[i]);
         return true;
     }
     return false;
+}
+
+// By the photo's own name or that of its JPEG, with or without extension; view: the view's name, or NULL.
+static bool find_mask_in(const char *folder, const PhotoFile *photo, const char *view, FilePath *path)
+{
+    FileList list;
+    if (fs_file_list(folder, &list, NULL) < 0) return false;
+    char *stem = fs_file_stem(photo->path);
+    bool found = find_mask(folder, &list, view ? view : fs_file_name(photo->path), path) ||
+                 (!view && find_mask(folder, &list, stem, path)) ||
+                 (!view && photo->instead && find_mask(folder, &list, fs_file_name(photo->instead), path));
+    fs_file_list_free(&list);
+    free(stem);
+    return found;
+}
+
+// Whether its view is called as its file is: no photo of another folder is.
+static bool is_alone(const PhotoFile *photo)
+{
+    char *stem = fs_file_stem(photo->path), *name = stem ? fs_photos_view_name(stem) : NULL;
+    bool alone = name && strcmp(name, photo->name) == 0;
+    free(stem);
+    free(name);
+    return alone;
+}
+
+FilePath fs_photos_mask_folder(const Photos *photos, const PhotoFile *photo)
+{
+    int n = (int)folder_length(photo);
+    return n ? fs_file_at("%s/%.*s", photos->masks, n - 1, photo->path) : fs_file_at("%s", photos->masks);
 }
 
 bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path)
@@ -156,12 +185,9 @@ bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path
     if (!photos->masks || !*photos->masks) return false;
     *path = fs_file_at("%s/%s.png", photos->masks, photo->path);
     if (fs_file_exists(path->text)) return true;
-    FileList list;
-    if (fs_file_list(photos->masks, &list, NULL) < 0) return false;
-    bool found = find_mask(photos, &list, photo->path, path) || find_mask(photos, &list, photo->name, path) ||
-                 (photo->instead && find_mask(photos, &list, photo->instead, path));
-    fs_file_list_free(&list);
-    return found;
+    FilePath folder = fs_photos_mask_folder(photos, photo);
+    return find_mask_in(folder.text, photo, NULL, path) || find_mask_in(photos->masks, photo, photo->name, path) ||
+           (folder_length(photo) > 0 && is_alone(photo) && find_mask_in(photos->masks, photo, NULL, path));
 }
 
 void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17])

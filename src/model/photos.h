@@ -81,8 +81,10 @@ FilePath fs_photos_path(const Photos *photos, const PhotoFile *photo);
 // anything changed since the last time.
 void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17]);
 // The mask of a photo in photos->masks, as COLMAP names it: PHOTO.png, of the photo's whole name, of the one without
-// extension or of its JPEG's, in any case of letters. False where there is none.
+// extension or of its JPEG's, in any case of letters; in the subfolder that the photo is in, or without it where no other
+// photo could be meant. False where there is none.
 bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path);
+FilePath fs_photos_mask_folder(const Photos *photos, const PhotoFile *photo); // in photos->masks
 // What the settings say of .npy files.
 int fs_photos_levels(SensorLevels *npy, const Settings *set, FsError *err);
 SensorLevels fs_photos_developed(const Photos *photos); // what all photos are read with

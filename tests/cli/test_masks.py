@@ -86,6 +86,29 @@ class Masks(FolderTest):
         self.assertIn("1 masks are of no photo, e.g. IMG_0004.png.png", said.stdout + said.stderr)
         self.assertEqual(values(self.out / "linear/IMG_0001_mask.png")[0][0], 0)
 
+    def test_subfolders(self):
+        """In the subfolder of the photo, or without it where no other photo may be meant."""
+        white = [[255] * W] * H
+        raw = sorted(self.photos.iterdir())
+        self.photos = self.dir / "card"
+        for i, path in enumerate(raw):
+            folder = self.photos / ("flash" if "flash" in path.name else f"10{i % 2}CANON")
+            folder.mkdir(parents=True, exist_ok=True)
+            path.rename(folder / path.name)
+        png(self.masks / "img_0001.PNG", white)
+        (self.masks / "101CANON").mkdir()
+        png(self.masks / "101CANON/IMG_0002.DNG.png", white)
+        png(self.masks / "101CANON/img_0004.png", white)
+        png(self.masks / "101CANON/img_0005.png", white)  # which is in the other folder
+        said = self.ingest("--masks", self.masks)
+        self.assertIn("3 of 8 photos have a mask", said.stdout + said.stderr)
+        self.assertIn("1 masks are of no photo, e.g. img_0005.png", said.stdout + said.stderr)
+        folder = self.photos / "101CANON"
+        for path in sorted(folder.iterdir()):  # names that repeat
+            path.rename(folder / (f"IMG_{int(path.stem[4:]) - 1:04}.DNG"))
+        said = self.ingest("--masks", self.masks, "--force")
+        self.assertIn("1 of 8 photos have a mask", said.stdout + said.stderr)
+
     def test_refused(self):
         self.assert_fails(run("ingest", self.photos, "-o", self.out, "--masks", self.masks), 1, str(self.masks), "IMG_0001.DNG.png")
         self.assert_fails(run("ingest", self.photos, "-o", self.out, "--masks", self.dir / "none"), 1, "none")

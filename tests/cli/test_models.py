@@ -102,6 +102,21 @@ class Frames(FolderTest):
             for a, b in zip(view["w2c"][0], first):
                 self.assertAlmostEqual(a, b, places=6)
 
+    def test_folders(self):
+        """flash/P_1.DNG and noflash/P_1.DNG, of which COLMAP had the JPEGs."""
+        photos, text = self.dir / "photos", (self.model / "images.txt").read_text()
+        flash = {v["name"]: v["flash"] for v in json.loads((self.made / "truth/cameras.json").read_text())["images"]}
+        count = [0, 0]
+        for path in sorted((self.made / "capture/raw").iterdir()):
+            lit = flash[path.stem]
+            count[lit] += 1
+            name = f"{'flash' if lit else 'noflash'}/P_{count[lit]}"
+            (photos / name).parent.mkdir(parents=True, exist_ok=True)
+            path.rename(photos / f"{name}.DNG")
+            text = text.replace(f"{path.stem}.JPG", f"{name}.JPG")
+        (self.model / "images.txt").write_text(text)
+        self.assertEqual(self.pose(photos)[1]["name"], "flash_P_1")
+
     def test_cropped(self):
         """Of RAW photos it had the camera's JPEGs, which are a little smaller."""
         text = (self.model / "cameras.txt").read_text()
