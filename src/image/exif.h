@@ -14,7 +14,7 @@ typedef struct ExifInfo {
     int exif_width, exif_height; // size the camera made the photo, before any editing; 0: unknown
     int width, height;           // of the picture in the file, as stored; 0: unknown
     double neutral[3];           // camera RGB of a grey thing, green 1 (DNG's AsShotNeutral); 0: unknown
-    bool adobe_rgb;              // its values are of Adobe RGB, where no profile says more
+    bool adobe_rgb, srgb;        // its values are of Adobe RGB, of sRGB, where no profile says more
     char make[64], model[64], lens[64];
     char taken[64]; // when, to the second; "": unknown
     Tags *tags;     // where all that is worth keeping goes; NULL: nowhere

@@ -206,6 +206,9 @@ static void read_entry(const Ifd *ifd, const Entry *e, ExifInfo *info, Parts *pa
     case 0x9206: set_number(ifd, e, 1e10, &info->focus_m); break;
     case 0x9209: set_int(ifd, e, 0, 65535, &info->flash); break;
     case 0x920a: set_number(ifd, e, 1e5, &info->focal_mm); break;
+    case 0xa001: // ColorSpace
+        if (number(ifd, e, 0, &v)) info->srgb = v == 1;
+        break;
     case 0xa002: set_int(ifd, e, 1, 1000000, &info->exif_width); break;
     case 0xa003: set_int(ifd, e, 1, 1000000, &info->exif_height); break;
     case 0xa20e: set_number(ifd, e, 1e8, &parts->plane_x); break;

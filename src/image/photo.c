@@ -132,6 +132,7 @@ static int read_profile(const char *path, Profile *profile, PhotoLight *light, F
     MUST(fs_exif_read(path, &exif, err));
     MUST(read_tag(path, &tag, err));
     if (exif.adobe_rgb) tag.colors = COLORS_ADOBE;
+    if (exif.srgb && !tag.icc && !tag.linear && tag.gamma <= 0) tag.srgb = true; // deep values, too
     ProfileSource source = fs_profile_of_tag(profile, &tag);
     fs_profile_tag_free(&tag);
     *light = source == PROFILE_UNTOLD                      ? PHOTO_UNTOLD

@@ -15,11 +15,11 @@ static bool holds(const char *dir, const char *name)
 
 static int describe_folder(const char *dir, const Log *log, FsError *err)
 {
-    if (holds(dir, "done") || holds(dir, "ingest.json") || holds(dir, "views.json"))
+    if (holds(dir, "done/ingest.json") || holds(dir, "ingest.json") || holds(dir, "views.json"))
         return fs_info_project(dir, log, err);
     char *model = fs_colmap_model_find(dir);
     SceneFolder scene;
-    bool cameras = model != NULL || holds(dir, "transforms.json");
+    bool cameras = model != NULL || holds(dir, "transforms.json") || holds(dir, "poses_bounds.npy");
     free(model);
     if (cameras && !fs_scene_folder_find(&scene, dir)) return fs_info_cameras(dir, log, err);
     FsError why = {0};
@@ -48,7 +48,8 @@ int fs_info_run(const char *path, const Log *log, FsError *err)
     if (!fs_file_exists(path)) return fs_error_input(err, "%s: no such file or folder, or it cannot be read", path);
     if (fs_file_is_dir(path)) return describe_folder(path, log, err);
     if (fs_file_has_ext(path, "ply")) return fs_info_ply(path, log, err);
-    if (fs_file_has_ext(path, "json")) return fs_info_cameras(path, log, err);
+    if (fs_file_has_ext(path, "json") || strcmp(fs_file_name(path), "poses_bounds.npy") == 0)
+        return fs_info_cameras(path, log, err);
     if (!is_model_part(path)) return fs_info_photo(path, log, err);
     size_t n = (size_t)(fs_file_name(path) - path); // with the slash
     return fs_info_cameras(n == 0 ? "." : fs_file_at("%.*s", (int)(n > 1 ? n - 1 : n), path).text, log, err);

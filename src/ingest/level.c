@@ -47,13 +47,13 @@ static void level_exposure(Photos *photos, double *value, const Log *log)
         differ++;
         odd = photo;
     }
-    char shutter[24] = "";
-    if (odd) fs_exif_shutter_text(odd->exif.exposure_s, shutter);
+    char exposure[120] = "";
+    if (odd) fs_exif_exposure_text(&odd->exif, exposure);
     if (differ)
         fs_log_warn(log,
-                    "%d of %d photos have another shutter time, ISO or aperture (e.g. %s: %s, ISO %g, f/%g); they "
-                    "are brought to the median exposure",
-                    differ, photos->n, odd->file, shutter, odd->exif.iso, odd->exif.f_number);
+                    "%d of %d photos have another shutter time, ISO or aperture (e.g. %s: %s); they are brought to the "
+                    "median exposure",
+                    differ, photos->n, odd->file, exposure);
     if (unknown == photos->n)
         fs_log_warn(log, "the photos do not tell their exposure: taken to be the same for all");
     else if (unknown)
@@ -80,13 +80,13 @@ static void level_flash(Photos *photos, double *value, const Log *log)
         odd = &photos->photo[i];
     }
     if (!differ) return;
-    char shutter[24];
-    fs_exif_shutter_text(odd->exif.exposure_s, shutter);
+    char exposure[120];
+    fs_exif_exposure_text(&odd->exif, exposure);
     fs_log_warn(
         log,
-        "%d of %d flash photos have another shutter time, which the flash's light does not follow (e.g. %s: %s, "
-        "ISO %g: %.2g times as much of it as the others): use one manual exposure",
-        differ, flash, odd->file, shutter, odd->exif.iso, odd->flash_gain);
+        "%d of %d flash photos have another shutter time, which the flash's light does not follow (e.g. %s: %s: "
+        "%.2g times as much of it as the others): use one manual exposure",
+        differ, flash, odd->file, exposure, odd->flash_gain);
 }
 
 int fs_level_photos(Photos *photos, const Log *log, FsError *err)

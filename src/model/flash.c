@@ -48,6 +48,22 @@ static int likeness(const PhotoFile *photo, const char *line)
     return like;
 }
 
+// A copy of a photo under another name, which was left out for it.
+static void mark_copied(Photos *photos, const char *line)
+{
+    char *stem = fs_file_stem(line), *name = stem ? fs_photos_copied_name(stem) : NULL;
+    PhotoFile *named = NULL;
+    for (int i = 0; i < photos->n && name; i++) {
+        PhotoFile *photo = &photos->photo[i];
+        size_t folder = (size_t)(fs_file_name(line) - line);
+        bool same_folder = (size_t)(fs_file_name(photo->file) - photo->file) == folder;
+        if (same_folder && strncmp(photo->file, line, folder) == 0 && likeness(photo, name) >= 3) named = photo;
+    }
+    if (named) named->flash = 1;
+    free(stem);
+    free(name);
+}
+
 static int mark_line(Photos *photos, const char *list, char *line, FsError *err)
 {
     int best = 0, n = 0;
@@ -62,7 +78,10 @@ static int mark_line(Photos *photos, const char *list, char *line, FsError *err)
         named = &photos->photo[i];
     }
     bool left_out = fs_photo_kind(line) >= 0 && fs_file_exists(fs_file_at("%s/%s", photos->folder, line).text);
-    if (n == 0 && left_out) return 0; // a copy
+    if (n == 0 && left_out) {
+        mark_copied(photos, line);
+        return 0;
+    }
     if (n == 0)
         return fs_error_input(err, "%s: '%s' is no photo of %s (the first one there is %s): correct the list", list,
                               line, photos->folder, photos->photo[0].file);

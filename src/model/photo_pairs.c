@@ -100,8 +100,7 @@ static char *first_of(const char *name, size_t n)
     return first;
 }
 
-// The name of what "IMG_1 (1)", "IMG_1 copy 2", "IMG_1 - Copy" or "Copy of IMG_1" is a copy of; NULL: it is none.
-static char *copied_name(const char *name)
+char *fs_photos_copied_name(const char *name)
 {
     size_t n = strlen(name);
     if (strncasecmp(name, "copy of ", 8) == 0 && n > 8) return first_of(name + 8, n - 8);
@@ -149,7 +148,7 @@ static void drop_copies(Photos *photos, const Log *log)
     const char *example = NULL;
     for (PhotoFile *photo = photos->photo; photo < photos->photo + photos->n; photo++) {
         errno = 0;
-        char *name = copied_name(photo->name);
+        char *name = fs_photos_copied_name(photo->name);
         if (!name && errno == ENOMEM) fs_error_memory(NULL);
         bool copy = false;
         const PhotoFile *of = name ? find_original(photos, photo, name, &copy) : NULL;

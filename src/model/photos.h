@@ -72,6 +72,8 @@ void fs_photos_drop(PhotoFile *photo);     // frees it; it has no path then
 void fs_photos_close_gaps(Photos *photos); // where photos were dropped
 // Shots that are there twice are left with one file, RAW before others. Any order before and after.
 void fs_photos_drop_twice(Photos *photos, const Log *log);
+// The name of what "IMG_1 (1)", "IMG_1 copy 2", "IMG_1 - Copy" or "Copy of IMG_1" is a copy of; NULL: it is none.
+char *fs_photos_copied_name(const char *name);
 int fs_photos_take_instead(PhotoFile *photo); // there must be one; what was read of the other file is to be read again
 // Where too many photos failed whose shots are there as JPEG too, takes these for all that have one: true, and then
 // they are to be read from the header on.

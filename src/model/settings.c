@@ -62,7 +62,7 @@ static const FsOption table[] = {
            "text file with one flash photo's name per line, instead of EXIF; beside --flash-glob: these too"),
 
     STRING("masks", masks, INGEST, "", "DIR",
-           "masks as COLMAP has them, PHOTO.png, black where the photo is not to be used (people, the photographer)"),
+           "masks named as COLMAP's, PHOTO.png, but upright, black where the photo is not to be used (people, the photographer)"),
 
     FLOAT("npy-black", npy_black, INGEST | PAIR | CHECK, "2045", -1e12, 1e12, "X", "black level of .npy photos"),
     FLOAT("npy-white", npy_white, INGEST | PAIR | CHECK, "15092", -1e12, 1e12, "X", "white level of .npy photos"),

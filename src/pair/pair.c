@@ -31,6 +31,16 @@ static int read_photo(PairPhoto *photo, const SensorLevels *levels, int long_edg
     return fs_image_orient(&photo->clipped, photo->exif.orientation, err);
 }
 
+// On a tripod both are the same way up, whatever the camera's sensor made of looking steeply up or down.
+static void turn_alike(const PairPhoto *flash, PairPhoto *noflash, const Log *log)
+{
+    const ExifInfo *f = &flash->exif, *n = &noflash->exif;
+    if (f->orientation == n->orientation || f->width != n->width || f->height != n->height) return;
+    fs_log_warn(log, "%s: its EXIF says that it is to be turned otherwise than %s: both are turned as that one",
+                noflash->path, flash->path);
+    noflash->exif.orientation = f->orientation;
+}
+
 static void warn_flash(const PairPhoto *flash, const PairPhoto *noflash, const Log *log)
 {
     if (fs_exif_flash_fired(&flash->exif) == 0)
@@ -68,10 +78,11 @@ static double exposure_ratio(const PairPhoto *flash, const PairPhoto *noflash, c
         return 1;
     }
     if (fabs(a / b - 1) < 0.01) return 1;
-    fs_log_warn(log,
-                "exposures differ (%g s ISO %g f/%g with flash, %g s ISO %g f/%g without): the no-flash photo is "
-                "multiplied by %.4g",
-                f->exposure_s, f->iso, f->f_number, n->exposure_s, n->iso, n->f_number, a / b);
+    char lit[120], unlit[120];
+    fs_exif_exposure_text(f, lit);
+    fs_exif_exposure_text(n, unlit);
+    fs_log_warn(log, "exposures differ (%s with flash; %s without): the no-flash photo is multiplied by %.4g", lit,
+                unlit, a / b);
     return a / b;
 }
 
@@ -132,6 +143,7 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
     if (fs_photo_kind_inside(flash.path) == PHOTO_NPY) memcpy(flash.white_balance, levels.gain, sizeof levels.gain);
     if (fs_photo_kind_inside(noflash.path) == PHOTO_NPY) memcpy(noflash.white_balance, levels.gain, sizeof levels.gain);
     common_white_balance(&flash, &noflash, levels.gain, log);
+    turn_alike(&flash, &noflash, log);
     TRY(read_photo(&flash, &levels, settings->long_edge, err));
     TRY(read_photo(&noflash, &levels, settings->long_edge, err));
     if (fs_log_cancelled(log)) TRY(fs_error_set(err, FS_ERR_CANCELLED, "%s: stopped, nothing is written", out));

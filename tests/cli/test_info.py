@@ -102,6 +102,21 @@ class Info(FolderTest):
         self.assertIn("4 photos: 2 with flash, 1 without", process.stdout)
         self.assertIn("cut.dng", process.stderr)
 
+    def test_poses_bounds(self):
+        head = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 17), }".ljust(117) + "\n"
+        rows = [0, 1, 0, 0, 32, 1, 0, 0, 0, 48, 0, 0, -1, 0, 50, 1, 9] * 2
+        npy = b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode() + struct.pack("<34d", *rows)
+        path = self.write("llff/poses_bounds.npy", npy)
+        self.write("llff/images/a.jpg", b"")
+        self.write("llff/images/b.jpg", b"")
+        self.assertIn("2 views", self.info(path))
+
+    def test_done_is_no_project(self):
+        given = pathlib.Path(__file__).parent.parent / "data/photos/flash.dng"
+        self.write("photos/a.dng", given.read_bytes())
+        self.write("photos/done/notes.txt", "mine")
+        self.assertIn("1 photos", self.info(self.dir / "photos"))
+
     def test_project(self):
         self.write("out/done/ingest.json", "{}")
         self.write("out/linear/a.tif", bytes(1234))

@@ -121,6 +121,14 @@ static size_t make_exif(unsigned char *block, uint32_t shutter, uint16_t iso, ui
     return 76;
 }
 
+// A TIFF block with the tag of orientation alone.
+static size_t make_turned(unsigned char *block, unsigned char orientation)
+{
+    memcpy(block, "II*\0\10\0\0\0\1\0\x12\1\3\0\1\0\0\0\0\0\0\0\0\0\0\0", 26);
+    block[18] = orientation;
+    return 26;
+}
+
 static float decode_srgb(float v)
 {
     return v <= 0.04045f ? v / 12.92f : powf((v + 0.055f) / 1.055f, 2.4f);
@@ -150,6 +158,35 @@ static void test_exposure(void **state)
     assert_int_equal(pair(n, f, out, true, NULL, &said, NULL), 0); // swapped
     assert_non_null(strstr(said.text, "EXIF says that the flash did not fire"));
     assert_non_null(strstr(said.text, "EXIF says that the flash fired"));
+    fs_image_free(&a), fs_image_free(&b), fs_image_free(&linear);
+    free(f), free(n), free(out), free(tif);
+}
+
+// The camera's sensor takes one of two alike photos for upside down.
+static void test_turned(void **state)
+{
+    char *f = in(state, "tf.jpg"), *n = in(state, "tn.jpg"), *out = in(state, "t.png"), *tif = in(state, "t.tif");
+    unsigned char exif[32];
+    Image a, b, linear, turned;
+    Said said;
+    make(&a, 32, 16, 1, 0.8f, 0.8f);
+    make(&b, 32, 16, 2, 0.4f, 0.4f);
+    for (int i = 0; i < 8 * 32 * 3; i++) a.px[i] = 0.6f, b.px[i] = 0.2f; // the upper half is dark
+    JpegExtras extras = {.exif = exif, .exif_size = make_turned(exif, 1)};
+    assert_int_equal(fs_jpeg_write(f, &a, 100, &extras, NULL) | fs_jpeg_write(n, &b, 100, &extras, NULL), 0);
+    assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
+    assert_null(strstr(said.text, "turned"));
+    assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
+    for (int k = 0; k < 2; k++) { // half a turn, then a quarter
+        extras.exif_size = make_turned(exif, k ? 6 : 3);
+        assert_int_equal(fs_jpeg_write(n, &b, 100, &extras, NULL), 0);
+        unlink(out), unlink(tif);
+        assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
+        assert_non_null(strstr(said.text, "both are turned as that one"));
+        assert_int_equal(fs_tiff_read(tif, &turned, NULL), 0);
+        assert_memory_equal(turned.px, linear.px, fs_image_values(&linear) * sizeof(float));
+        fs_image_free(&turned);
+    }
     fs_image_free(&a), fs_image_free(&b), fs_image_free(&linear);
     free(f), free(n), free(out), free(tif);
 }
@@ -193,6 +230,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_difference),
         cmocka_unit_test(test_exposure),
+        cmocka_unit_test(test_turned),
         cmocka_unit_test(test_errors),
     };
     return cmocka_run_group_tests(tests, temp_dir_make, temp_dir_remove);

@@ -276,6 +276,8 @@ static void test_copies(void **state)
     snprintf(setting, sizeof setting, "flash-list=%s", temp("list.txt"));
     assert_int_equal(fs_file_write(temp("list.txt"), "IMG_1.DNG\nIMG_1 (1).DNG\n", 24, NULL), 0);
     expect_good("photos", SET(setting), "1 with flash, 1 without (--flash-list)");
+    assert_int_equal(fs_file_write(temp("list.txt"), "IMG_1 (1).DNG\n", 14, NULL), 0);
+    expect_good("photos", SET(setting), "1 with flash, 1 without (--flash-list)");
     assert_int_equal(fs_file_write(temp("list.txt"), "IMG_1.DNG\nIMG_1 (7).DNG\n", 24, NULL), 0);
     expect_error("photos", SET(setting), "'IMG_1 (7).DNG' is no photo");
     // one that is not the same, and names that only look like copies

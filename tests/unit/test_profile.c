@@ -141,6 +141,18 @@ static void write_png(const char *path, const void *icc, unsigned size, double g
     fclose(f);
 }
 
+// EXIF's ColorSpace: 1 is sRGB.
+static void say_color_space(const char *path, int value)
+{
+    TIFF *tiff = TIFFOpen(path, "r+");
+    uint64_t at;
+    assert_non_null(tiff);
+    assert_int_equal(TIFFCreateEXIFDirectory(tiff), 0);
+    assert_true(TIFFSetField(tiff, EXIFTAG_COLORSPACE, value) && TIFFWriteCustomDirectory(tiff, &at));
+    assert_true(TIFFSetDirectory(tiff, 0) && TIFFSetField(tiff, TIFFTAG_EXIFIFD, at) && TIFFRewriteDirectory(tiff));
+    TIFFClose(tiff);
+}
+
 static void expect_photo(const char *name, PhotoLight light, double r, double g, double b)
 {
     const SensorLevels wb = {.gain = {1, 1, 1}};
@@ -182,6 +194,14 @@ static void test_files(void **state)
         expect_photo("linear.tif", PHOTO_LIGHT, 0.8, 0.4, 0.2);
         write_tiff(temp("none.tif"), bits, NULL, 0);
         expect_photo("none.tif", bits == 32 ? PHOTO_LIGHT : PHOTO_UNTOLD, 0.8, 0.4, 0.2);
+        say_color_space(temp("none.tif"), 65535); // uncalibrated
+        expect_photo("none.tif", bits == 32 ? PHOTO_LIGHT : PHOTO_UNTOLD, 0.8, 0.4, 0.2);
+        write_tiff(temp("exif.tif"), bits, NULL, 0);
+        say_color_space(temp("exif.tif"), 1);
+        if (bits == 32)
+            expect_photo("exif.tif", PHOTO_LIGHT, 0.8, 0.4, 0.2);
+        else
+            expect_photo("exif.tif", PHOTO_ENCODED, 0.6038, 0.1329, 0.0331);
     }
     free(linear);
     write_png(temp("gamma.png"), NULL, 0, 1 / 1.8);
