@@ -101,6 +101,28 @@ typedef struct Piece {
     bool with_pane, mirrored_back;
 } Piece;
 
+// Sizes that a format cannot tell are drawn as large as the last it can.
+static void warn_of_sizes(const Export *x, const Splats *splats, const Format *format, const char *name)
+{
+    int beyond = 0;
+    for (int i = 0; i < 3 * splats->n && format->size[1] > format->size[0]; i++)
+        beyond += splats->scale[i] < format->size[0] || splats->scale[i] > format->size[1];
+    if (beyond > 3 * (splats->n / 100))
+        fs_log_warn(&x->project->log,
+                    "export: %s: %s: %.0f %% of the sizes are beyond what the format holds (%.2g to %.3g units): give "
+                    "poses in another unit, or use PLY",
+                    name, format->name, 100.0 * beyond / (3.0 * splats->n), exp((double)format->size[0]),
+                    exp((double)format->size[1]));
+}
+
+// Points of what is at least half opaque: a short training may have none.
+static bool has_points(const Splats *splats)
+{
+    for (int i = 0; i < splats->n; i++)
+        if (splats->opacity[i] >= 0) return true;
+    return false;
+}
+
 static int export_file(const Export *x, const Splats *splats, const Format *format, const char *name, FsError *err)
 {
     if (splats->n == 0) return 0; // what readers do with none differs
@@ -109,6 +131,11 @@ static int export_file(const Export *x, const Splats *splats, const Format *form
                     splats->n, format->most);
         return 0;
     }
+    if (format->write == fs_point_cloud_write && !has_points(splats)) {
+        fs_log_warn(&x->project->log, "export: %s: no points: none of its Gaussians is half opaque", name);
+        return 0;
+    }
+    warn_of_sizes(x, splats, format, name);
     FilePath path = fs_file_at("%s/export/%s.%s", x->project->out, name, format->ending);
     MUST(format->write(splats, path.text, err));
     fs_log_info(&x->project->log, "export: %s: %d Gaussians: %s", name, splats->n, path.text);
@@ -185,7 +212,11 @@ int fs_export_check(const Settings *set, FsError *err)
 {
     Scene kind = {0};
     fs_scene_set_kind(&kind, set);
-    if (!set->unmirror || kind.pane_beta) return 0;
+    if (!set->unmirror) return 0;
+    if (kind.separation == SEPARATION_NONE)
+        return fs_error_set(err, FS_ERR_USAGE,
+                            "--unmirror does not go with --separation none: nothing is mirrored there");
+    if (kind.pane_beta) return 0;
     return fs_error_set(err, FS_ERR_USAGE,
                         "--unmirror goes with --beta pane: with --beta cloud no pane is learned to mirror back at");
 }

@@ -10,6 +10,7 @@ typedef struct Format {
     bool y_up;                                                          // y up and z back; else the frame of the poses
     long long most;                                                     // Gaussians that a file, or its readers, take
     int (*write)(const Splats *splats, const char *path, FsError *err); // NULL: no cloud but the mesh (surface.h)
+    float size[2]; // logarithms of the least and greatest standard deviation it holds; 0, 0: all
 } Format;
 
 enum { FORMATS = 9 };

@@ -76,6 +76,22 @@ int fs_splats_reach(const Splats *splats, double share, double *reach, FsError *
     return 0;
 }
 
+int fs_splats_spread(const Splats *splats, double share, double *spread, FsError *err)
+{
+    size_t n = (size_t)splats->n, tail = (size_t)ceil(0.5 * (1 - share) * fmax(splats->n - 1, 0));
+    *spread = 0;
+    if (n == 0) return 0;
+    float *along = malloc(sizeof(float) * n);
+    if (!along) return fs_error_memory(err);
+    for (size_t a = 0; a < 3; a++) {
+        for (size_t i = 0; i < n; i++) along[i] = splats->mean[3 * i + a];
+        fs_order_floats(along, n);
+        *spread = fmax(*spread, 0.5 * ((double)along[n - 1 - tail] - (double)along[tail]));
+    }
+    free(along);
+    return 0;
+}
+
 static void put(Splats *splats, size_t at, const float *const field[ARRAYS])
 {
     for (int a = 0; a < ARRAYS; a++)

@@ -44,6 +44,8 @@ int fs_splats_sort(Splats *splats, SplatsOrder order, FsError *err);
 double fs_splats_opacity(const Splats *splats, size_t i); // 0..1
 // The largest coordinate, either way, of all but the farthest Gaussians: of `share` of them.
 int fs_splats_reach(const Splats *splats, double share, double *reach, FsError *err);
+// Half of the longest side of the box that holds, along each axis, the middle `share` of them.
+int fs_splats_spread(const Splats *splats, double share, double *spread, FsError *err);
 // Least and greatest of values `stride` apart; 0 and 0 of none.
 void fs_splats_range(const float *value, int n, int stride, float range[2]);
 // v rounded, 0..most; 0 where it is no number.

@@ -11,7 +11,8 @@
 
 #define HEADER 16
 #define COLOR_SCALE 0.15  // of f_dc in a byte around 127.5
-#define STEPS 262144.0    // of position to the farthest coordinate that matters: enough, and more bits do not compress
+#define STEPS 262144.0    // of position in half the scene: enough, and more bits do not compress
+#define ROOM 4            // times half the scene, beyond its ends, for those that lie farther out
 #define MOST_FRACTION 20  // bits after the point
 #define LARGEST 8388607.0 // of 24 bits
 
@@ -20,13 +21,17 @@ static void put_bits(unsigned char *to, uint32_t value, int bytes)
     for (int k = 0; k < bytes; k++) to[k] = (unsigned char)(value >> 8 * k);
 }
 
-// As many bits after the point as nearly all positions need; those farther out have 32 times the room.
+// As many bits after the point as nearly all positions need, and as there is room for where all lie far from the
+// origin.
 static int find_fraction(const Splats *splats, int *bits, FsError *err)
 {
-    double reach;
+    double reach, spread;
     MUST(fs_splats_reach(splats, 0.999, &reach, err));
+    MUST(fs_splats_spread(splats, 0.998, &spread, err));
     *bits = 0;
-    while (*bits < MOST_FRACTION && ldexp(reach, *bits + 1) < STEPS) ++*bits;
+    while (*bits < MOST_FRACTION && ldexp(spread, *bits + 1) < STEPS &&
+           ldexp(reach + ROOM * spread, *bits + 1) < LARGEST)
+        ++*bits;
     return 0;
 }
 

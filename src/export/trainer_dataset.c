@@ -45,12 +45,33 @@ static int render_transmitted(Trainer *t, const View *view, const char *path, Fs
     return fs_png_write(path, picture, 8, err);
 }
 
+// As COLMAP has it, black where there is no photo: outside of what its lens saw, and where the user's mask is.
+static int write_mask(const Trainer *t, const View *view, const Image *photo, FsError *err)
+{
+    Image mask;
+    const char *out = t->args->project->out;
+    MUST(fs_png_read(fs_file_at("%s/images/%s_mask.png", out, view->name).text, &mask, err));
+    bool fits = mask.channels == 1 && mask.width == photo->width && mask.height == photo->height;
+    for (size_t i = 0; fits && i < fs_image_pixels(photo); i++) {
+        const float *p = photo->px + 3 * i;
+        mask.px[i] = mask.px[i] > 0 || p[0] != 0 || p[1] != 0 || p[2] != 0; // what is clipped is no hole
+    }
+    int rc = fits ? fs_png_write(fs_file_at("%s/export/dataset/masks/%s.png.png", out, view->name).text, &mask, 8, err)
+                  : fs_error_input(err,
+                                   "%s/images/%s_mask.png: not the mask of its photo: rerun the stage poses with "
+                                   "--force",
+                                   out, view->name);
+    fs_image_free(&mask);
+    return rc;
+}
+
 static int encode_photo(const Trainer *t, const View *view, const char *path, FsError *err)
 {
     Image photo;
     MUST(fs_tiff_read(fs_file_at("%s/images/%s.tif", t->args->project->out, view->name).text, &photo, err));
+    int rc = write_mask(t, view, &photo, err);
     for (size_t i = 0; i < fs_image_values(&photo); i++) photo.px[i] = fs_tone_srgb_encode(photo.px[i]);
-    int rc = fs_png_write(path, &photo, 8, err);
+    if (rc == 0) rc = fs_png_write(path, &photo, 8, err);
     fs_image_free(&photo);
     return rc;
 }
@@ -109,7 +130,8 @@ static int add_points_of_poses(Trainer *t, FsError *err)
     return rc;
 }
 
-// The middles of Gaussians that are at least half opaque, evenly chosen, for trainers to start from.
+// The middles of Gaussians that are at least half opaque (of all, where none is), evenly chosen, for trainers to start
+// from.
 static int add_points(Trainer *t, const Cloud *cloud, FsError *err)
 {
     Splats splats = {0};
@@ -119,9 +141,9 @@ static int add_points(Trainer *t, const Cloud *cloud, FsError *err)
     fs_colors_display(t->args->scene, LAYER_T_N, t->args->development, srgb);
     TRY(fs_splats_make(cloud, srgb, &splats, err));
     for (int i = 0; i < splats.n; i++) opaque += splats.opacity[i] >= 0;
-    int each = (opaque + MOST_POINTS - 1) / MOST_POINTS;
+    int each = ((opaque ? opaque : splats.n) + MOST_POINTS - 1) / MOST_POINTS;
     for (size_t i = 0; i < (size_t)splats.n; i++) {
-        if (splats.opacity[i] < 0 || seen++ % each) continue;
+        if ((opaque && splats.opacity[i] < 0) || seen++ % each) continue;
         double xyz[3];
         unsigned char rgb[3];
         for (size_t a = 0; a < 3; a++) {
@@ -141,6 +163,7 @@ static int write_photos(Trainer *t, FsError *err)
     const Log *log = &t->args->project->log;
     const Dataset *photos = t->args->photos;
     MUST(fs_file_mkdirs(fs_file_at("%s/export/dataset/images", t->args->project->out).text, err));
+    if (t->photos) MUST(fs_file_mkdirs(fs_file_at("%s/export/dataset/masks", t->args->project->out).text, err));
     for (int v = 0; v < photos->n; v++) {
         if (fs_log_cancelled(log)) return fs_error_set(err, FS_ERR_CANCELLED, "export: stopped");
         fs_log_progress(log, "export", v, photos->n, "dataset");

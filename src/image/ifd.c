@@ -113,13 +113,14 @@ static void set_text(const Ifd *ifd, const Entry *e, char to[64])
 // ---- taking tags along ----
 
 // What says something of the shot or of who took it; not what is about the file: sizes, places, thumbnails, previews,
-// the makers' own notes, whose insides point to places in the file.
+// its unique number, where in the stored picture the subject is, the makers' own notes, whose insides point to places
+// in the file.
 static bool is_kept(uint16_t id, TagFolder *folder)
 {
     static const uint16_t ranges[][2] = {
         {0x829a, 0x829d}, {0x8822, 0x8822}, {0x8824, 0x8824}, {0x8827, 0x8827}, {0x8830, 0x8835}, {0x9000, 0x9101},
-        {0x9201, 0x920a}, {0x9214, 0x9214}, {0x9286, 0x9292}, {0x9400, 0x9405}, {0xa000, 0xa000}, {0xa20e, 0xa217},
-        {0xa300, 0xa301}, {0xa401, 0xa40a}, {0xa40c, 0xa40c}, {0xa420, 0xa437}, {0xa460, 0xa462}};
+        {0x9201, 0x920a}, {0x9286, 0x9292}, {0x9400, 0x9405}, {0xa000, 0xa000}, {0xa20e, 0xa213}, {0xa215, 0xa217},
+        {0xa300, 0xa301}, {0xa401, 0xa40a}, {0xa40c, 0xa40c}, {0xa430, 0xa437}, {0xa460, 0xa462}};
     static const uint16_t main[] = {0x010e, 0x010f, 0x0110, 0x0132, 0x013b, 0x8298};
     for (size_t i = 0; i < sizeof main / sizeof *main; i++)
         if (id == main[i]) return true;
@@ -156,6 +157,8 @@ static void keep_entry(const Ifd *ifd, const Entry *e, TagFolder folder, Tags *t
     if (!value) fs_error_memory(NULL);
     if (there && size <= 4) memcpy(value, e->value, size);
     if (there && ifd->big) to_little(value, e->type, size);
+    bool utf16 = there && e->tag == 0x9286 && size > 8 && memcmp(value, "UNICODE", 8) == 0; // UserComment
+    if (utf16 && ifd->big) to_little(value + 8, TAG_SHORT, size - 8);
     const Tag tag = {.folder = folder, .id = e->tag, .type = e->type, .count = e->count};
     if (there) fs_tags_put(tags, &tag, value, NULL);
     free(value);

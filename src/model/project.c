@@ -39,7 +39,7 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
     {"evaluate", FS_STAGE_EVALUATE, TRAIN | FS_STAGE_RENDER, {NULL}, {"=evaluate.json"}}, // always measures anew
     {"export", FS_STAGE_EXPORT, TRAIN, {"views.json", "images", "clouds", "ingest.json"},
      {"export/&.ply", "export/&.splat", "export/&.spz", "export/&.v2.spz", "export/&.sog",
-      "export/&.compressed.ply", "export/&.points.ply", "export/&.glb", "export/&.mesh.ply", "export/room.*", "export/dataset/images/%.png", "export/dataset/pairs.txt",
+      "export/&.compressed.ply", "export/&.points.ply", "export/&.glb", "export/&.mesh.ply", "export/room.*", "export/dataset/images/%.png", "export/dataset/masks/%.png.png", "export/dataset/pairs.txt",
       "export/dataset/sparse/0/*.bin", "export/photos/%.jpg", "export/photos/%.tif", "export/photos/%.dng"}},
 };
 // clang-format on

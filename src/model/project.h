@@ -48,7 +48,7 @@ struct FsProject {
 };
 
 // The stages of a project in their order, one row each.
-enum { PROJECT_STAGES = 7, PROJECT_INPUTS = 5, PROJECT_OUTPUTS = 16 };
+enum { PROJECT_STAGES = 7, PROJECT_INPUTS = 5, PROJECT_OUTPUTS = 17 };
 typedef struct ProjectStage {
     const char *name;
     unsigned stage, after;             // FS_STAGE_*; the stages whose results it reads, directly or not

@@ -6,11 +6,11 @@ import struct
 import zlib
 
 
-def png_of_rows(width, height, rows):
-    """PNG bytes of 8-bit RGB, of the bytes of its rows."""
+def png_of_rows(width, height, rows, grey=False):
+    """PNG bytes of 8-bit RGB, or grey, of the bytes of its rows."""
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    header = struct.pack(">IIBBBBB", width, height, 8, 0 if grey else 2, 0, 0, 0)
     data = zlib.compress(b"".join(b"\0" + row for row in rows))
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
@@ -33,21 +33,23 @@ def write_tiff(path, width, height, values):
 
 
 def read_png(path):
-    """Rows of the bytes of an 8-bit RGB PNG."""
+    """Rows of the bytes of an 8-bit RGB or grey PNG."""
     data, at, packed = path.read_bytes(), 8, b""
     while at < len(data):
         size, kind = struct.unpack_from(">I4s", data, at)
         if kind == b"IHDR":
             width, height = struct.unpack_from(">II", data, at + 8)
-            assert data[at + 16:at + 18] == b"\x08\x02", path
+            assert data[at + 16:at + 18] in (b"\x08\x00", b"\x08\x02"), path
+            each = 3 if data[at + 17] else 1
         if kind == b"IDAT":
             packed += data[at + 8:at + 8 + size]
         at += 12 + size
-    raw, rows, above = zlib.decompress(packed), [], bytes(3 * width)
+    n = each * width
+    raw, rows, above = zlib.decompress(packed), [], bytes(n)
     for y in range(height):
-        how, row = raw[y * (3 * width + 1)], bytearray(raw[y * (3 * width + 1) + 1:(y + 1) * (3 * width + 1)])
-        for i in range(3 * width):
-            left, up, corner = (row[i - 3], above[i], above[i - 3]) if i >= 3 else (0, above[i], 0)
+        how, row = raw[y * (n + 1)], bytearray(raw[y * (n + 1) + 1:(y + 1) * (n + 1)])
+        for i in range(n):
+            left, up, corner = (row[i - each], above[i], above[i - each]) if i >= each else (0, above[i], 0)
             paeth = min((abs(up - corner), 0, left), (abs(left - corner), 1, up),
                         (abs(left + up - 2 * corner), 2, corner))[2]
             row[i] = (row[i] + (0, left, up, (left + up) // 2, paeth)[how]) % 256

@@ -2,6 +2,7 @@
 """Exported clouds, opened by programs of others (tests/npm): what they find is what the INRIA PLY says, within the
 steps of the format."""
 import csv
+import gzip
 import hashlib
 import json
 import math
@@ -279,7 +280,10 @@ class Export(common.FolderTest):
         (out / "views.json").write_text(json.dumps({"views": views}))
         (out / "images").mkdir()
         for i, v in enumerate(views):
-            pictures.write_tiff(out / f"images/{v['name']}.tif", 4, 3, [(i + 1) / 8, 0.5, -0.1] * 12)
+            light = [(i + 1) / 8, 0.5, -0.1]  # the first pixel is outside the photo, the second clipped
+            pictures.write_tiff(out / f"images/{v['name']}.tif", 4, 3, [0, 0, 0] + light * 11)
+            (out / f"images/{v['name']}_mask.png").write_bytes(
+                pictures.png_of_rows(4, 3, [bytes([0, 0, 255, 255])] + [b"\xff" * 4] * 2, grey=True))
         pictures.model(out / "sparse", ["a", "b", "c"], 4, 3)
         (out / "sparse/points3D.txt").write_text("1 1 2 3 9 8 7 0.5\n")
         process = common.run("export", out, "--formats", "ply", "--dataset", "--dataset-of", "photos")
@@ -290,11 +294,36 @@ class Export(common.FolderTest):
         srgb = lambda v: round(255 * (1.055 * v ** (1 / 2.4) - 0.055))
         for i, v in enumerate(views):
             row = bytes([srgb((i + 1) / 8), srgb(0.5), 0] * 4)
-            self.assertEqual(pictures.read_png(data / f"images/{v['name']}.png"), [row] * 3)
+            self.assertEqual(pictures.read_png(data / f"images/{v['name']}.png"), [bytes(3) + row[3:]] + [row] * 2)
+            mask = pictures.read_png(data / f"masks/{v['name']}.png.png")
+            self.assertEqual([list(r) for r in mask], [[0, 255, 255, 255]] + [[255] * 4] * 2)
         points = struct.unpack_from("<QQ3d3B", (data / "sparse/0/points3D.bin").read_bytes())
         self.assertEqual(points, (1, 1, 1, 2, 3, 9, 8, 7))
         self.assertEqual(common.run("export", out, "--formats", "ply", "--dataset").returncode, 0)
-        self.assertFalse((data / "pairs.txt").exists())  # they are of the photos
+        self.assertFalse((data / "pairs.txt").exists() or (data / "masks").exists())  # they are of the photos
+
+    def test_far_and_small(self):
+        """Far from the origin SPZ keeps the scene's own steps; sizes that it cannot tell, and no points, are told of."""
+        for row in self.rows["T_N"]:
+            row[0], row[1] = row[0] + 1000, row[1] + 500
+        for row in self.rows["R"]:
+            row[3:6] = [s - 8 for s in row[3:6]]
+            row[10] = -abs(row[10]) - 0.1
+        for name, rows in self.rows.items():
+            write_cloud(self.out / f"clouds/{name}.ply", rows, name == "T_N")
+        process = common.run("export", self.out, "--formats", "spz,points")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertIn("R: spz: ", process.stderr)
+        self.assertNotIn("T_N: spz: ", process.stderr)
+        self.assertIn("R: no points", process.stderr)
+        self.assertFalse((self.out / "export/R.points.ply").exists())
+        self.assertTrue((self.out / "export/T_N.points.ply").exists())
+        data = gzip.decompress((self.out / "export/T_N.spz").read_bytes())
+        n, bits = len(self.rows["T_N"]), data[13]
+        self.assertLess(2.0**-bits, 2e-4)
+        found = sorted(int.from_bytes(data[16 + 9 * i:19 + 9 * i], "little", signed=True) / 2**bits for i in range(n))
+        for x, row in zip(found, sorted(self.rows["T_N"])):
+            self.assertAlmostEqual(x, row[0], delta=2.0**-bits)
 
     def test_points(self):
         self.export("ply,points")

@@ -51,7 +51,7 @@ class Hands {
         const other = [...this.fingers].find(([key]) => key !== id)[1];
         const a = [old[0] - other[0], old[1] - other[1]], b = [now[0] - other[0], now[1] - other[1]];
         this.walk.move(-(now[0] - old[0]) / unit / 2, -(now[1] - old[1]) / unit / 2, 0);
-        this.walk.dolly(Math.log(Math.hypot(...b) / Math.max(1, Math.hypot(...a))));
+        this.walk.dolly(Math.log(Math.max(1, Math.hypot(...b)) / Math.max(1, Math.hypot(...a))));
         this.walk.roll(Math.atan2(b[1], b[0]) - Math.atan2(a[1], a[0]));
     }
 

@@ -12,6 +12,7 @@ if (viewerRoot) window.flashsplat.ready = new Promise((done, failed) => {
     };
     const script = document.createElement('script');
     script.src = 'report/scene.js';
+    script.onload = () => window.flashsplat.desk || failed(new Error('report/scene.js is damaged'));
     script.onerror = () => failed(new Error('report/scene.js is not beside this page'));
     document.head.append(script);
 }).catch(why => {

@@ -5,7 +5,7 @@ const LAYERS = ['both', 'T', 'R', 'depth', 'beta'];
 class Renderer {
     constructor(canvas) {
         const gl = this.gl = canvas.getContext('webgl2', { alpha: false, antialias: false, depth: false,
-                                                           powerPreference: 'high-performance', xrCompatible: false });
+                                                           powerPreference: 'high-performance', xrCompatible: !!navigator.xr });
         if (!gl) throw new Error('this browser has no WebGL 2');
         if (!gl.getExtension('EXT_color_buffer_float') && !gl.getExtension('EXT_color_buffer_half_float'))
             throw new Error('this graphics card cannot blend light');
