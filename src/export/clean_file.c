@@ -100,7 +100,7 @@ static void encode_strip(void *context, int strip, int worker)
         for (size_t i = 0; i < 3 * n; i++) row[i] *= e->factor[i % 3];
         if (e->linear) continue;
         if (e->development) {
-            for (size_t i = 0; i < n; i++) fs_colors_develop(e->development, row + 3 * i);
+            for (size_t i = 0; i < n; i++) fs_preview_develop(&e->development->light, row + 3 * i);
             continue;
         }
         fs_profile_to_space(e->space, row, n);

@@ -47,7 +47,7 @@ int fs_clean_trial_run(const FsProject *project, const char *folder, const bool 
                        FsError *err)
 {
     static const double balance[3] = {1, 1, 1};
-    const Development development = {.exposure = 1};
+    const Development development = {.light.exposure = 1};
     FsProject scratch = *project;
     Photos photos = {0};
     Trial t = {.sizes = {.n = 2, .size = {{.long_edge = 0}, {.long_edge = project->set.long_edge}}}};

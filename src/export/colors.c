@@ -43,20 +43,10 @@ void fs_colors_linear(const Scene *scene, Layer layer, const Development *develo
     }
 }
 
-void fs_colors_develop(const Development *development, float color[3])
-{
-    const float camera[3] = {color[0], color[1], color[2]};
-    for (int c = 0; c < 3; c++) {
-        const double *m = development->srgb_from_camera + 3 * c;
-        double v = development->has_matrix ? m[0] * camera[0] + m[1] * camera[1] + m[2] * camera[2] : camera[c];
-        color[c] = fs_tone_pleasant((float)v, development->exposure);
-    }
-}
-
 void fs_colors_display(const Scene *scene, Layer layer, const Development *development, float *srgb)
 {
     const Cloud *cloud = fs_colors_cloud(scene, layer);
     fs_colors_linear(scene, layer, development, srgb);
     if (layer == LAYER_BETA) return; // a map, not light
-    for (int i = 0; i < cloud->n; i++) fs_colors_develop(development, srgb + (size_t)i * 3);
+    for (int i = 0; i < cloud->n; i++) fs_preview_develop(&development->light, srgb + (size_t)i * 3);
 }

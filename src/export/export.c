@@ -28,28 +28,17 @@ typedef struct Export {
     Originals originals; // where photos are to be cleaned
 } Export;
 
-// What the capture's colours mean, where ingest knew it from the RAW files.
-static void read_matrix(const FsProject *project, Development *development)
-{
-    json_t *root;
-    fs_json_file_read(fs_file_at("%s/ingest.json", project->out).text, 64 << 20, &root, NULL);
-    double *m = development->srgb_from_camera;
-    development->has_matrix = json_unpack(root, "{s:[FFFFFFFFF!]}", "srgb_from_camera", m, m + 1, m + 2, m + 3, m + 4,
-                                          m + 5, m + 6, m + 7, m + 8) == 0;
-    json_decref(root);
-}
-
 // From the Gaussians' own colours.
 static int cloud_exposure(const Scene *scene, Layer layer, Development *development, FsError *err)
 {
     const Cloud *cloud = fs_colors_cloud(scene, layer);
-    development->exposure = 1;
+    development->light.exposure = 1;
     if (!cloud) return 0;
     Image colors = {.width = cloud->n, .height = 1, .channels = 3};
     colors.px = malloc(sizeof(float) * 3 * (size_t)cloud->n);
     if (!colors.px) return fs_error_memory(err);
     fs_colors_linear(scene, layer, development, colors.px);
-    development->exposure = fs_tone_pleasant_exposure(&colors, 1);
+    development->light.exposure = fs_tone_pleasant_exposure(&colors, 1);
     free(colors.px);
     return 0;
 }
@@ -57,14 +46,14 @@ static int cloud_exposure(const Scene *scene, Layer layer, Development *developm
 static int develop(Export *x, FsError *err)
 {
     Development *development = &x->development;
-    read_matrix(x->project, development);
+    fs_preview_matrix(x->project->out, &development->light);
     if (x->photos.n) {
         fs_dataset_extent(&x->photos, development->eye);
         development->has_eye = true;
-        fs_preview_exposure(x->project->out, &x->photos, &development->exposure, NULL); // 0 when the photos are gone
+        fs_preview_light(x->project->out, &x->photos, &development->light, NULL); // exposure 0 when the photos are gone
     }
     const char *source = "the photos";
-    if (!(development->exposure > 0)) {
+    if (!(development->light.exposure > 0)) {
         source = "the clouds";
         Layer brightest = fs_colors_cloud(&x->scene, LAYER_T_F)   ? LAYER_T_F
                           : fs_colors_cloud(&x->scene, LAYER_T_N) ? LAYER_T_N
@@ -74,8 +63,8 @@ static int develop(Export *x, FsError *err)
     fs_log_info(&x->project->log,
                 "export: colours are camera RGB times %.3g (exposure from %s)%s, a soft shoulder, "
                 "sRGB",
-                (double)development->exposure, source,
-                development->has_matrix ? ", the camera's colour matrix" : ", taken for sRGB's primaries");
+                (double)development->light.exposure, source,
+                development->light.has_matrix ? ", the camera's colour matrix" : ", taken for sRGB's primaries");
     return 0;
 }
 
@@ -204,7 +193,7 @@ static int export_room(const Export *x, FsError *err)
     fs_log_info(&x->project->log,
                 "export: room: reflected at a pane %.3g units from the middle of the photos%s, colours times %.3g",
                 pane_distance(x), x->project->set.pane_distance > 0 ? "" : " (where what is behind it begins)",
-                (double)room.development.exposure);
+                (double)room.development.light.exposure);
     return export_piece(x, &room, err);
 }
 

@@ -174,7 +174,7 @@ static int write_colored(Fusion *f, Layer layer, const char *ending, FsError *er
         const float *sum = f->light + 7 * v + (layer == LAYER_T_F ? 3 : 0);
         float color[3];
         for (int c = 0; c < 3; c++) color[c] = sum[c] / fmaxf(f->light[7 * v + 6], 1);
-        fs_colors_develop(f->args->development, color);
+        fs_preview_develop(&f->args->development->light, color);
         for (size_t c = 0; c < 3; c++)
             f->mesh.rgb[3 * v + c] = (unsigned char)fs_splats_level(255 * (double)color[c], 255);
     }

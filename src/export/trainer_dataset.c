@@ -41,7 +41,8 @@ static int render_transmitted(Trainer *t, const View *view, const char *path, Fs
 {
     MUST(fs_engine_render(t->engine, &view->camera, &t->renders, err));
     Image *picture = &t->renders.layer[RENDER_T_N];
-    for (size_t i = 0; i < fs_image_pixels(picture); i++) fs_colors_develop(t->args->development, picture->px + 3 * i);
+    for (size_t i = 0; i < fs_image_pixels(picture); i++)
+        fs_preview_develop(&t->args->development->light, picture->px + 3 * i);
     return fs_png_write(path, picture, 8, err);
 }
 

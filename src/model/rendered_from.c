@@ -30,9 +30,19 @@ RenderedFrom fs_rendered_from_ask(const FsProject *project, const char *dir)
     return from;
 }
 
-int fs_rendered_from_write(const FsProject *project, const char *dir, FsError *err)
+double fs_rendered_from_scale(const char *dir)
+{
+    json_t *root;
+    fs_json_file_read(fs_rendered_from_path(dir).text, MAX_BYTES, &root, NULL);
+    double scale = json_number_value(json_object_get(root, "metres_per_unit"));
+    json_decref(root);
+    return scale > 0 ? scale : 0;
+}
+
+int fs_rendered_from_write(const FsProject *project, const char *dir, double metres_per_unit, FsError *err)
 {
     char now[17];
     if (!hash_clouds(project, now)) return 0;
-    return fs_json_file_write(fs_rendered_from_path(dir).text, json_pack("{s:s}", "clouds", now), 0, err);
+    json_t *root = json_pack("{s:s, s:f}", "clouds", now, "metres_per_unit", metres_per_unit);
+    return fs_json_file_write(fs_rendered_from_path(dir).text, root, 0, err);
 }

@@ -14,4 +14,6 @@ typedef enum RenderedFrom {
 
 FilePath fs_rendered_from_path(const char *dir);
 RenderedFrom fs_rendered_from_ask(const FsProject *project, const char *dir); // whether they are the project's now
-int fs_rendered_from_write(const FsProject *project, const char *dir, FsError *err);
+// metres_per_unit: of the depths there, 0 where it is not known.
+int fs_rendered_from_write(const FsProject *project, const char *dir, double metres_per_unit, FsError *err);
+double fs_rendered_from_scale(const char *dir); // as it was written; 0: not known

@@ -50,7 +50,7 @@ static int add_tile(PictureSheet *sheet, const Image *image, bool depth, const L
         TRY(fs_colormap_depth(image, look->nearest, look->farthest, &full, err));
         TRY(fs_preview_shrink(&full, SHEET_EDGE, picture, err));
     } else if (image->px) {
-        TRY(fs_preview_picture(image, SHEET_EDGE, look->exposure, picture, err));
+        TRY(fs_preview_picture(image, SHEET_EDGE, &look->light, picture, err));
     }
 fail:
     fs_image_free(&full);
@@ -133,7 +133,7 @@ int fs_pictures_films_add(Films *films, const Look *look, const Renders *renders
     Image picture = {0};
     int rc;
     for (int i = 0; i < FILM_LAYERS; i++) {
-        TRY(fs_preview_picture(&renders->layer[films_table[i].layer], 0, look->exposure, &picture, err));
+        TRY(fs_preview_picture(&renders->layer[films_table[i].layer], 0, &look->light, &picture, err));
         TRY(fs_video_add(films->video[i], &picture, err));
         size_t row = (size_t)picture.width * 3;
         for (int y = 0; y < picture.height; y++)

@@ -4,10 +4,11 @@
 #include "base/log.h"
 #include "engine/engine.h"
 #include "model/dataset.h"
+#include "model/preview.h"
 
 // How to show a scene: filled once per run.
 typedef struct Look {
-    float exposure;
+    PreviewLight light;
     float nearest, farthest; // range of the depth colours, world units
 } Look;
 

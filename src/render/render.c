@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "base/file.h"
+#include "base/json_file.h"
 #include "base/owned.h"
 #include "base/threads.h"
 #include "engine/as_shot.h"
@@ -19,6 +20,7 @@
 #include "render/verdict.h"
 #include "render/view_list.h"
 
+#define MAX_MARK (1 << 20)
 #define PROBE_VIEWS 5
 #define PROBE_EDGE 200
 
@@ -123,11 +125,11 @@ fail:
 static int find_exposure(Run *run, FsError *err)
 {
     FsError missing = {0};
-    if (fs_preview_exposure(run->project->out, &run->photos, &run->look.exposure, &missing) == 0) return 0;
+    if (fs_preview_light(run->project->out, &run->photos, &run->look.light, &missing) == 0) return 0;
     if (missing.code == FS_ERR_MEMORY) return fs_error_memory(err);
     fs_log_warn(&run->project->log, "%s; the exposure of the pictures is taken from a render", missing.message);
     int rc = fs_engine_render(run->engine, &run->photos.view[0].camera, &run->renders, err);
-    if (rc == 0) run->look.exposure = fs_tone_pleasant_exposure(&run->renders.layer[RENDER_I_F], 1);
+    if (rc == 0) run->look.light.exposure = fs_tone_pleasant_exposure(&run->renders.layer[RENDER_I_F], 1);
     return rc;
 }
 
@@ -209,6 +211,16 @@ static bool is_photos_place(const Run *run)
            there.st_ino == dir.st_ino;
 }
 
+// The stage as it stands made films, where those of a path go, too.
+static bool stage_has_films(const Run *run)
+{
+    json_t *mark;
+    fs_json_file_read(fs_file_at("%s/done/render.json", run->project->out).text, MAX_MARK, &mark, NULL);
+    bool films = json_is_true(json_object_get(json_object_get(mark, "settings"), "video"));
+    json_decref(mark);
+    return films;
+}
+
 // The files, or the films, go where those of the stage are.
 static bool is_own_place(const Run *run)
 {
@@ -217,17 +229,20 @@ static bool is_own_place(const Run *run)
 }
 
 // Layers that an earlier training left would be taken for this one's. In the project's own folders all are looked
-// after.
+// after; the films there are of one of them.
 static void drop_outdated(const Run *run)
 {
     const char *out = run->project->out, *elsewhere = run->project->set.output;
     FilePath scene = fs_file_at("%s/clouds/model.json", out);
     FilePath folder[] = {*elsewhere ? run->dir : fs_file_at("%s/renders", out), fs_file_at("%s/path", out)};
+    RenderedFrom from[2] = {fs_rendered_from_ask(run->project, folder[0].text), RENDERED_FROM_UNKNOWN};
+    if (!*elsewhere) from[1] = fs_rendered_from_ask(run->project, folder[1].text);
+    bool films_stay = from[0] == RENDERED_FROM_THESE || from[1] == RENDERED_FROM_THESE;
     int n = 0;
     for (int i = 0; i < (*elsewhere ? 1 : 2); i++) {
-        RenderedFrom from = fs_rendered_from_ask(run->project, folder[i].text);
-        if (from == RENDERED_FROM_THESE) continue;
-        n += fs_save_drop_older(folder[i].text, run->film_dir.text, from == RENDERED_FROM_OTHERS ? NULL : scene.text);
+        if (from[i] == RENDERED_FROM_THESE) continue;
+        n += fs_save_drop_older(folder[i].text, films_stay ? NULL : run->film_dir.text,
+                                from[i] == RENDERED_FROM_OTHERS ? NULL : scene.text);
     }
     if (n)
         fs_log_info(&run->project->log, "render: removed %d files of an earlier training from %s", n,
@@ -238,10 +253,11 @@ static void drop_outdated(const Run *run)
 static int open_dir(const Run *run, FsError *err)
 {
     if (*run->project->set.output) MUST(fs_owned_open(run->dir.text, "renders", err));
-    if (is_own_place(run)) fs_project_unmark(run->project, FS_STAGE_RENDER); // other pictures under the same names
+    if (is_photos_place(run) || (is_own_place(run) && stage_has_films(run)))
+        fs_project_unmark(run->project, FS_STAGE_RENDER); // other pictures under the same names
     drop_outdated(run);
     MUST(fs_file_mkdirs(run->dir.text, err));
-    return fs_rendered_from_write(run->project, run->dir.text, err);
+    return fs_rendered_from_write(run->project, run->dir.text, run->scene.metres_per_unit, err);
 }
 
 static int walk_views(Run *run, const Walk *walk, FsError *err)

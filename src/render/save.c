@@ -40,7 +40,7 @@ static int drop_older(const char *folder, const char *than)
 
 int fs_save_drop_older(const char *dir, const char *films, const char *than)
 {
-    int dropped = drop_older(fs_file_at("%s/unseen", dir).text, than) + drop_older(films, than);
+    int dropped = drop_older(fs_file_at("%s/unseen", dir).text, than) + (films ? drop_older(films, than) : 0);
     for (int l = 0; l < RENDER_LAYERS; l++)
         dropped += drop_older(fs_file_at("%s/%s", dir, fs_render_layers[l].name).text, than);
     if (!than) fs_owned_remove(fs_rendered_from_path(dir).text);

@@ -138,7 +138,8 @@ static void write_comparison(FILE *f, const Page *page)
 static void write_layers(FILE *f, const Page *page)
 {
     const PreviewSet *set = &page->previews;
-    fputs("<h2>The layers</h2>\n<p>All pictures here share one exposure and one pleasant tone curve. The files in "
+    fputs("<h2>The layers</h2>\n<p>All pictures here share one exposure and one pleasant tone curve, and the camera's "
+          "colour matrix where the photos are RAW. The files in "
           "<code>renders</code> hold the figures: linear<sup>0.22</sup> &#215; 255; in linear light "
           "<code>I_N = T_N + R</code>, <code>R = beta R_scene</code>.</p>\n",
           f);

@@ -33,7 +33,7 @@ typedef struct PreviewSet {
     int view[FS_PREVIEWS_VIEWS], n;        // indices in the dataset
     bool has[FS_PREVIEWS_VIEWS][PREVIEWS]; // the picture was written
     int width, height;                     // of the first picture
-    float exposure;                        // of all of them
+    PreviewLight light;                    // of all of them
 } PreviewSet;
 
 // And report/veil.jpg, where there is dirt on the glass. Pictures whose sources are missing are left out; one that cannot be read is left out with a warning.

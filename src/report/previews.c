@@ -37,7 +37,8 @@ typedef struct Show {
     const FsProject *project;
     const Dataset *dataset;
     PreviewSet *set;
-    float exposure, white, nearest, farthest; // white: of the renders
+    PreviewLight light;
+    float white, nearest, farthest; // white: of the renders
 } Show;
 
 // Reads the first of <out>/renders/<layer>/<view>.{png,tif} that exists; image stays empty when there is none.
@@ -65,7 +66,9 @@ static int make_picture(const Show *show, Preview preview, const View *view, Ima
     } else {
         bool photo = preview == PREVIEW_PHOTO;
         if (!photo) fs_tone_decode_image(&source);
-        TRY(fs_preview_picture(&source, EDGE, show->exposure * (photo ? 1 : show->white), picture, err));
+        PreviewLight light = show->light;
+        light.exposure *= photo ? 1 : show->white;
+        TRY(fs_preview_picture(&source, EDGE, &light, picture, err));
     }
 fail:
     fs_image_free(&source);
@@ -131,7 +134,8 @@ static int write_veil(const Show *show, FsError *err)
     TRY(fs_image_new(&soft, veil.width, veil.height, 2 * veil.channels, err)); // and room to blur in
     fs_blur_image(&veil, soft.px + fs_image_values(&veil), soft.px, SOFT);
     memcpy(veil.px, soft.px, sizeof *veil.px * fs_image_values(&veil));
-    TRY(fs_preview_picture(&veil, EDGE, fs_tone_pleasant_exposure(&veil, 1), &picture, err));
+    PreviewLight light = {.exposure = fs_tone_pleasant_exposure(&veil, 1)};
+    TRY(fs_preview_picture(&veil, EDGE, &light, &picture, err));
     TRY(fs_jpeg_write(fs_file_at("%s/report/veil.jpg", show->project->out).text, &picture, QUALITY, NULL, err));
 fail:
     fs_image_free(&veil);
@@ -144,7 +148,7 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
 {
     *set = (PreviewSet){0};
     set->n = fs_preview_choose(dataset, FS_PREVIEWS_VIEWS, set->view);
-    Show show = {.project = project, .dataset = dataset, .set = set, .exposure = 1};
+    Show show = {.project = project, .dataset = dataset, .set = set, .light.exposure = 1};
     show.white = fs_learned_white(project->out);
     FsError why = {0};
     FilePath dir = fs_file_at("%s/report", project->out);
@@ -152,9 +156,9 @@ int fs_previews_write(const FsProject *project, const Dataset *dataset, PreviewS
     if (fs_log_cancelled(&project->log)) return fs_error_set(err, FS_ERR_CANCELLED, "report: stopped");
     fs_owned_remove(dir.text);
     MUST(fs_file_mkdirs(dir.text, err));
-    if (fs_preview_exposure(project->out, dataset, &show.exposure, &why) == FS_ERR_MEMORY) MUST(fs_error_memory(err));
+    if (fs_preview_light(project->out, dataset, &show.light, &why) == FS_ERR_MEMORY) MUST(fs_error_memory(err));
     if (why.code) fs_log_warn(&project->log, "report: no exposure for the pictures: %s", why.message);
-    set->exposure = show.exposure;
+    set->light = show.light;
     find_range(&show);
     for (int i = 0; i < set->n; i++)
         for (int p = 0; p < PREVIEWS; p++) MUST(write_picture(&show, i, (Preview)p, err));

@@ -16,7 +16,7 @@ int fs_report_run(FsProject *project, FsError *err)
     if (dataset.n == 0) TRY(fs_error_input(err, "%s: no posed photos in it; run flashsplat poses first", views.text));
     TRY(fs_charts_read_log(fs_file_at("%s/log.jsonl", project->out).text, &page.curve, err));
     TRY(fs_previews_write(project, &dataset, &page.previews, err));
-    TRY(fs_viewer_write(project, &dataset, page.previews.exposure, &page.viewer, err));
+    TRY(fs_viewer_write(project, &dataset, &page.previews.light, &page.viewer, err));
     TRY(fs_file_begin(&file, index.text, err));
     fs_page_write(file.f, &page);
     TRY(fs_file_commit(&file, err));

@@ -5,7 +5,7 @@
 
 #include "base/file.h"
 #include "base/json_file.h"
-#include "model/preview.h"
+#include "model/rendered_from.h"
 #include "model/scene.h"
 #include "report/pack.h"
 #include "report/text7.h"
@@ -53,36 +53,38 @@ static json_t *describe_views(const Dataset *dataset, const Viewer *viewer)
     return list;
 }
 
-static json_t *describe_scene(const Scene *scene, double metres_per_unit, float exposure)
+static json_t *describe_scene(const Scene *scene, double metres_per_unit, const PreviewLight *light)
 {
-    return json_pack("{s:i, s:b, s:b, s:b, s:o, s:f, s:f, s:f, s:f, s:o, s:b, s:f, s:f}", "version", VERSION, "lit",
-                     fs_scene_lit(scene), "even", scene->separation == SEPARATION_LINEAR, "pane", scene->pane_beta,
-                     "normal", fs_json_file_doubles(scene->pane.normal, 3), "f0", scene->pane.f0, "dimming",
-                     scene->pane.dimming, "flash_distance", scene->flash_distance, "flash_return", scene->flash_return,
-                     "gain_color", fs_json_file_doubles(scene->gain_color, 3), "shared", scene->shared_geometry,
-                     "metres_per_unit", metres_per_unit, "exposure", (double)exposure);
+    static const double none[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const double *matrix = light->has_matrix ? light->srgb_from_camera : none;
+    return json_pack("{s:i, s:b, s:b, s:b, s:o, s:f, s:f, s:f, s:f, s:o, s:b, s:f, s:f, s:o}", "version", VERSION,
+                     "lit", fs_scene_lit(scene), "even", scene->separation == SEPARATION_LINEAR, "pane",
+                     scene->pane_beta, "normal", fs_json_file_doubles(scene->pane.normal, 3), "f0", scene->pane.f0,
+                     "dimming", scene->pane.dimming, "flash_distance", scene->flash_distance, "flash_return",
+                     scene->flash_return, "gain_color", fs_json_file_doubles(scene->gain_color, 3), "shared",
+                     scene->shared_geometry, "metres_per_unit", metres_per_unit, "exposure", (double)light->exposure,
+                     "matrix", fs_json_file_doubles(matrix, 9));
 }
 
 // Metres in a unit, as the renders have it: what was given now or then, or what the scene says; 0: not known.
 static double scale_of(const FsProject *project, const Scene *scene)
 {
-    json_t *mark;
     if (project->set.metres_per_unit > 0) return project->set.metres_per_unit;
-    fs_json_file_read(fs_file_at("%s/done/render.json", project->out).text, MAX_MARK, &mark, NULL);
-    double given = json_number_value(json_object_get(json_object_get(mark, "settings"), "metres-per-unit"));
-    json_decref(mark);
+    FilePath renders = fs_file_at("%s/renders", project->out);
+    bool known = fs_rendered_from_ask(project, renders.text) == RENDERED_FROM_THESE;
+    double given = known ? fs_rendered_from_scale(renders.text) : 0;
     return given > 0 ? given : scene->metres_per_unit;
 }
 
 // ---- pictures of the photos ----
 
-static int write_photo(const FsProject *project, const View *view, int number, float exposure, FsError *err)
+static int write_photo(const FsProject *project, const View *view, int number, const PreviewLight *light, FsError *err)
 {
     Image photo = {0}, picture = {0};
     FilePath path = fs_file_at("%s/report/photo_%d.jpg", project->out, number);
     int rc;
     TRY(fs_dataset_load_view(project->out, view, &photo, NULL, err));
-    TRY(fs_preview_picture(&photo, PHOTO_EDGE, exposure, &picture, err));
+    TRY(fs_preview_picture(&photo, PHOTO_EDGE, light, &picture, err));
     TRY(fs_jpeg_write(path.text, &picture, PHOTO_QUALITY, NULL, err));
 fail:
     fs_image_free(&photo);
@@ -91,12 +93,13 @@ fail:
 }
 
 // One that cannot be read is left out.
-static int write_photos(const FsProject *project, const Dataset *dataset, float exposure, Viewer *viewer, FsError *err)
+static int write_photos(const FsProject *project, const Dataset *dataset, const PreviewLight *light, Viewer *viewer,
+                        FsError *err)
 {
     int chosen[FS_VIEWER_PHOTOS], n = fs_preview_choose(dataset, FS_VIEWER_PHOTOS, chosen);
     for (int i = 0; i < n; i++) {
         FsError why = {0};
-        int rc = write_photo(project, &dataset->view[chosen[i]], viewer->photos + 1, exposure, &why);
+        int rc = write_photo(project, &dataset->view[chosen[i]], viewer->photos + 1, light, &why);
         if (rc == FS_ERR_MEMORY) return fs_error_memory(err);
         if (rc == FS_ERR_IO) return fs_error_set(err, rc, "%s", why.message);
         if (rc < 0) fs_log_warn(&project->log, "report: %s; the viewer is without that photo", why.message);
@@ -154,7 +157,8 @@ fail:
     return rc;
 }
 
-int fs_viewer_write(const FsProject *project, const Dataset *dataset, float exposure, Viewer *viewer, FsError *err)
+int fs_viewer_write(const FsProject *project, const Dataset *dataset, const PreviewLight *light, Viewer *viewer,
+                    FsError *err)
 {
     FilePath clouds = fs_file_at("%s/clouds", project->out), path = fs_file_at("%s/report/scene.js", project->out);
     Scene scene = {0};
@@ -165,10 +169,10 @@ int fs_viewer_write(const FsProject *project, const Dataset *dataset, float expo
     if (!fs_file_exists(fs_file_at("%s/model.json", clouds.text).text)) return 0;
     TRY(fs_scene_read(&scene, clouds.text, err));
     if (fs_radiance_is(&scene.field)) goto fail; // it shows Gaussians
-    TRY(write_photos(project, dataset, exposure, viewer, err));
+    TRY(write_photos(project, dataset, light, viewer, err));
     double unit = scale_of(project, &scene);
     fs_dataset_extent(dataset, centre);
-    root = describe_scene(&scene, unit, exposure);
+    root = describe_scene(&scene, unit, light);
     json_object_set_new(root, "extent", json_real(scene.extent));
     json_object_set_new(root, "views", describe_views(dataset, viewer));
     TRY(write_scene(path.text, &scene, root, centre, viewer, err));

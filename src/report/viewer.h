@@ -2,7 +2,7 @@
 // picture of each photo.
 #pragma once
 
-#include "model/dataset.h"
+#include "model/preview.h"
 #include "model/project.h"
 
 #define FS_VIEWER_PHOTOS 60 // at most
@@ -15,6 +15,5 @@ typedef struct Viewer {
     int photos;
 } Viewer;
 
-// Where there are no clouds: nothing, and no error. exposure: of the pleasant tone curve, the same as of the page's
-// other pictures.
-int fs_viewer_write(const FsProject *project, const Dataset *dataset, float exposure, Viewer *viewer, FsError *err);
+// Where there are no clouds: nothing, and no error. light: as of the page's other pictures.
+int fs_viewer_write(const FsProject *project, const Dataset *dataset, const PreviewLight *light, Viewer *viewer, FsError *err);

@@ -25,20 +25,20 @@ static const View *view_to_show(const Trainer *trainer, bool flash)
 
 // A row: photo, composite, T, R, beta. What is looked at in passing need not be of full size, which takes seconds to
 // write; render's pictures are.
-static int show(const Trainer *trainer, const View *view, float exposure, const Image *photo, Image picture[5],
-                SheetTile tiles[5], FsError *err)
+static int show(const Trainer *trainer, const View *view, const PreviewLight *light, const Image *photo,
+                Image picture[5], SheetTile tiles[5], FsError *err)
 {
     const RenderLayer layers[4] = {view->flash ? RENDER_I_F : RENDER_I_N, view->flash ? RENDER_T_F : RENDER_T_N,
                                    RENDER_R, RENDER_BETA};
     int rc;
     Renders renders = {0};
     TRY(fs_engine_render(trainer->engine, &view->camera, &renders, err));
-    TRY(fs_preview_picture(photo, 0, exposure, &picture[0], err));
+    TRY(fs_preview_picture(photo, 0, light, &picture[0], err));
     tiles[0] = (SheetTile){&picture[0], view->name};
     for (int k = 0; k < 4; k++) {
         const Image *image = &renders.layer[layers[k]];
         TRY(layers[k] == RENDER_BETA ? fs_preview_shrink(image, SHEET_EDGE, &picture[1 + k], err)
-                                     : fs_preview_picture(image, SHEET_EDGE, exposure, &picture[1 + k], err));
+                                     : fs_preview_picture(image, SHEET_EDGE, light, &picture[1 + k], err));
         tiles[1 + k] = (SheetTile){&picture[1 + k], fs_render_layers[layers[k]].name};
     }
 fail:
@@ -61,9 +61,9 @@ int fs_progress_sheet(Trainer *trainer, FsError *err)
         fs_image_free(&full);
         rows++;
     }
-    float exposure = fs_tone_pleasant_exposure(photo, rows);
-    for (int r = 0; r < rows; r++)
-        TRY(show(trainer, view[r], exposure, &photo[r], picture + 5 * r, tiles + 5 * r, err));
+    PreviewLight light = {.exposure = fs_tone_pleasant_exposure(photo, rows)};
+    fs_preview_matrix(trainer->project->out, &light);
+    for (int r = 0; r < rows; r++) TRY(show(trainer, view[r], &light, &photo[r], picture + 5 * r, tiles + 5 * r, err));
     TRY(fs_sheet_write(fs_file_at("%s/progress/%05d.png", trainer->project->out, trainer->step).text, tiles, 5 * rows,
                        5, err));
 fail:

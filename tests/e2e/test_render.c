@@ -13,6 +13,7 @@
 #include "image/tone.h"
 #include "model/cameras_file.h"
 #include "model/scene.h"
+#include "model/rendered_from.h"
 #include "render/render.h"
 
 #define VIEWS 8
@@ -333,6 +334,32 @@ static void films_of_a_spiral_are_made_again_by_the_stage(void **state)
     assert_null(strstr(capture->log, "skipped"));
 }
 
+static void a_spiral_leaves_the_stage_done(void **state)
+{
+    Capture *capture = *state;
+    set(capture, "path-views", "2");
+    set(capture, "layers", "T_N");
+    set(capture, "metres-per-unit", "2");
+    assert_int_equal(render(capture, NULL), 0);
+    set(capture, "metres-per-unit", "0");
+    set(capture, "path", "spiral");
+    assert_int_equal(render(capture, NULL), 0);
+    assert_float_equal(fs_rendered_from_scale(fs_file_at("%s/renders", capture->out).text), 2, 0); // the page's
+    set(capture, "path", "none");
+    set(capture, "metres-per-unit", "2");
+    assert_int_equal(render(capture, NULL), 0);
+    assert_non_null(strstr(capture->log, "skipped"));
+    // films go with the folder that says whose they are, whatever their times
+    FilePath film = fs_file_at("%s/video/T.mp4", capture->out);
+    const struct timespec early[2] = {{1000000, 0}, {1000000, 0}};
+    assert_true(fs_file_exists(film.text));
+    assert_int_equal(utimensat(AT_FDCWD, film.text, early, 0), 0);
+    fs_owned_remove(fs_file_at("%s/path", capture->out).text);
+    set(capture, "force", "true");
+    assert_int_equal(render(capture, NULL), 0);
+    assert_true(fs_file_exists(film.text));
+}
+
 static void wrong_requests_are_named(void **state)
 {
     Capture *capture = *state;
@@ -381,6 +408,7 @@ int main(void)
         TEST(any_camera_model_is_rendered_at_the_working_size),
         TEST(a_spiral_makes_frames_and_films),
         TEST(films_of_a_spiral_are_made_again_by_the_stage),
+        TEST(a_spiral_leaves_the_stage_done),
         TEST(wrong_requests_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -328,7 +328,7 @@ static void test_flash_falls_off(void **state)
 {
     (void)state;
     Scene scene = {.shared_geometry = true, .gain_color = {1, 0.8, 0.5}, .flash_distance = 2};
-    const Development development = {.exposure = 1, .has_eye = true, .eye = {0.5, 0, 0}};
+    const Development development = {.light.exposure = 1, .has_eye = true, .eye = {0.5, 0, 0}};
     Cloud *cloud = &scene.cloud[LAYER_T_N];
     float dark[6], lit[6];
     fill(cloud, 2, 3, 1, 3);

@@ -49,24 +49,38 @@ static void one_exposure_suits_all_photos(void **state)
                     {.name = "b", .flash = true, .camera = {.width = 40, .height = 20}}};
     Dataset data = {view, 2};
     FsError err = {0};
-    float exposure = 0;
-    assert_true(fs_preview_exposure(*state, &data, &exposure, &err) < 0); // no photos yet
+    PreviewLight light = {0};
+    assert_true(fs_preview_light(*state, &data, &light, &err) < 0); // no photos yet
     char *images = fs_file_path("%s/images", (const char *)*state);
     assert_int_equal(fs_file_mkdirs(images, NULL), 0);
     put_photo(*state, &view[0], 0.05f);
     put_photo(*state, &view[1], 0.2f);
-    assert_int_equal(fs_preview_exposure(*state, &data, &exposure, &err), 0);
-    float bright = fs_tone_pleasant(0.2f, exposure), dark = fs_tone_pleasant(0.05f, exposure);
+    assert_int_equal(fs_preview_light(*state, &data, &light, &err), 0);
+    float bright = fs_tone_pleasant(0.2f, light.exposure), dark = fs_tone_pleasant(0.05f, light.exposure);
     assert_true(bright > 0.75f && bright < 0.97f && dark > 0.3f && dark < bright);
     Image linear, picture;
     assert_int_equal(fs_image_new(&linear, 40, 20, 1, NULL), 0);
     for (int i = 0; i < 800; i++) linear.px[i] = i % 2 ? 0.4f : 0;
-    assert_int_equal(fs_preview_picture(&linear, 10, exposure, &picture, NULL), 0); // averaged before the curve
+    assert_int_equal(fs_preview_picture(&linear, 10, &light, &picture, NULL), 0); // averaged before the curve
     assert_int_equal(picture.width, 10);
     assert_int_equal(picture.height, 5);
     assert_float_equal(picture.px[12], bright, 1e-4);
+    fs_image_free(&picture);
+    assert_false(light.has_matrix);
+    char *ingested =
+        fs_file_path("%s/ingest.json", (const char *)*state); // the camera's red has half of its green in it
+    const char text[] = "{\"srgb_from_camera\": [1.5, -0.5, 0, 0, 1, 0, 0, 0, 1]}";
+    assert_int_equal(fs_file_write(ingested, text, sizeof text - 1, NULL), 0);
+    assert_int_equal(fs_preview_light(*state, &data, &light, &err), 0);
+    assert_true(light.has_matrix);
+    Image color = {.width = 1, .height = 1, .channels = 3, .px = (float[]){0.2f, 0.1f, 0.05f}};
+    assert_int_equal(fs_preview_picture(&color, 0, &light, &picture, NULL), 0);
+    assert_float_equal(picture.px[0], fs_tone_pleasant(0.25f, light.exposure), 1e-5);
+    assert_float_equal(picture.px[1], fs_tone_pleasant(0.1f, light.exposure), 1e-5);
+    assert_float_equal(picture.px[2], dark, 1e-4);
     fs_image_free(&linear);
     fs_image_free(&picture);
+    free(ingested);
     free(images);
 }
 

@@ -135,6 +135,7 @@ class Renderer {
         gl.uniform1i(at.layer, LAYERS.indexOf(show.layer));
         gl.uniform1f(at.reflection, show.reflection);
         gl.uniform1f(at.exposure, scene.exposure * 2 ** show.stops);
+        gl.uniformMatrix3fv(at.camera, false, scene.matrix); // its columns are the matrix's rows
         gl.uniform1i(at.plain, show.plain ? 1 : 0);
         gl.uniform2fv(at.range, this.range || [1, 2]);
         gl.bindVertexArray(this.plain);

@@ -79,6 +79,7 @@ uniform bool pane, cloudBeta, covers;
 uniform float flash;          // share of F's light over T's
 uniform int layer;            // 0 both, 1 T, 2 R, 3 depth, 4 reflectance
 uniform float reflection, exposure;
+uniform mat3 camera;          // sRGB of the camera's colours
 uniform bool plain;           // value = light^0.22, as in the program's files
 uniform vec2 range;           // nearest and farthest depth
 out vec4 result;
@@ -92,7 +93,7 @@ vec3 srgb(vec3 x) {
     return mix(12.92 * x, curve, vec3(greaterThan(x, vec3(0.0031308))));
 }
 vec3 pleasant(vec3 light) {
-    vec3 x = max(light * exposure, 0.), soft = 0.5 + 0.5 * (1. - exp(-(x - 0.5) / 0.5));
+    vec3 x = max(light * camera * exposure, 0.), soft = 0.5 + 0.5 * (1. - exp(-(x - 0.5) / 0.5));
     return srgb(mix(x, soft, vec3(greaterThan(x, vec3(0.5)))));
 }
 vec4 depthColor(vec4 sum) {

@@ -16,6 +16,7 @@ function fromText7(text) {
 }
 
 async function inflate(byte) {
+    if (!window.DecompressionStream) throw new Error('this browser is older than 2023');
     const stream = new Blob([byte]).stream().pipeThrough(new DecompressionStream('deflate'));
     return new Uint8Array(await new Response(stream).arrayBuffer());
 }
