@@ -158,11 +158,19 @@ static bool is_used(const FsSettings *settings, const char *name)
 static int check_companions(const FsSettings *settings, FsError *err)
 {
     static const struct {
-        const char *option, *of;
-    } row[] = {{"dataset-of", "dataset"}, {"originals", "clean"}, {"port", "serve"}, {"method-encoding", "method"}};
-    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
-        if (is_used(settings, row[i].option) && !is_used(settings, row[i].of))
-            return usage_error(err, "--%s does nothing without --%s", row[i].option, row[i].of);
+        const char *option, *of, *other;
+    } row[] = {{"dataset-of", "dataset", NULL},
+               {"originals", "clean", NULL},
+               {"port", "serve", NULL},
+               {"method-encoding", "method", NULL},
+               {"path-views", "video", "path"}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        const char *other = row[i].other;
+        if (!is_used(settings, row[i].option) || is_used(settings, row[i].of) || (other && is_used(settings, other)))
+            continue;
+        return usage_error(err, "--%s does nothing without --%s%s%s", row[i].option, row[i].of, other ? " or --" : "",
+                           other ? other : "");
+    }
     return 0;
 }
 

@@ -1,7 +1,9 @@
 // The program `flashsplat`: finds the command, reads its options, calls the library, turns errors into exit codes.
+#include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "cli.h"
 
@@ -106,8 +108,17 @@ static int dispatch(int argc, char **argv)
     return command ? run_command(command, argc - 2, argv + 2) : EXIT_USAGE;
 }
 
+// Where standard files are closed, what is opened first would get their numbers, and messages.
+static void fill_standard_files(void)
+{
+    int fd = open("/dev/null", O_RDWR);
+    while (fd >= 0 && fd < 3) fd = dup(fd);
+    if (fd >= 0) close(fd);
+}
+
 int main(int argc, char **argv)
 {
+    fill_standard_files();
     signal(SIGXFSZ, SIG_IGN); // a file that grows beyond the limit is one that cannot be written
     int code = dispatch(argc, argv);
     int lost = cli_terminal_close();

@@ -182,6 +182,7 @@ static int check_named(const FsProject *project, FsError *err)
                                   named[i].option);
         if (*named[i].path && !done && named[i].path == set->cameras) MUST(check_cameras(set->cameras, err));
     }
+    MUST(fs_poses_check(project, err));
     MUST(fs_initialise_check(set, err));
     MUST(fs_export_check(set, err));
     return fs_cpu_choose(set->cpu, &cpu, err);

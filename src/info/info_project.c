@@ -12,6 +12,7 @@
 #include "model/scene.h"
 
 #define MAX_DEPTH 8
+#define MAX_MARK (1 << 20)
 
 typedef struct Usage {
     double bytes;
@@ -37,7 +38,11 @@ static void describe_stage(const char *out, const ProjectStage *stage, const Log
     Usage usage = {0};
     char size[32];
     const char *before = "";
-    bool done = fs_file_exists(fs_file_at("%s/done/%s.json", out, stage->name).text);
+    json_t *mark;
+    fs_json_file_read(fs_file_at("%s/done/%s.json", out, stage->name).text, MAX_MARK, &mark, NULL);
+    json_t *settings = json_object_get(mark, "settings");
+    bool done = mark && (!settings || json_object_size(settings) > 0); // none: it was not finished
+    json_decref(mark);
     for (int i = 0; i < PROJECT_OUTPUTS && stage->output[i]; i++) {
         const char *path = stage->output[i] + (*stage->output[i] == '=');
         size_t n = strcspn(path, "/");

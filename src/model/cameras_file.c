@@ -78,6 +78,14 @@ static const char *name_of(const char *path)
     return fs_file_name(windows ? windows + 1 : path);
 }
 
+// As a photo of that name has it (photos.h). NULL: out of memory.
+static char *view_name(const char *path)
+{
+    char *stem = fs_file_stem(name_of(path)), *name = stem ? fs_photos_view_name(stem) : NULL;
+    free(stem);
+    return name;
+}
+
 static int read_colmap(const char *path, CamerasFile *file, FsError *err)
 {
     int rc = 0;
@@ -91,7 +99,7 @@ static int read_colmap(const char *path, CamerasFile *file, FsError *err)
         posed[i].lens = fs_colmap_model_camera(&file->model, image->camera_id)->lens;
         posed[i].image = i;
         posed[i].path = image->name;
-        if (!(posed[i].name = fs_file_stem(name_of(image->name)))) TRY(fs_error_memory(err));
+        if (!(posed[i].name = view_name(image->name))) TRY(fs_error_memory(err));
     }
     TRY(take_posed(file, path, posed, file->model.n_images, err));
 fail:
@@ -183,7 +191,7 @@ static int read_transforms(const char *path, const json_t *root, CamerasFile *fi
         if (!wanted) wanted = pose_from_json(frame, posed[i].w2c);
         if (wanted) TRY(fs_error_input(err, "%s: frame %zu: expected %s", path, i, wanted));
         posed[i].path = name;
-        if (!(posed[i].name = fs_file_stem(name_of(name)))) TRY(fs_error_memory(err));
+        if (!(posed[i].name = view_name(name))) TRY(fs_error_memory(err));
     }
     TRY(take_posed(file, path, posed, (int)n, err));
 fail:

@@ -251,9 +251,9 @@ static int again(const char *out, int rc, const FsError *why, FsError *err)
 {
     if (rc == FS_ERR_INPUT)
         return fs_error_input(err,
-                              "%s; `flashsplat ingest PHOTOS -o %s --force` and `flashsplat poses %s --force` make "
-                              "it again",
-                              why->message, out, out);
+                              "%s; remove it (and that of its name in %s/linear, where it is damaged, too), and "
+                              "`flashsplat ingest PHOTOS -o %s --force` and `flashsplat poses %s --force` make it again",
+                              why->message, out, out, out);
     if (rc < 0 && err) *err = *why;
     return rc;
 }

@@ -11,17 +11,18 @@
 
 #define MAX_DEPTH 4
 
-// Settings that say how a stage works, not what it computes; and the preset, which counts through the values it sets,
-// but for the stages it steers by name. Who is held out stands in views.json, which poses brings up to date.
+// Settings that say how a stage works, not what it computes; and the preset, which counts through the values it sets.
+// Who is held out stands in views.json, which poses brings up to date.
 static bool changes_result(const char *name, unsigned stage)
 {
-    static const char *const ignored[] = {"threads",        "force", "resume",     "checkpoint-every",
-                                          "progress-every", "json",  "test-every", "originals"};
+    static const char *const ignored[] = {"threads",          "force",          "resume",
+                                          "checkpoint-every", "progress-every", "json",
+                                          "test-every",       "originals",      "preset"};
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++)
         if (strcmp(name, ignored[i]) == 0) return false;
     if (strcmp(name, "lighting") == 0 && stage != FS_STAGE_TRAIN) return false; // before it they say which photos there
     if (strcmp(name, "separation") == 0 && (stage & (FS_STAGE_INGEST | FS_STAGE_POSES))) return false; // must be
-    return strcmp(name, "preset") != 0 || (stage & (FS_STAGE_INITIALISE | FS_STAGE_TRAIN));
+    return true;
 }
 
 json_t *fs_fingerprint_settings(const FsProject *project, unsigned stage)
@@ -152,17 +153,21 @@ static bool is_same_setting(const char *name, const json_t *was, const json_t *n
            (file && json_string_length(was) && json_string_length(now) && fs_file_exists(json_string_value(now)));
 }
 
-// What explains most comes first: a preset sets others, and with --minutes the steps follow from them.
+// What explains most comes first: with --minutes the steps follow from the others.
 static int rank_of(const char *name)
 {
-    return strcmp(name, "preset") == 0 ? 0 : strcmp(name, "steps") == 0 ? 2 : 1;
+    return strcmp(name, "steps") == 0;
 }
 
 static bool settings_differ(const json_t *was, const json_t *now, char *text, size_t size)
 {
     const char *name;
     json_t *value;
-    for (int rank = 0; rank < 3; rank++) json_object_foreach((json_t *)now, name, value)
+    if (json_object_size(was) == 0 && json_object_size(now) > 0) { // of what is there no more is told (project.c)
+        snprintf(text, size, "it was not finished the last time");
+        return true;
+    }
+    for (int rank = 0; rank < 2; rank++) json_object_foreach((json_t *)now, name, value)
         {
             const json_t *then = json_object_get(was, name);
             if (rank_of(name) != rank || is_same_setting(name, then, value)) continue;

@@ -17,6 +17,7 @@ static const char formats[] = "RAW (DNG, CR2, CR3, NEF, ARW, RAF, ORF, RW2...), 
 
 typedef struct Search {
     Photos *photos;
+    const Log *log;
     int others;
     char other[100]; // one of these
     FilePath ours;   // a folder that was passed over, as flashsplat made it
@@ -223,7 +224,14 @@ static int search_below(Search *s, const char *below, int says, int depth, FsErr
             continue;
         }
         if (inner_says < 0) inner_says = says;
-        TRY(search(s, inner.text, inner_says, err));
+        FsError why = {0};
+        if ((rc = search(s, inner.text, inner_says, &why)) == FS_ERR_INPUT) { // lost+found, say
+            fs_log_warn(s->log, "%s; it is passed over", why.message);
+            rc = 0;
+            continue;
+        }
+        if (rc < 0 && err) *err = why;
+        if (rc < 0) goto fail;
         TRY(search_below(s, inner.text, inner_says, depth - 1, err));
     }
 fail:
@@ -237,6 +245,11 @@ static int say_none(const Search *s, FsError *err)
     const char *ours = s->ours.text;
     size_t n = strlen(ours);
     bool raw = n && has_raw(ours);
+    if (!raw && strcmp(ours, photos->folder) == 0)
+        return fs_error_input(err,
+                              "%s: no photos right in it, and flashsplat made results there: its subfolders are not "
+                              "looked into; give -o a folder of its own, or name the folder with the photos itself",
+                              photos->folder);
     if (n)
         return fs_error_input(err,
                               "%s: no photos; what is in folders that flashsplat made (%s) is not taken unasked: name "
@@ -248,7 +261,7 @@ static int say_none(const Search *s, FsError *err)
 
 int fs_photos_list(Photos *photos, const Log *log, FsError *err)
 {
-    Search s = {.photos = photos};
+    Search s = {.photos = photos, .log = log};
     SceneFolder scene;
     bool published = fs_scene_folder_find(&scene, photos->folder);
     MUST(search(&s, published ? fs_file_at("%s/", scene.photos).text : "", -1, err));

@@ -93,12 +93,12 @@ static unsigned mark_differs(FsProject *project, const ProjectStage *stage, char
     return FINGERPRINT_SETTINGS | FINGERPRINT_INPUTS;
 }
 
-// What people look at may have been removed to have it made again.
+// What people look at, and the clouds, may have been removed to have it made again.
 static bool is_there(const FsProject *project, const ProjectStage *stage)
 {
     const char *pattern = stage->output[0] + (*stage->output[0] == '=');
     FilePath first = fs_file_at("%s/%.*s", project->out, (int)strcspn(pattern, "/"), pattern);
-    return !(stage->after & FS_STAGE_TRAIN) || fs_file_exists(first.text);
+    return !((stage->after | stage->stage) & FS_STAGE_TRAIN) || fs_file_exists(first.text);
 }
 
 // Whether an export goes beside one of the same clouds.

@@ -125,7 +125,8 @@ int fs_capture_read(const char *out, Capture *capture, FsError *err)
     capture->pictures = fs_file_path("%s/linear/features", out);
     if (!capture->pictures) TRY(fs_error_memory(err));
     if (!fs_file_exists(path.text)) TRY(fs_project_missing(out, FS_STAGE_INGEST, "ingest.json", err));
-    TRY(read_photos(path.text, capture, err));
+    rc = read_photos(path.text, capture, err);
+    TRY(fs_error_then(rc, "remove it, and `flashsplat ingest PHOTOS -o OUT --force` makes it again", err));
     for (int i = 0; i < capture->n; i++) TRY(picture_size(capture->pictures, &capture->photo[i], err));
 fail:
     if (rc < 0) fs_capture_free(capture);

@@ -24,7 +24,8 @@ static bool says_cut(const char *log_path)
 {
     char *text = NULL;
     size_t size;
-    bool said = fs_file_read(log_path, 64 << 20, &text, &size, NULL) == 0 && strstr(text, "SQLite error");
+    bool said = fs_file_read(log_path, 64 << 20, &text, &size, NULL) == 0 && strstr(text, "SQLite error") &&
+                !strstr(text, "unable to open database file");
     free(text);
     return said;
 }

@@ -329,6 +329,12 @@ static int check_working_images(const FsProject *project, const Capture *capture
     return 0;
 }
 
+int fs_poses_check(const FsProject *project, FsError *err)
+{
+    bool posed = fs_file_exists(fs_file_at("%s/done/poses.json", project->out).text);
+    return posed || *project->set.poses ? 0 : fs_colmap_check(project, err);
+}
+
 int fs_poses_run(FsProject *project, FsError *err)
 {
     if (fs_project_done(project, FS_STAGE_POSES)) return update_held_out(project, err);

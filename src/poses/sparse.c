@@ -127,6 +127,21 @@ static int find_in_any_case(const Dataset *views, const Capture *capture, const 
     return n == 1 ? found : -1;
 }
 
+// A photo that has its folder's name before its own, as copies of it lay in other folders: by its own where no other
+// photo or view is left that it may be.
+static int find_by_file(const Dataset *views, const Capture *capture, const int *view_of, const bool *taken, int i)
+{
+    char *stem = fs_file_stem(capture->photo[i].file);
+    int at = stem ? fs_dataset_find(views, stem) : -1;
+    for (int k = 0; k < capture->n && at >= 0; k++) {
+        char *other = k != i && view_of[k] < 0 ? fs_file_stem(capture->photo[k].file) : NULL;
+        if (other && strcmp(other, stem) == 0) at = -1;
+        free(other);
+    }
+    free(stem);
+    return at >= 0 && !taken[at] ? at : -1;
+}
+
 // view_of: (capture->n), -1: the photo has none.
 static int match_names(const Dataset *views, const Capture *capture, int *view_of, FsError *err)
 {
@@ -138,6 +153,10 @@ static int match_names(const Dataset *views, const Capture *capture, int *view_o
     }
     for (int i = 0; i < capture->n; i++)
         if (view_of[i] < 0) view_of[i] = find_in_any_case(views, capture, view_of, taken, i);
+    for (int i = 0; i < capture->n; i++) {
+        if (view_of[i] < 0) view_of[i] = find_by_file(views, capture, view_of, taken, i);
+        if (view_of[i] >= 0) taken[view_of[i]] = true;
+    }
     free(taken);
     return 0;
 }

@@ -184,8 +184,9 @@ static int read_state(Trainer *trainer, const char *dir, FsError *err)
     if (!root || step < 0 || read_numbers(root, "global_m", trainer->state.m, ENGINE_NUMBERS) ||
         read_numbers(root, "global_v", trainer->state.v, ENGINE_NUMBERS) ||
         read_numbers(root, "smoothed", trainer->smoothed, LOSS_TERMS))
-        rc = fs_error_set(err, FS_ERR_INPUT, "%s: not a checkpoint's state; run without --resume, which begins anew",
-                          path.text);
+        rc = fs_error_set(
+            err, FS_ERR_INPUT,
+            "%s: not a checkpoint's state; remove that folder, and run without --resume, which begins anew", path.text);
     if (rc == 0)
         rc = fs_project_check(trainer->project, FS_STAGE_TRAIN, json_string_value(json_object_get(root, "made_from")),
                               dir, err);
@@ -220,7 +221,7 @@ int fs_checkpoint_read(Trainer *trainer, FsError *err)
         rc = read_arrays(trainer, dir.text, &why);
         if (rc < 0)
             fs_error_set(err, rc, "%s%s", why.message,
-                         rc == FS_ERR_INPUT ? "; run without --resume, which begins anew" : "");
+                         rc == FS_ERR_INPUT ? "; remove that folder, and run without --resume, which begins anew" : "");
         else
             rc = 1;
     }

@@ -514,6 +514,22 @@ class Layouts(FolderTest):
         self.assertNotIn("T_N", process.stdout)
 
 
+    def test_clouds_that_are_gone(self):
+        """Are trained again; a page without them would be no result."""
+        shutil.rmtree(self.copy() / "clouds")
+        process = self.job()
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertIn("train: done again, what it wrote is gone", process.stdout)
+        self.assertTrue((self.out / "clouds/T_N.ply").exists())
+        self.assertIn("scene.js", (self.out / "index.html").read_text())
+
+    def test_unfinished_export(self):
+        """Is not done, and says why it is made again."""
+        path = self.copy() / "done/export.json"
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"settings": {}}))
+        self.assertRegex(run("info", self.out).stdout, "(?m)export +begun")
+        self.assertIn("it was not finished the last time", self.job().stdout)
+
     def test_path_of_an_earlier_training(self):
         """Goes with the renders, and they with the path; what the user put there stays, and what is of now."""
         out, path = self.copy(), ["--path", "spiral", "--path-views", 2]

@@ -96,11 +96,29 @@ class Captures(FolderTest):
         header = data[12:16] + b"\x7f\xff\xff\xff" * 2 + data[24:29]
         lying.write_bytes(data[:12] + header + struct.pack(">I", zlib.crc32(header)) + data[33:])
         (self.photos / "N_00.png").write_bytes(data[:60])
-        process = run("run", self.photos, "-o", self.out, *FLASH, "--steps", 300, "--colmap", "nosuch")
-        self.assert_fails(process, 1, "nosuch: program not found")
+        process = run("run", self.photos, "-o", self.out, *FLASH, "--steps", 300, "--colmap", "false")
+        self.assert_fails(process, 1, "does not answer like COLMAP")
         self.assertIn("estimate: 12 photos as 48 x 32 pixels", process.stdout)
         self.assertRegex(process.stderr, "(?m)^warning: .*F_01.png: its header says 2147483647 x 2147483647 pixels")
         self.assertRegex(process.stderr, "(?m)^warning: .*N_00.png: ")
+
+    def test_subfolder_that_cannot_be_read(self):
+        """lost+found, on every stick, is passed over."""
+        pictures.photos(self.photos / "100CANON", 5)
+        found = self.photos / "lost+found"
+        found.mkdir()
+        found.chmod(0)
+        user = {"user": 65534} if os.geteuid() == 0 else {}  # whom nothing is closed to
+        for path in (self.dir, *self.photos.rglob("*")):
+            if path != found:
+                path.chmod(0o755)
+        try:
+            process = run("check", self.photos, "--flash-glob", "F_*", **user)
+        except PermissionError:
+            self.skipTest("the program is in a folder of root's")
+        self.assertIn("lost+found", process.stderr)
+        self.assertIn("passed over", process.stderr)
+        self.assertIn("10 photos: 5 with flash, 5 without", process.stdout)
 
     def test_empty_files(self):
         pictures.photos(self.photos, 3)

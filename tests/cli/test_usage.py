@@ -111,6 +111,7 @@ class Usage(FolderTest):
             self.assert_fails(run("run", self.dir, "-o", self.dir / "out", option, value), 2, option, "is not one of")
         for option in ("--layers", "--formats"):
             self.assert_fails(run("run", self.dir, "-o", self.dir / "out", option, ""), 2, option, "empty")
+        self.assert_fails(run("render", self.dir, "--path-views", 5), 2, "--path-views does nothing without --video or --path")
         self.assert_fails(run("run", self.dir, "-o", self.dir / "out", "--path", "spiral", "--cameras", "x"), 2,
                           "--path spiral and --cameras", "one of them")
         for cloud in (["--beta", "cloud"], ["--preset", "paper"]):  # before hours of training

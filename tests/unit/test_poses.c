@@ -338,7 +338,7 @@ static void test_names(void **state)
     assert_non_null(f);
     fprintf(f, "{\"w\": 60, \"h\": 40, \"fl_x\": 55, \"frames\": [");
     for (int i = 0; i < 6; i++) {
-        photo[i] = (Photo){.name = names[i], .picture_width = 60, .picture_height = 40};
+        photo[i] = (Photo){.name = names[i], .file = names[i], .picture_width = 60, .picture_height = 40};
         fprintf(f, "%s{\"file_path\": \"%s\", \"transform_matrix\": [[1,0,0,%d],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}",
                 i ? ", " : "", views[i], i);
     }

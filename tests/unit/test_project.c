@@ -46,6 +46,7 @@ static int setup(void **state)
     strcpy(f->out, "/tmp/flashsplat-test-XXXXXX");
     if (!f || !mkdtemp(f->out)) return -1;
     f->settings = fs_settings_new();
+    if (fs_file_mkdirs(fs_file_at("%s/clouds", f->out).text, NULL) < 0) return -1; // what training leaves
     reopen(f);
     *state = f;
     return 0;
