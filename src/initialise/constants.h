@@ -78,6 +78,9 @@ enum {
 #define MIRRORED_SPREAD 0.08f       // -
 #define MIRRORED_SLOPE_MOST 0.3f    // captures   log; where a quarter of the mirrored points grow by more, some are not
 #define CLASSIFY_RARE_STEP 0.5f     // -          log of the odds; mirrored points are that much rarer then,
+#define LITTLE_POINTS 0.15          // captures   share of the points that are mirrored, below which
+#define LITTLE_LIGHT 0.35           // captures   and of the first colours' light, below which little is mirrored,
+#define LITTLE_LAMPS 0.002          // captures   where no more than that of the photos without the flash is clipped
 #define LIT_SLOPE 0.7f              // captures   log; where no transmitted point is near (a growth of 2)
 #define LIT_SPREAD 0.4f             // -
 #define LIT_FIELD_SPREAD 0.25f      // -          where some are

@@ -107,6 +107,45 @@ static int add_rear(const Start *start, ColoredSeeds *p, FsError *err)
     return fs_rear_add(start->views, &rear, p, err);
 }
 
+static double mean_light(const float *color, int n)
+{
+    double sum = 0;
+    for (int i = 0; i < 3 * n; i++) sum += (double)color[i];
+    return n ? sum / (3.0 * n) : 0;
+}
+
+// Share of the photos without the flash that is clipped: mostly mirrored lamps.
+static double share_clipped(const SmallViews *views)
+{
+    double clipped = 0, all = 0;
+    for (int v = 0; v < views->n; v++) {
+        const SmallView *view = &views->view[v];
+        int n = view->camera.width * view->camera.height;
+        for (int i = 0; i < n && !view->flash; i++) clipped += view->clipped[i];
+        all += view->flash ? 0 : n;
+    }
+    return all > 0 ? clipped / all : 0;
+}
+
+// Also where the mirrored points look mirrored enough, but are few, and the first colours, and no lamps, leave them a
+// small part of the light. Either alone is so of ordinary captures: smooth rooms have few points, dim ones little
+// light.
+static bool little_is_mirrored(const Start *start, const ColoredSeeds *p)
+{
+    int told = 0, mirrored = 0;
+    if (share_clipped(start->views) > LITTLE_LAMPS) return false;
+    double T = mean_light(p->T_N, p->T.n), R = mean_light(p->R_color, p->R.n);
+    for (int i = 0; i < start->points->n; i++) {
+        told += start->points->cue[i].ok;
+        mirrored += start->points->cue[i].ok && start->points->kind[i] == POINT_REFLECTED;
+    }
+    bool little = mirrored < LITTLE_POINTS * told && R < LITTLE_LIGHT * (T + R);
+    if (little)
+        fs_log_info(start->log, "initialise: little is mirrored: %.1f %% of the points, %.0f %% of the light",
+                    100.0 * mirrored / told, 100 * R / (T + R));
+    return little;
+}
+
 int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, FsError *err)
 {
     int rc = 0;
@@ -142,6 +181,7 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
         TRY(drop_before(&dealt_start, &colored, err));
         TRY(add_rear(&dealt_start, &colored, err));
     }
+    if (ours && !dealt && scene->rare <= 0 && little_is_mirrored(start, &colored)) scene->rare = CLASSIFY_RARE_STEP;
     TRY(fill_scene(start->views, &colored, ours, scene, err));
     Cloud *T = &scene->cloud[LAYER_T_N];
     if (scene->separation != SEPARATION_FULL) memset(T->field[CLOUD_GAINS], 0, sizeof(float) * (size_t)T->n);

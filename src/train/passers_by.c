@@ -74,11 +74,22 @@ static int decide(const float *residual, Region *region, unsigned char *passers)
     return n;
 }
 
+// Of photos without the flash (with it, where there are no others), since the flash's own mirror image is in all that
+// it lit. What nearly all of them have is no passer-by, but something of the scenes that is not as it should be just
+// then.
+static bool nearly_all(const Trainer *trainer, const int found[2])
+{
+    int n[2] = {0, 0};
+    for (int v = 0; v < trainer->n_views; v++) n[trainer->views[v]->flash]++;
+    int kind = n[0] == 0;
+    return found[kind] > PASSERS_PHOTOS * n[kind];
+}
+
 int fs_passers_by_find(Trainer *trainer, FsError *err)
 {
     if (!trainer->residual) return 0;
     Region *region = malloc(sizeof *region);
-    int photos = 0, most = 0;
+    int found[2] = {0, 0}, most = 0;
     trainer->passers = calloc((size_t)trainer->n_views, OCCLUSION_CELLS);
     if (!region || !trainer->passers) {
         free(region);
@@ -87,16 +98,18 @@ int fs_passers_by_find(Trainer *trainer, FsError *err)
     for (int v = 0; v < trainer->n_views; v++) {
         size_t at = (size_t)OCCLUSION_CELLS * (size_t)v;
         int n = decide(trainer->residual + 3 * at, region, trainer->passers + at);
-        photos += n > 0;
+        found[trainer->views[v]->flash] += n > 0;
         most = n > most ? n : most;
     }
     free(region);
     free(trainer->residual);
     trainer->residual = NULL;
-    if (photos)
+    bool none = nearly_all(trainer, found);
+    if (none) memset(trainer->passers, 0, (size_t)trainer->n_views * OCCLUSION_CELLS);
+    if (!none && found[0] + found[1])
         fs_log_info(&trainer->project->log,
-                    "train: leaves out of %d photos what the others do not show, %.1f %% of one at most", photos,
-                    100.0 * most / OCCLUSION_CELLS);
+                    "train: leaves out of %d photos what the others do not show, %.1f %% of one at most",
+                    found[0] + found[1], 100.0 * most / OCCLUSION_CELLS);
     return 0;
 }
 

@@ -114,6 +114,7 @@ enum {
 #define PASSERS_OUTLINE 0.04f     // experiment  tone-mapped: so much of a photo that the scenes do not explain,
 #define PASSERS_STANDS_OUT 0.035f // experiment  and so much more of it than around
 #define PASSERS_MOST 0.25         // -           of a photo; more is something else
+#define PASSERS_PHOTOS 0.85       // captures    of the photos of a lighting; likewise
 enum {
     PASSERS_STEPS = 1000, // -           of the training, at least
     PASSERS_VISITS = 2,   // -           of each photo, before the full size
