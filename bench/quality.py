@@ -86,7 +86,7 @@ SYNTH.update(STRAIGHT)
 # As little is mirrored as window glass mirrors of a dim room; each layout.
 SYNTH.update({f"faint-{seed}": (seed, "", "raw", FIELD_SIZE + " --reflection 0.12") for seed in (701, 33, 711, 713, 714, 716, 731, 702, 712, 804, 806, 807, 808, 811, 812, 813)})
 SYNTH.update({f"faint-{seed}": (seed, "frame", "raw", FIELD_SIZE + " --reflection 0.12") for seed in (801, 802, 803)})
-SYNTH.update({f"faint-{seed}": (seed, "", "raw", FIELD_SIZE + f" --reflection {share}") for seed, share in ((816, 0.04), (841, 0.06), (842, 0.08))})
+SYNTH.update({f"faint-{seed}": (seed, "", "raw", FIELD_SIZE + f" --reflection {share}") for seed, share in ((816, 0.04), (841, 0.06), (842, 0.08), (854, 0.25))})
 # Lamps and a screen behind the pane; each layout.
 SYNTH.update({f"lit-{seed}": (seed, "lit", "raw", FIELD_SIZE) for seed in (760, 761, 762, 763, 764)})
 ONLY_NAMED = ("full-*", "field-*", "straight-*", "faint-*", "lit-*")
