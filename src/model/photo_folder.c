@@ -93,8 +93,9 @@ static int what_letters_say(const char *letters)
                       things[] = "photo photos foto fotos bild bilder ", *const flashes[] = {"flash", "blitz", "flits"};
     if (strcmp(letters, "ambient") == 0) return 0;
     for (size_t i = 0; i < sizeof flashes / sizeof *flashes; i++) {
-        const char *flash = strstr(letters, flashes[i]), *after = flash + strlen(flashes[i]);
+        const char *flash = strstr(letters, flashes[i]);
         if (!flash) continue;
+        const char *after = flash + strlen(flashes[i]);
         size_t n = (size_t)(flash - letters);
         bool alone = !*after || is_among(things, after, strlen(after));
         if (n && alone && is_among(without, letters, n)) return 0;
