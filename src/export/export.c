@@ -68,12 +68,24 @@ static int develop(Export *x, FsError *err)
     return 0;
 }
 
+// kind: what the scene is, or will be.
+static int check_unmirror(const Scene *kind, FsError *err)
+{
+    if (kind->separation == SEPARATION_NONE)
+        return fs_error_set(err, FS_ERR_USAGE,
+                            "--unmirror does not go with --separation none: nothing is mirrored there");
+    if (kind->pane_beta) return 0;
+    return fs_error_set(err, FS_ERR_USAGE,
+                        "--unmirror goes with --beta pane: with --beta cloud no pane is learned to mirror back at");
+}
+
 static int open_export(Export *x, FsError *err)
 {
     const Settings *set = &x->project->set;
     const char *out = x->project->out;
     FilePath views = fs_file_at("%s/views.json", out);
     MUST(fs_scene_read(&x->scene, fs_file_at("%s/clouds", out).text, err));
+    if (set->unmirror && x->scene.separation == SEPARATION_NONE) return check_unmirror(&x->scene, err);
     if (fs_file_exists(views.text)) MUST(fs_dataset_read(&x->photos, views.text, err));
     x->has_pane = x->scene.pane_beta && x->scene.cloud[LAYER_R].n > 0;
     if (x->has_pane || set->unmirror)
@@ -201,13 +213,7 @@ int fs_export_check(const Settings *set, FsError *err)
 {
     Scene kind = {0};
     fs_scene_set_kind(&kind, set);
-    if (!set->unmirror) return 0;
-    if (kind.separation == SEPARATION_NONE)
-        return fs_error_set(err, FS_ERR_USAGE,
-                            "--unmirror does not go with --separation none: nothing is mirrored there");
-    if (kind.pane_beta) return 0;
-    return fs_error_set(err, FS_ERR_USAGE,
-                        "--unmirror goes with --beta pane: with --beta cloud no pane is learned to mirror back at");
+    return set->unmirror ? check_unmirror(&kind, err) : 0;
 }
 
 int fs_export_estimate(const FsProject *project, const char *folder, RunCost *cost, FsError *err)

@@ -2,12 +2,9 @@
 
 #include <limits.h>
 
-#define SPZ_SIZES                                                                                                      \
-    {                                                                                                                  \
-        -10, 255 / 16.0f - 10                                                                                          \
-    }
-
 // clang-format off
+#define SPZ_SIZES {-10, 255 / 16.0f - 10}
+
 // docs/export.md says who opens which.
 const Format fs_formats[FORMATS] = {
     {"ply", "ply", SPLATS_AS_TRAINED, false, INT_MAX, fs_inria_write},

@@ -139,28 +139,20 @@ static uint64_t add_file(uint64_t hash, const char *path, const char *name)
     return hash;
 }
 
-// In any case of its letters: "MASK_01.PNG". name: NULL is never found.
-static bool find_mask(const char *folder, const FileList *list, const char *name, FilePath *path)
-{
-    for (int i = 0; i < list->n && name; i++) {
-        if (strcasecmp(list->name[i], fs_file_at("%s.png", name).text) != 0) continue;
-        *path = fs_file_at("%s/%s", folder, list->name[i]);
-        return true;
-    }
-    return false;
-}
-
-// By the photo's own name or that of its JPEG, with or without extension; view: the view's name, or NULL.
-static bool find_mask_in(const char *folder, const PhotoFile *photo, const char *view, FilePath *path)
+// The first of the names, up to a NULL, that the folder has a mask of, in any case of letters: "MASK_01.PNG".
+static bool find_mask(const char *folder, const char *const names[3], FilePath *path)
 {
     FileList list;
+    bool found = false;
     if (fs_file_list(folder, &list, NULL) < 0) return false;
-    char *stem = fs_file_stem(photo->path);
-    bool found = find_mask(folder, &list, view ? view : fs_file_name(photo->path), path) ||
-                 (!view && find_mask(folder, &list, stem, path)) ||
-                 (!view && photo->instead && find_mask(folder, &list, fs_file_name(photo->instead), path));
+    for (int k = 0; k < 3 && names[k] && !found; k++) {
+        FilePath file = fs_file_at("%s.png", names[k]);
+        for (int i = 0; i < list.n && !found; i++) {
+            found = strcasecmp(list.name[i], file.text) == 0;
+            if (found) *path = fs_file_at("%s/%s", folder, list.name[i]);
+        }
+    }
     fs_file_list_free(&list);
-    free(stem);
     return found;
 }
 
@@ -185,9 +177,14 @@ bool fs_photos_mask(const Photos *photos, const PhotoFile *photo, FilePath *path
     if (!photos->masks || !*photos->masks) return false;
     *path = fs_file_at("%s/%s.png", photos->masks, photo->path);
     if (fs_file_exists(path->text)) return true;
+    char *stem = fs_file_stem(photo->path);
+    const char *const view[3] = {photo->name}, *instead = photo->instead ? fs_file_name(photo->instead) : NULL;
+    const char *const own[3] = {fs_file_name(photo->path), stem, instead};
     FilePath folder = fs_photos_mask_folder(photos, photo);
-    return find_mask_in(folder.text, photo, NULL, path) || find_mask_in(photos->masks, photo, photo->name, path) ||
-           (folder_length(photo) > 0 && is_alone(photo) && find_mask_in(photos->masks, photo, NULL, path));
+    bool found = find_mask(folder.text, own, path) || find_mask(photos->masks, view, path) ||
+                 (folder_length(photo) > 0 && is_alone(photo) && find_mask(photos->masks, own, path));
+    free(stem);
+    return found;
 }
 
 void fs_photos_fingerprint(const Photos *photos, const char *flash_list, char text[17])

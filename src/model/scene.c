@@ -21,7 +21,8 @@ int fs_scene_photos(const char *out, json_t **photos, FsError *err)
     FsError why = {0};
     *photos = NULL;
     if (!fs_file_exists(path.text) || fs_json_file_read(path.text, MAX_PHOTOS, photos, &why) == 0) return 0;
-    return fs_error_set(err, why.code, "%s: remove it, and `flashsplat train %s --force` makes it again", why.message, out);
+    return fs_error_set(err, why.code, "%s: remove it, and `flashsplat train %s --force` makes it again", why.message,
+                        out);
 }
 
 Separation fs_scene_separation(const char *name)

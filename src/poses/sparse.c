@@ -153,6 +153,8 @@ static int match_names(const Dataset *views, const Capture *capture, int *view_o
     }
     for (int i = 0; i < capture->n; i++)
         if (view_of[i] < 0) view_of[i] = find_in_any_case(views, capture, view_of, taken, i);
+    for (int i = 0; i < capture->n; i++)
+        if (view_of[i] >= 0) taken[view_of[i]] = true;
     for (int i = 0; i < capture->n; i++) {
         if (view_of[i] < 0) view_of[i] = find_by_file(views, capture, view_of, taken, i);
         if (view_of[i] >= 0) taken[view_of[i]] = true;

@@ -16,4 +16,5 @@ typedef struct Viewer {
 } Viewer;
 
 // Where there are no clouds: nothing, and no error. light: as of the page's other pictures.
-int fs_viewer_write(const FsProject *project, const Dataset *dataset, const PreviewLight *light, Viewer *viewer, FsError *err);
+int fs_viewer_write(const FsProject *project, const Dataset *dataset, const PreviewLight *light, Viewer *viewer,
+                    FsError *err);

@@ -175,6 +175,15 @@ class Export(common.FolderTest):
         size = [math.exp(2 * row[f"scale_{k}"]) for k in range(3)]
         return [[sum(turn[i][k] * size[k] * turn[j][k] for k in range(3)) for j in range(3)] for i in range(3)]
 
+    def test_nothing_to_unmirror(self):
+        path = self.out / "clouds/model.json"
+        model = json.loads(path.read_text())
+        model["clouds"].pop("R")
+        path.write_text(json.dumps(model | {"separation": "none"}))
+        process = self.export("ply", "--unmirror", code=2)
+        self.assert_fails(process, 2, "--unmirror", "nothing is mirrored")
+        self.assertFalse((self.out / "export").exists() or (self.out / "done/export.json").exists())
+
     def test_unmirror(self):
         """Positions and covariances are the reflected ones, at the pane that is told or found."""
         out, normal = self.dir / "tilted", [0.28, 0.0, 0.96]

@@ -318,4 +318,19 @@ class Learned(FolderTest):
         self.assertIn("flash photos have another shutter time", process.stderr)
 
 
+class Little(FolderTest):
+    def test_little_is_mirrored(self):
+        """Where few points and little light are, the start says so, and training takes what is ambiguous for transmitted."""
+        for share, little in ((0.12, True), (0.45, False)):
+            made, out = self.dir / f"made-{share}", self.dir / f"out-{share}"
+            for words in (["synth", "-o", made, "--seed", 5, "--width", 240, "--height", 160, "--photos", 18, "--held-out",
+                           0, "--reflection", share],
+                          ["ingest", made / "capture/raw", "-o", out, "--long-edge", 240],
+                          ["poses", out, "--poses", made / "truth/sparse"], ["initialise", out, "--init-count", 3000]):
+                process = run(*words)
+                self.assertEqual(process.returncode, 0, process.stderr)
+            self.assertEqual("little is mirrored" in process.stdout, little)
+            self.assertEqual(json.loads((out / "start/model.json").read_text())["rare"] > 0, little)
+
+
 common.main()

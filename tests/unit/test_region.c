@@ -10,6 +10,8 @@
 
 #include <cmocka.h>
 
+#include "train/trainer.h"
+
 enum { W = 40, H = 30 };
 
 static float cells[W * H];
@@ -154,6 +156,46 @@ static void test_clarity(void **state)
     assert_true(fs_region_clarity(figure, (const bool[REGION_SIDE * REGION_SIDE]){0}) == 0);
 }
 
+// Cells that passers-by are found in, of eight photos, every other one with the flash, where those of `who` (bits) have
+// something that their scenes do not explain.
+static int passers(unsigned who, bool found[8])
+{
+    static const View lit = {.flash = true}, unlit = {0};
+    const View *views[8];
+    FsProject project = {0};
+    Trainer trainer = {.project = &project, .views = views, .n_views = 8};
+    int n = 0;
+    trainer.residual = calloc(8 * OCCLUSION_CELLS, 3 * sizeof(float));
+    assert_non_null(trainer.residual);
+    for (int v = 0; v < 8; v++) {
+        views[v] = v % 2 ? &lit : &unlit;
+        for (int y = 10; y < 22 && who >> v & 1; y++)
+            for (int x = 20; x < 32; x++) trainer.residual[3 * (OCCLUSION_CELLS * v + OCCLUSION_WIDTH * y + x)] = 0.3f;
+    }
+    assert_int_equal(fs_passers_by_find(&trainer, NULL), 0);
+    assert_null(trainer.residual);
+    for (int v = 0; v < 8; v++) {
+        found[v] = trainer.passers[OCCLUSION_CELLS * v + OCCLUSION_WIDTH * 15 + 25];
+        for (int i = 0; i < OCCLUSION_CELLS; i++) n += trainer.passers[OCCLUSION_CELLS * v + i];
+    }
+    free(trainer.passers);
+    return n;
+}
+
+static void test_passers_by(void **state)
+{
+    (void)state;
+    bool found[8];
+    assert_int_equal(passers(0, found), 0);
+    assert_in_range(passers(1 << 2 | 1 << 5, found), 288, 600); // two photos of 12 x 12 cells, and what is near
+    for (int v = 0; v < 8; v++) assert_int_equal(found[v], v == 2 || v == 5);
+    assert_true(passers(0xaa, found) > 0); // all with the flash: its mirror image
+    for (int v = 0; v < 8; v++) assert_int_equal(found[v], v % 2);
+    assert_true(passers(0x15, found) > 0);     // three of four without
+    assert_int_equal(passers(0x55, found), 0); // all of them, or all photos: nobody
+    assert_int_equal(passers(0xff, found), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_ring_is_filled),
@@ -162,6 +204,7 @@ int main(void)
                                        cmocka_unit_test(test_bite_is_filled),
                                        cmocka_unit_test(test_parts_are_one),
                                        cmocka_unit_test(test_figure_is_completed),
-                                       cmocka_unit_test(test_clarity)};
+                                       cmocka_unit_test(test_clarity),
+                                       cmocka_unit_test(test_passers_by)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
