@@ -7,12 +7,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define RESERVE 4096
+enum { RESERVES = 4, RESERVE = 4096 };
 
 // Jansson leaves out of an object what it has no memory for, and hardly a caller looks: once it had none it gets none,
 // so that no text is made of half an object. Other allocators than malloc are left alone.
 static atomic_bool json_stopped;
-static _Atomic(void *) reserve; // for what lacks first: where a number's text cannot grow, its parser aborts
+static _Atomic(void *) reserve[RESERVES]; // where a number's text cannot grow, jansson's parser aborts
+
+// Jansson's texts double from 16 bytes on, and its values have other sizes: a parser does not go on for long.
+static bool may_be_text(size_t size)
+{
+    return size > 16 && size <= RESERVE && (size & (size - 1)) == 0;
+}
 
 static void *json_malloc(size_t size)
 {
@@ -20,7 +26,8 @@ static void *json_malloc(size_t size)
     if (p) return p;
     json_stopped = true;
     fs_error_memory(NULL);
-    return size > RESERVE ? NULL : atomic_exchange(&reserve, NULL);
+    for (int i = 0; i < RESERVES && !p && may_be_text(size); i++) p = atomic_exchange(&reserve[i], NULL);
+    return p;
 }
 
 unsigned fs_memory_begin(void)
@@ -29,7 +36,8 @@ unsigned fs_memory_begin(void)
     json_free_t release;
     json_get_alloc_funcs(&allocate, &release);
     if (allocate == malloc && release == free) json_set_alloc_funcs(json_malloc, free);
-    if (!reserve) reserve = malloc(RESERVE);
+    for (int i = 0; i < RESERVES; i++)
+        if (!reserve[i]) reserve[i] = malloc(RESERVE);
     json_stopped = false;
     errno = 0;
     return fs_error_memory_failures();

@@ -74,7 +74,9 @@ enum { LINE = 2000 }; // as long as the log's
 static FILE *begin_line(char line[LINE])
 {
     memset(line, 0, LINE);
-    return fmemopen(line, LINE - 1, "w");
+    FILE *f = fmemopen(line, LINE - 1, "w");
+    if (!f) fs_error_memory(NULL); // the line is left out: the stage is not done
+    return f;
 }
 
 static void end_line(FILE *f, char line[LINE], const Log *log)

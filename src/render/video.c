@@ -144,11 +144,9 @@ static int open_file(Video *video, int fps)
         av_free(buffer);
         return AVERROR(ENOMEM);
     }
-    AVDictionary *options = NULL;
-    if ((rc = av_dict_set(&options, "movflags", "+faststart", 0)) >= 0)
-        rc = avformat_write_header(video->format, &options);
-    av_dict_free(&options);
-    return rc;
+    // not among avformat_write_header's options: for want of memory it would lose it in silence
+    MUST(av_opt_set(video->format->priv_data, "movflags", "+faststart", 0));
+    return avformat_write_header(video->format, NULL);
 }
 
 static int open_frame(Video *video)

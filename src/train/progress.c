@@ -131,6 +131,7 @@ int fs_progress_log_rewind(Trainer *trainer, FsError *err)
     size_t size, kept = 0;
     if (!fs_file_exists(path.text)) return 0;
     MUST(fs_file_read(path.text, MAX_LOG, &text, &size, err));
+    unsigned failures = fs_error_memory_failures();
     for (size_t n; kept < size; kept += n) {
         n = strcspn(text + kept, "\n") + 1;
         json_t *line = kept + n <= size ? json_loadb(text + kept, n, 0, NULL) : NULL;
@@ -138,7 +139,11 @@ int fs_progress_log_rewind(Trainer *trainer, FsError *err)
         json_decref(line);
         if (step < 1 || step > trainer->step) break;
     }
-    int rc = kept < size ? fs_file_write(path.text, text, kept, err) : 0;
+    int rc = 0;
+    if (fs_error_memory_failures() != failures) // a line that could not be read is none that comes after
+        rc = fs_error_memory(err);
+    else if (kept < size)
+        rc = fs_file_write(path.text, text, kept, err);
     free(text);
     return rc;
 }
