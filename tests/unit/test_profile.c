@@ -147,6 +147,7 @@ static void say_color_space(const char *path, int value)
     TIFF *tiff = TIFFOpen(path, "r+");
     uint64_t at;
     assert_non_null(tiff);
+    TIFFFreeDirectory(tiff); // what it has read: TIFFCreateEXIFDirectory forgets it
     assert_int_equal(TIFFCreateEXIFDirectory(tiff), 0);
     assert_true(TIFFSetField(tiff, EXIFTAG_COLORSPACE, value) && TIFFWriteCustomDirectory(tiff, &at));
     assert_true(TIFFSetDirectory(tiff, 0) && TIFFSetField(tiff, TIFFTAG_EXIFIFD, at) && TIFFRewriteDirectory(tiff));
