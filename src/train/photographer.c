@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "base/linalg.h"
+#include "model/vertical.h"
 #include "train/region.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
@@ -48,24 +49,6 @@ int fs_photographer_down(Trainer *trainer, FsError *err)
 
 // ---- the portrait ----
 
-// The vertical: photos' sides lie level. As far as they all look the same way it is their own upright.
-static void find_vertical(const Trainer *trainer, double up[3])
-{
-    for (int k = 0; k < 3; k++) up[k] = 0;
-    for (int v = 0; v < trainer->n_views; v++)
-        for (int k = 0; k < 3; k++) up[k] -= trainer->views[v]->camera.w2c[4 + k];
-    v3_normalise(up);
-    for (int turn = 0; turn < PORTRAIT_UPRIGHT; turn++) {
-        double off[3] = {0};
-        for (int v = 0; v < trainer->n_views; v++) {
-            const double *right = trainer->views[v]->camera.w2c;
-            for (int k = 0; k < 3; k++) off[k] += v3_dot(right, up) * right[k] / trainer->n_views;
-        }
-        for (int k = 0; k < 3; k++) up[k] -= 0.5 * off[k];
-        v3_normalise(up);
-    }
-}
-
 // The part of a direction across the vertical; returns its length.
 static double across_of(const double d[3], const double up[3], double level[3])
 {
@@ -77,9 +60,10 @@ static double across_of(const double d[3], const double up[3], double level[3])
 // Where a photo looks, on the level: straight down, too, by which of its sides is the upper one.
 static void facing(const Camera *camera, const double up[3], double front[3])
 {
-    const double *ahead = camera->w2c + 8, *down = camera->w2c + 4, sign = v3_dot(ahead, up) < 0 ? -1 : 1;
-    double d[3];
-    for (int k = 0; k < 3; k++) d[k] = ahead[k] + sign * down[k];
+    const double *ahead = camera->w2c + 8, sign = v3_dot(ahead, up) < 0 ? -1 : 1;
+    double d[3], lower[3];
+    fs_vertical_lower(camera, up, lower);
+    for (int k = 0; k < 3; k++) d[k] = ahead[k] + sign * lower[k];
     across_of(d, up, front);
 }
 
@@ -87,7 +71,7 @@ static void facing(const Camera *camera, const double up[3], double front[3])
 static void direct(Portrait *p, const Trainer *trainer, bool turned)
 {
     double up[3], mean[3] = {0}, fronts[3] = {0}, front[3], level[3], across = 0;
-    find_vertical(trainer, up);
+    fs_vertical_find(trainer->views, trainer->n_views, up);
     for (int v = 0; v < trainer->n_views; v++) {
         const double *ahead = trainer->views[v]->camera.w2c + 8;
         facing(&trainer->views[v]->camera, up, front);

@@ -107,7 +107,6 @@ enum {
     PORTRAIT_GAP = 2,       // experiment  cells
     PORTRAIT_NEAR = 3,      // -           cells around the outline, where photos may differ
     PORTRAIT_LEAST = 20,    // -           cells of 16384
-    PORTRAIT_UPRIGHT = 100, // -           turns that the vertical is found in
 };
 
 // Who walks by (passers_by.c).
