@@ -102,17 +102,20 @@ typedef struct Piece {
     bool with_pane, mirrored_back;
 } Piece;
 
-// Sizes that a format cannot tell are drawn as large as the last it can.
+// Sizes that a format cannot tell are drawn as large as the last it can: of a thin Gaussian's thickness nobody sees
+// that.
 static void warn_of_sizes(const Export *x, const Splats *splats, const Format *format, const char *name)
 {
     int beyond = 0;
-    for (int i = 0; i < 3 * splats->n && format->size[1] > format->size[0]; i++)
-        beyond += splats->scale[i] < format->size[0] || splats->scale[i] > format->size[1];
-    if (beyond > 3 * (splats->n / 100))
+    for (int i = 0; i < splats->n && format->size[1] > format->size[0]; i++) {
+        const float *s = splats->scale + 3 * i, most = fmaxf(fmaxf(s[0], s[1]), s[2]);
+        beyond += most < format->size[0] || most > format->size[1];
+    }
+    if (beyond > splats->n / 100)
         fs_log_warn(&x->project->log,
-                    "export: %s: %s: %.0f %% of the sizes are beyond what the format holds (%.2g to %.3g units): give "
-                    "poses in another unit, or use PLY",
-                    name, format->name, 100.0 * beyond / (3.0 * splats->n), exp((double)format->size[0]),
+                    "export: %s: %s: %.0f %% of the Gaussians are of sizes that the format does not hold (%.2g to %.3g "
+                    "units): give poses in another unit, or use PLY",
+                    name, format->name, 100.0 * beyond / splats->n, exp((double)format->size[0]),
                     exp((double)format->size[1]));
 }
 

@@ -28,7 +28,7 @@ typedef struct Synth {
 static int prepare(Synth *s, FsError *err)
 {
     MUST(fs_layout_build(&s->layout, &s->spec, err));
-    fs_log_info(s->log, "synth: seed %u is a %s, mirroring a %s; %d and %d shapes", s->spec.seed, s->layout.name,
+    fs_log_info(s->log, "synth: seed %u: behind the pane a %s, mirrored another room (%s); %d and %d shapes", s->spec.seed, s->layout.name,
                 s->layout.room_name, s->layout.behind.n, s->layout.room.n);
     MUST(fs_bake_ambient(&s->layout.behind, s->threads, err));
     MUST(fs_bake_ambient(&s->layout.room, s->threads, err));
