@@ -168,8 +168,12 @@ int fs_check_run(const char *folder, const FsSettings *settings, const Log *log,
     TRY(fs_photos_drop_failed(&photos, log, err));
     fs_photos_drop_copies(&photos);
     TRY(fs_findings_make(&findings, &photos, err));
-    if (*settings->json) TRY(write_json(settings->json, &photos, &findings, err));
     rc = say(&photos, &findings, log, err);
+    if (*settings->json && rc != FS_ERR_CANCELLED) {
+        FsError unwritten = {0};
+        if (write_json(settings->json, &photos, &findings, &unwritten) < 0)
+            rc = fs_error_set(err, unwritten.code, "%s", unwritten.message);
+    }
 fail:
     fs_findings_free(&findings);
     fs_photos_free(&photos);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "base/order.h"
+#include "image/profile.h"
 
 typedef struct Pairs {
     float *truth, *estimate; // metres
@@ -54,6 +55,7 @@ static int collect(Pairs *pairs, const char *truth_path, const char *path, FsErr
     int rc;
     TRY(read_depth(truth_path, &truth, err));
     TRY(read_depth(path, &depth, err));
+    TRY(fs_truth_same_shape(&truth, &depth, path, err));
     int width = truth.width < depth.width ? truth.width : depth.width;
     int height = truth.height < depth.height ? truth.height : depth.height;
     TRY(reserve(pairs, (size_t)width * (size_t)height, err));
@@ -70,6 +72,18 @@ fail:
     fs_image_free(&truth);
     fs_image_free(&depth);
     return rc;
+}
+
+// Another program's picture of depth, as for eyes, is no depth.
+static bool is_depth(const char *path)
+{
+    Image depth;
+    LightTag tag = {0};
+    bool tiff = fs_file_has_ext(path, "tif tiff");
+    if (!tiff && (fs_png_read_tag(path, &tag, NULL) < 0 || !tag.deep)) return false;
+    if (read_depth(path, &depth, NULL) < 0) return false;
+    fs_image_free(&depth);
+    return true;
 }
 
 // Of n > 0 values; sorts them.
@@ -89,13 +103,11 @@ static double relative_error(const Pairs *pairs, size_t first, double scale)
     return median(values, n);
 }
 
-static int view_score(DepthViewScore *view, const TruthView *truth, const char *dir, const char *layer, Pairs *pairs,
-                      FsError *err)
+static int view_score(DepthViewScore *view, const TruthView *truth, FilePath path, Pairs *pairs, FsError *err)
 {
-    FilePath path;
     snprintf(view->name, sizeof view->name, "%s", truth->name);
     view->error = view->covered = NAN;
-    view->missing = !fs_truth_find(dir, layer, truth->name, "png|tif|tiff", &path);
+    view->missing = !*path.text;
     if (view->missing) return 0;
     size_t first = pairs->n, asked = pairs->asked;
     MUST(collect(pairs, truth->path.text, path.text, err));
@@ -116,18 +128,27 @@ static void summarise(DepthScore *score, const Pairs *pairs)
 }
 
 int fs_depth_score(DepthScore *score, const char *layer, const TruthViews *views, const char *dir, const Log *log,
-                   FsError *err)
+                   bool ours, FsError *err)
 {
     *score = (DepthScore){.layer = layer};
     Pairs pairs = {0};
-    int rc = 0;
+    int rc = 0, none = 0;
     score->view = calloc((size_t)views->n + 1, sizeof *score->view);
     if (!score->view) return fs_error_memory(err);
     for (int i = 0; i < views->n; i++) {
-        TRY(view_score(&score->view[i], &views->view[i], dir, layer, &pairs, err));
+        FilePath path;
+        bool there = fs_truth_find(dir, layer, views->view[i].name, "png|tif|tiff", &path),
+             is = ours || (there && is_depth(path.text));
+        if (!there || !is) path.text[0] = 0;
+        none += there && !is;
+        TRY(view_score(&score->view[i], &views->view[i], path, &pairs, err));
         score->missing += score->view[i].missing;
     }
     score->n = views->n - score->missing;
+    if (none)
+        fs_log_warn(log,
+                    "evaluate: %d pictures in %s/%s are no depth (16-bit PNG in millimetres, or float TIFF): left out",
+                    none, dir, layer);
     if (score->missing)
         fs_log_warn(log, "evaluate: %d of %d views are missing in %s/%s", score->missing, views->n, dir, layer);
     summarise(score, &pairs);

@@ -21,7 +21,8 @@ typedef struct DepthScore {
 } DepthScore;
 
 // Truth: 16-bit PNG in millimetres, 0 = none. Estimate: <dir>/<layer>/<view>.png in the same form, or a float TIFF in
-// world units, taken for metres. The smaller image's pixel centres are compared with the nearest pixel of the larger.
+// world units, taken for metres; what else is there is an error, of others (not `ours`) left out. The smaller image's
+// pixel centres are compared with the nearest pixel of the larger.
 int fs_depth_score(DepthScore *score, const char *layer, const TruthViews *views, const char *dir, const Log *log,
-                   FsError *err);
+                   bool ours, FsError *err);
 void fs_depth_free(DepthScore *score);

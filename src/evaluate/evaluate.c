@@ -97,7 +97,7 @@ static int evaluate_depth(Evaluation *e, int k, FsError *err)
     TruthViews views;
     int rc = fs_truth_list(e->truth, name, &e->cameras, e->project->set.views, &views, err);
     for (int i = 0; i < e->n && rc == 0 && views.n; i++)
-        rc = fs_depth_score(&e->method[i].depth[k], name, &views, e->method[i].dir.text, &e->project->log, err);
+        rc = fs_depth_score(&e->method[i].depth[k], name, &views, e->method[i].dir.text, &e->project->log, !i, err);
     fs_truth_free(&views);
     return rc;
 }
@@ -106,8 +106,16 @@ static int finish(const Evaluation *e, FsError *err)
 {
     const Settings *set = &e->project->set;
     int measured = 0;
-    for (int i = 0; i < e->n; i++)
-        for (int l = 0; l < FS_EVALUATE_LAYERS; l++) measured += e->method[i].layer[l].n;
+    for (int i = 0; i < e->n; i++) {
+        int own = 0;
+        for (int l = 0; l < FS_EVALUATE_LAYERS; l++) own += e->method[i].layer[l].n;
+        if (i && !own)
+            return fs_error_input(err,
+                                  "%s: no picture of a view of %s: expected <layer>/<view>.png in it, with layers T_N, "
+                                  "T_F, R, I_N or I_F",
+                                  e->method[i].dir.text, e->truth);
+        measured += own;
+    }
     if (!measured)
         return fs_error_input(err,
                               "%s: no picture of the truth at %s views has a render in %s: first run `flashsplat "

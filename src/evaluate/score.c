@@ -94,6 +94,7 @@ static void score_view(void *context, int job, int worker)
     int rc = 0;
     if (task->score->missing) return;
     TRY(fs_truth_read_pair(task->truth->path.text, task->estimate.text, task->encoding, &a, &b, &task->err));
+    task->score->width = a.width, task->score->height = a.height;
     if (!task->gain) {
         fit_one(task, &a, &b);
         goto fail;
@@ -134,6 +135,15 @@ static int run_threaded(Task *tasks, int n, const Log *log, FsError *err)
     return first_error(tasks, n, err);
 }
 
+static void find_size(LayerScore *score)
+{
+    for (int i = 0; i < score->n + score->missing; i++) {
+        const ViewScore *v = &score->view[i];
+        if (v->missing || (score->width && score->width <= v->width)) continue;
+        score->width = v->width, score->height = v->height;
+    }
+}
+
 static void find_mean(LayerScore *score, int kind)
 {
     double *mean = score->mean[kind].value;
@@ -154,7 +164,7 @@ static int find_estimate(const LayerTask *layer, const char *view, FilePath *pat
                                : fs_truth_find(layer->dir, layer->layer, view, "png|jpg|jpeg|tif|tiff", path);
     *there = found == 1;
     if (found <= 1) return 0;
-    return fs_error_input(err, "%s/%s: %d pictures begin with %s (%s is one); name the one that is meant %s.png",
+    return fs_error_input(err, "%s/%s: %d pictures may be of %s (%s is one); leave the one that is meant, as %s.png",
                           layer->dir, layer->layer, found, view, fs_file_name(path->text), view);
 }
 
@@ -209,6 +219,7 @@ int fs_score_layer(LayerScore *score, const LayerTask *layer, const MetricContex
     }
     TRY(run_pass(tasks, views->n, score->gain, context, err));
     if (context->lpips) TRY(run_threaded(tasks, views->n, log, err));
+    find_size(score);
     for (int k = 0; k < SCORE_KINDS; k++) find_mean(score, k);
 fail:
     free(tasks);

@@ -14,13 +14,15 @@ typedef enum ScoreKind { SCORE_RAW, SCORE_FITTED, SCORE_PAPER, SCORE_KINDS } Sco
 
 typedef struct ViewScore {
     char name[256];
-    bool missing; // no file of that view
+    bool missing;      // no file of that view
+    int width, height; // that it was measured at
     Figures figures[SCORE_KINDS];
 } ViewScore;
 
 typedef struct LayerScore {
     const char *layer;         // static
     int n, missing;            // views measured and not found
+    int width, height;         // that they were measured at, of the smallest; 0: none was
     double gain[3];            // least squares in linear light over all views
     Figures mean[SCORE_KINDS]; // over views
     int counted[SCORE_KINDS];  // how many

@@ -110,6 +110,24 @@ static void log_method(const MethodScore *method, const Log *log)
     }
 }
 
+// Figures of fewer views, or of smaller pictures, which show fewer faults, are not to be compared with the others.
+static void warn_unlike(const MethodScore *methods, int n, int l, const Log *log)
+{
+    const LayerScore *first = NULL;
+    int at = 0;
+    for (int i = 0; i < n; i++) {
+        const LayerScore *s = &methods[i].layer[l];
+        if (!s->n) continue;
+        if (!first) first = s, at = i;
+        if (s->n == first->n && s->width == first->width && s->height == first->height) continue;
+        fs_log_warn(log,
+                    "evaluate: %s of %s was measured at %d views of %d x %d pixels, that of %s at %d of %d x %d: fewer "
+                    "views, or smaller pictures, may score higher for that alone",
+                    s->layer, methods[at].name, first->n, first->width, first->height, methods[i].name, s->n, s->width,
+                    s->height);
+    }
+}
+
 // Methods side by side: gain-fitted means.
 static void log_comparison(const MethodScore *methods, int n, const Log *log)
 {
@@ -138,6 +156,7 @@ void fs_score_table_log(const MethodScore *methods, int n, const Log *log)
 {
     for (int i = 0; i < n; i++) log_method(&methods[i], log);
     if (n > 1) log_comparison(methods, n, log);
+    for (int l = 0; l < FS_EVALUATE_LAYERS; l++) warn_unlike(methods, n, l, log);
 }
 
 // ---- JSON ----
@@ -158,7 +177,9 @@ static void put_figures(json_t *object, const Figures *figures, const char *suff
 
 static json_t *layer_json(const LayerScore *layer)
 {
-    json_t *root = json_pack("{s:i, s:i}", "n", layer->n, "missing", layer->missing), *views = json_object();
+    json_t *root = json_pack("{s:i, s:i, s:i, s:i}", "n", layer->n, "missing", layer->missing, "width", layer->width,
+                             "height", layer->height),
+           *views = json_object();
     for (int k = 0; k < SCORE_KINDS; k++) put_figures(root, &layer->mean[k], kinds[k].suffix);
     if (layer->n) json_object_set_new(root, "gain", json_pack("[fff]", layer->gain[0], layer->gain[1], layer->gain[2]));
     for (int i = 0; i < layer->n + layer->missing; i++) {

@@ -83,27 +83,37 @@ static bool is_of_another(const char *stem, const char *view, const Dataset *cam
 
 int fs_truth_find_estimate(const char *dir, const char *layer, const Dataset *cameras, const char *view, FilePath *path)
 {
-    if (fs_truth_find(dir, layer, view, "png|jpg|jpeg|tif|tiff", path)) return 1;
     FilePath folder = fs_file_at("%s/%s", dir, layer);
     FileList list = {0};
     int found = 0, exact = 0;
     size_t n = strlen(view);
     if (fs_file_list(folder.text, &list, NULL) < 0) return 0;
-    for (int i = 0; i < list.n && !exact; i++) {
+    for (int i = 0; i < list.n; i++) {
         char *stem = fs_photo_kind(list.name[i]) > PHOTO_NPY ? fs_file_stem(list.name[i]) : NULL;
-        bool begins = stem && begins_with(stem, view) && !is_of_another(stem, view, cameras);
-        exact = begins && !stem[n];
-        if (begins) *path = fs_file_at("%s/%s", folder.text, list.name[i]);
+        bool begins = stem && begins_with(stem, view) && !is_of_another(stem, view, cameras),
+             whole = begins && !stem[n];
+        if (whole || (begins && !exact)) *path = fs_file_at("%s/%s", folder.text, list.name[i]);
         found += begins;
+        exact += whole;
         free(stem);
     }
     fs_file_list_free(&list);
-    return exact ? 1 : found;
+    return exact ? exact : found;
+}
+
+static bool all_numbers(const Image *image)
+{
+    for (size_t i = 0; i < fs_image_values(image); i++)
+        if (!isfinite(image->px[i])) return false;
+    return true;
 }
 
 static int read_rgb(const char *path, Image *image, FsError *err)
 {
     int rc = fs_photo_read_stored(path, image, err);
+    if (rc == 0 && !all_numbers(image))
+        rc = fs_error_input(err, "%s: some of its values are no finite numbers, which no error can be measured of",
+                            path);
     if (rc < 0 || image->channels == 3) return rc;
     Image rgb;
     rc = fs_image_new(&rgb, image->width, image->height, 3, err);
@@ -127,13 +137,19 @@ static int shrink(Image *image, int width, int height, FsError *err)
     return 0;
 }
 
-int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err)
+int fs_truth_same_shape(const Image *a, const Image *b, const char *name, FsError *err)
 {
     long long aw = a->width, ah = a->height, bw = b->width, bh = b->height;
-    if ((double)llabs(aw * bh - bw * ah) > fmax(SAME_SHAPE * (double)aw * (double)bh, (double)(aw > ah ? aw : ah)))
-        return fs_error_input(err, "%s: %lld x %lld pixels, other proportions than the truth's %lld x %lld", name, bw,
-                              bh, aw, ah);
-    int width = (int)(aw < bw ? aw : bw), height = (int)(ah < bh ? ah : bh);
+    if ((double)llabs(aw * bh - bw * ah) <= fmax(SAME_SHAPE * (double)aw * (double)bh, (double)(aw > ah ? aw : ah)))
+        return 0;
+    return fs_error_input(err, "%s: %lld x %lld pixels, other proportions than the truth's %lld x %lld", name, bw, bh,
+                          aw, ah);
+}
+
+int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err)
+{
+    MUST(fs_truth_same_shape(a, b, name, err));
+    int width = a->width < b->width ? a->width : b->width, height = a->height < b->height ? a->height : b->height;
     MUST(shrink(a, width, height, err));
     return shrink(b, width, height, err);
 }

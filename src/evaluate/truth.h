@@ -27,12 +27,13 @@ Encoding fs_truth_encoding(const char *name); // as the setting method-encoding 
 
 // Path of <dir>/<layer>/<view>.<ext> for the first extension of "png|jpg|..." that exists; false when none does.
 bool fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions, FilePath *path);
-// The same, and where it is not there a file of other programs: of any picture's extension, named as the view or
-// <view>_ and more, which no longer name of `cameras` begins. How many there are; path: of one of them.
+// The same of other programs: of any picture's extension, named as the view, or where none is <view>_ and more, which
+// no longer name of `cameras` begins. How many there are; path: of one of them.
 int fs_truth_find_estimate(const char *dir, const char *layer, const Dataset *cameras, const char *view,
                            FilePath *path);
-// Both are averaged down in linear light to the smaller width and height of the two; of nearly the same proportions
-// (programs round sides to multiples of 16 and more). name: of b, for the error.
+// Of nearly the same proportions (programs round sides to multiples of 16 and more). name: of b, for the error.
+int fs_truth_same_shape(const Image *a, const Image *b, const char *name, FsError *err);
+// Both are averaged down in linear light to the smaller width and height of the two, which must be of one shape.
 int fs_truth_same_size(Image *a, Image *b, const char *name, FsError *err);
 // Pictures, both as tone-mapped RGB of one size; what the estimate's values are, `encoding` says.
 int fs_truth_read_pair(const char *truth, const char *estimate, Encoding encoding, Image *a, Image *b, FsError *err);

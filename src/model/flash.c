@@ -221,7 +221,7 @@ int fs_photos_check_groups(const Photos *photos, const FsProject *project, FsErr
 int fs_photos_mark_flash(Photos *photos, const Settings *set, const Log *log, FsError *err)
 {
     bool by_glob = set->flash_glob && *set->flash_glob, by_list = set->flash_list && *set->flash_list;
-    if (!by_glob && !by_list) return photos->n >= 2 ? mark_by_itself(photos, !needs_none(set), log, err) : 0;
+    if (!by_glob && !by_list) return mark_by_itself(photos, photos->n >= 2 && !needs_none(set), log, err);
     for (int i = 0; i < photos->n; i++) photos->photo[i].flash = 0;
     if (by_glob) MUST(mark_by_glob(photos, set->flash_glob, err));
     if (by_list) MUST(mark_by_list(photos, set->flash_list, err));

@@ -154,7 +154,7 @@ int fs_pair_run(const char *flash_path, const char *noflash_path, const char *ou
                            noflash.path, noflash.width, noflash.height, flash.path, flash.width, flash.height));
     subtract(&flash, &noflash, exposure_ratio(&flash, &noflash, log), log);
     if (!settings->linear && fs_file_exists(tiff.text))
-        fs_log_warn(log, "%s is not of this pair: --linear makes one", tiff.text);
+        fs_log_warn(log, "%s is not of this pair: take it away, then --linear makes one", tiff.text);
     TRY(write_difference(&flash.rgb, out, settings->linear ? tiff.text : NULL, log, err));
 fail:
     fs_image_free(&flash.rgb);

@@ -267,6 +267,20 @@ class Check(FolderTest):
         (self.dir / "mine.json").write_text("{}")
         self.assert_fails(run("check", self.photos, "--json", self.dir / "mine.json"), 1, "mine.json")
 
+    def test_one(self):
+        """The first photo that is tried: it says what it is."""
+        for path in self.photos.iterdir():
+            if path != self.some(True, 0):
+                path.unlink()
+        self.check(code=1)
+        self.assertEqual([photo["flash"] for photo in self.result["photos"]], [True])
+
+    def test_json_that_cannot_be_written(self):
+        """What was found is said all the same."""
+        process = run("check", self.photos, "--json", self.dir / "none/x.json")
+        self.assert_fails(process, 1, "none/x.json")
+        self.assertIn("20 photos: 10 with flash", process.stdout)
+
     def test_weak_flash(self):
         for n in range(10):  # the others' pictures, with a little more light
             shutil.copy(self.some(False, n), self.some(True, n))

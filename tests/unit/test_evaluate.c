@@ -286,7 +286,7 @@ static void test_two_that_may_be_meant(void **state)
     FilePath method = fs_file_at("two=%s", others.text);
     assert_null(evaluate(*state, FIXTURE "/truth",
                          (const char *[]){"output", FIXTURE "/renders", "method", method.text, NULL}, &said, &err));
-    assert_non_null(strstr(err.message, "2 pictures begin with"));
+    assert_non_null(strstr(err.message, "2 pictures may be of"));
 }
 
 // Of either scene: a float TIFF in world units against the truth's millimetres.
@@ -381,6 +381,44 @@ static void test_errors(void **state)
     free(bad), free(t_n), free(png);
 }
 
+// Of another program: what cannot be measured is refused, and what is measured otherwise is told.
+static void test_pictures_of_others(void **state)
+{
+    Said said;
+    FsError err;
+    Image image, half;
+    FilePath others = fs_file_at("%s/others", (char *)*state), method = fs_file_at("x=%s", others.text);
+    FilePath layer = fs_file_at("%s/T_N", others.text), eyes = fs_file_at("%s/depth_T", others.text);
+    const char *const settings[] = {"output", FIXTURE "/renders", "method", method.text, NULL};
+    assert_int_equal(fs_file_mkdirs(eyes.text, NULL), 0);
+    expect_error(*state, FIXTURE "/truth", settings, FS_ERR_INPUT, "others: no picture of a view");
+    copy_layer("T_N", others.text, "T_N");
+    assert_int_equal(fs_png_read(FIXTURE "/renders/T_N/TEST_01.png", &image, NULL), 0);
+    assert_int_equal(fs_png_write(fs_file_at("%s/TEST_01.png", eyes.text).text, &image, 8, NULL), 0);
+    json_decref(evaluate(*state, FIXTURE "/truth", settings, &said, &err));
+    assert_non_null(strstr(said.text, "warning: evaluate: 1 pictures in"));
+    assert_null(strstr(said.text, "may score higher"));
+
+    assert_int_equal(fs_image_resize_area(&image, image.width / 2, image.height / 2, &half, NULL), 0);
+    assert_int_equal(fs_png_write(fs_file_at("%s/TEST_01.png", layer.text).text, &half, 8, NULL), 0);
+    json_t *root = evaluate(*state, FIXTURE "/truth", settings, &said, &err);
+    assert_near("width", half.width, number(json_object_get(layers_of(root, "x"), "T_N"), "width"), 0);
+    assert_non_null(strstr(said.text, "may score higher"));
+    json_decref(root);
+
+    assert_int_equal(fs_png_write(fs_file_at("%s/TEST_01.PNG", layer.text).text, &half, 8, NULL), 0);
+    expect_error(*state, FIXTURE "/truth", settings, FS_ERR_INPUT, "2 pictures may be of");
+    assert_int_equal(remove(fs_file_at("%s/TEST_01.PNG", layer.text).text), 0);
+    assert_int_equal(remove(fs_file_at("%s/TEST_01.png", layer.text).text), 0);
+    for (int i = 0; i < 2; i++) {
+        image.px[77] = i ? INFINITY : NAN;
+        assert_int_equal(fs_tiff_write_float(fs_file_at("%s/TEST_01.tif", layer.text).text, &image, NULL), 0);
+        expect_error(*state, FIXTURE "/truth", settings, FS_ERR_INPUT, "TEST_01.tif: some of its values");
+    }
+    fs_image_free(&image);
+    fs_image_free(&half);
+}
+
 // Truncated renders at every length: always an error that names the file.
 static void test_truncated(void **state)
 {
@@ -429,6 +467,7 @@ int main(void)
         cmocka_unit_test(test_depths),
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_pictures_of_others),
         cmocka_unit_test(test_truncated),
         cmocka_unit_test(test_scales),
         cmocka_unit_test(test_paired_difference_of_T),
