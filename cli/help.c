@@ -183,6 +183,8 @@ static void man_commands(FILE *f)
         roff(f, commands[i].detail);
         fputc('\n', f);
     }
+    roff_item(f, "help [COMMAND]", "the overview, or a command's options with their defaults", ".");
+    roff_item(f, "version", "the version; --version, too", ".");
 }
 
 // The commands that take an option, as "run, train".

@@ -24,6 +24,7 @@ static void on_signal(int signal_number)
     (void)signal_number;
     if (stop_asked) _exit(EXIT_CANCELLED);
     stop_asked = 1;
+    signal(SIGPIPE, SIG_IGN); // whoever read along may have been stopped, too: what is done is saved all the same
     static const char saving[] = "\nstopping: saving what is done (once more: at once)\n",
                       stopping[] = "\nstopping (once more: at once)\n";
     ssize_t written = saves ? write(STDERR_FILENO, saving, sizeof saving - 1)

@@ -112,13 +112,14 @@ static const char *clock_text(double seconds, char text[24])
 }
 
 // Those up to the first that is to be done (again).
-static unsigned stages_done(FsProject *project)
+static unsigned stages_done(FsProject *project, const char *photos)
 {
     static const unsigned order[] = {FS_STAGE_INGEST, FS_STAGE_POSES, FS_STAGE_INITIALISE, FS_STAGE_TRAIN};
     unsigned done = 0;
+    if (!fs_ingest_look(project, photos)) return 0;
     int steps = project->set.steps;
     if (project->set.minutes > 0) fs_project_take_steps(project);
-    for (int i = 0; i < 4 && !project->set.force && fs_project_done_as(project, order[i]); i++) done |= order[i];
+    for (int i = 0; i < 4 && fs_project_is_done(project, order[i]); i++) done |= order[i];
     project->set.steps = steps;
     return done;
 }
@@ -128,7 +129,7 @@ int fs_estimate_run(FsProject *project, const char *photos, double begin, FsErro
     Estimate e = {0};
     FsError why = {0};
     bool resumes = project->set.resume && fs_file_exists(fs_file_at("%s/checkpoint/state.json", project->out).text);
-    e.done = stages_done(project);
+    e.done = stages_done(project, photos);
     if (project->set.steps < LEAST_STEPS || resumes || (e.done & FS_STAGE_TRAIN)) return 0;
     double early = 0;
     MUST(fs_train_reference(project, &early, err));

@@ -38,11 +38,13 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
 {
     *project = NULL;
     MUST(need(out, "the output folder", err));
+    MUST(fs_settings_check(settings, err));
     int rc = 0;
     FsProject *p = calloc(1, sizeof *p);
     if (!p) return fs_error_memory(err);
     p->out = strdup(out);
     TRY(fs_settings_copy(&p->set, settings, err));
+    p->set.resume &= !p->set.force; // anew is anew
     if (!p->out) TRY(fs_error_memory(err));
     for (size_t n = strlen(p->out); n > 1 && p->out[n - 1] == '/'; n--) p->out[n - 1] = 0;
     p->made_out = !fs_file_exists(p->out);

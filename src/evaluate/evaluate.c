@@ -105,22 +105,6 @@ static int evaluate_depth(Evaluation *e, int k, FsError *err)
 static int finish(const Evaluation *e, FsError *err)
 {
     const Settings *set = &e->project->set;
-    int measured = 0;
-    for (int i = 0; i < e->n; i++) {
-        int own = 0;
-        for (int l = 0; l < FS_EVALUATE_LAYERS; l++) own += e->method[i].layer[l].n;
-        if (i && !own)
-            return fs_error_input(err,
-                                  "%s: no picture of a view of %s: expected <layer>/<view>.png in it, with layers T_N, "
-                                  "T_F, R, I_N or I_F",
-                                  e->method[i].dir.text, e->truth);
-        measured += own;
-    }
-    if (!measured)
-        return fs_error_input(err,
-                              "%s: no picture of the truth at %s views has a render in %s: first run `flashsplat "
-                              "render %s --cameras %s/cameras.json`, or check --views and --output",
-                              e->truth, set->views, e->method[0].dir.text, e->project->out, e->truth);
     fs_score_table_log(e->method, e->n, &e->project->log);
     FilePath path = fs_file_at("%s/evaluate.json", e->project->out);
     MUST(fs_score_table_write(e->method, e->n, e->truth, set->views, path.text, err));
@@ -162,6 +146,43 @@ static int check_renders(const FsProject *project, FsError *err)
                           project->out);
 }
 
+static int count_pictures(const Evaluation *e, int method, int *count, FsError *err)
+{
+    FilePath path;
+    const char *dir = e->method[method].dir.text;
+    *count = 0;
+    for (int l = 0; l < FS_EVALUATE_LAYERS; l++) {
+        const char *layer = fs_render_layers[layers[l].layer].name;
+        TruthViews views;
+        MUST(fs_truth_list(e->truth, layer, &e->cameras, e->project->set.views, &views, err));
+        for (int v = 0; v < views.n; v++)
+            *count += method ? fs_truth_find_estimate(dir, layer, &e->cameras, views.view[v].name, &path)
+                             : fs_truth_find(dir, layer, views.view[v].name, FS_TRUTH_PICTURES, &path);
+        fs_truth_free(&views);
+    }
+    return 0;
+}
+
+// Before the figures that are there are given up: something must be there to be measured.
+static int check_pictures(const Evaluation *e, FsError *err)
+{
+    int own, others;
+    MUST(count_pictures(e, 0, &own, err));
+    for (int i = 1; i < e->n; i++) {
+        MUST(count_pictures(e, i, &others, err));
+        if (!others)
+            return fs_error_input(err,
+                                  "%s: no picture of a view of %s: expected <layer>/<view>.png in it, with layers T_N, "
+                                  "T_F, R, I_N or I_F",
+                                  e->method[i].dir.text, e->truth);
+    }
+    if (own || e->n > 1) return 0;
+    return fs_error_input(err,
+                          "%s: no picture of the truth at %s views has a render in %s: first run `flashsplat "
+                          "render %s --cameras %s/cameras.json`, or check --views and --output",
+                          e->truth, e->project->set.views, e->method[0].dir.text, e->project->out, e->truth);
+}
+
 // Before anything is measured: OUT may be somebody else's.
 static int check_place(const FsProject *project, FsError *err)
 {
@@ -191,6 +212,7 @@ int fs_evaluate_run(FsProject *project, const char *truth, FsError *err)
     TRY(check_renders(project, err));
     if (*project->set.json) TRY(fs_json_file_check(project->set.json, "methods", err));
     TRY(list_methods(&e, err));
+    TRY(check_pictures(&e, err));
     TRY(fs_project_begin(project, FS_STAGE_EVALUATE, NULL, 0, err));
     TRY(check_place(project, err));
     e.context.threads = fs_threads_new(project->set.threads);

@@ -161,7 +161,7 @@ static void find_mean(LayerScore *score, int kind)
 static int find_estimate(const LayerTask *layer, const char *view, FilePath *path, bool *there, FsError *err)
 {
     int found = layer->cameras ? fs_truth_find_estimate(layer->dir, layer->layer, layer->cameras, view, path)
-                               : fs_truth_find(layer->dir, layer->layer, view, "png|jpg|jpeg|tif|tiff", path);
+                               : fs_truth_find(layer->dir, layer->layer, view, FS_TRUTH_PICTURES, path);
     *there = found == 1;
     if (found <= 1) return 0;
     return fs_error_input(err, "%s/%s: %d pictures may be of %s (%s is one); leave the one that is meant, as %s.png",

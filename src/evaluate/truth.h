@@ -25,6 +25,7 @@ void fs_truth_free(TruthViews *views);
 typedef enum Encoding { ENCODING_GAMMA, ENCODING_SRGB, ENCODING_LINEAR } Encoding;
 Encoding fs_truth_encoding(const char *name); // as the setting method-encoding names them
 
+#define FS_TRUTH_PICTURES "png|jpg|jpeg|tif|tiff"
 // Path of <dir>/<layer>/<view>.<ext> for the first extension of "png|jpg|..." that exists; false when none does.
 bool fs_truth_find(const char *dir, const char *layer, const char *view, const char *extensions, FilePath *path);
 // The same of other programs: of any picture's extension, named as the view, or where none is <view>_ and more, which

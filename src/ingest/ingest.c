@@ -128,9 +128,9 @@ static json_t *photo_json(const PhotoFile *photo)
         fs_exif_focal_px(&photo->exif, photo->orig_width, photo->orig_height) * photo->width / photo->orig_width;
     return json_pack("{s:s, s:s, s:b, s:i, s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:f}",
                      "name", photo->name, "file", photo->file, "flash", photo->flash, "width", photo->width, "height",
-                     photo->height, "orig_width", photo->orig_width, "orig_height", photo->orig_height, "orientation", photo->exif.orientation, "exposure_s",
-                     photo->exif.exposure_s, "iso", photo->exif.iso, "f_number", photo->exif.f_number, "focal_px",
-                     focal, "focal_mm", photo->exif.focal_mm, "quality",
+                     photo->height, "orig_width", photo->orig_width, "orig_height", photo->orig_height, "orientation",
+                     photo->exif.orientation, "exposure_s", photo->exif.exposure_s, "iso", photo->exif.iso, "f_number",
+                     photo->exif.f_number, "focal_px", focal, "focal_mm", photo->exif.focal_mm, "quality",
                      photo->encoded  ? "reduced"
                      : photo->untold ? "untold"
                                      : "raw",
@@ -191,8 +191,7 @@ static int begin(FsProject *project, const Photos *photos, const char *dir, FsEr
     return rc;
 }
 
-// Photos that are gone do not matter once they are ingested; a folder that is there must hold photos.
-static bool is_done(FsProject *project, const char *folder)
+bool fs_ingest_look(FsProject *project, const char *folder)
 {
     Photos photos;
     *project->photos = 0;
@@ -203,7 +202,7 @@ static bool is_done(FsProject *project, const char *folder)
     } else if (fs_file_exists(folder)) {
         return false;
     }
-    return fs_project_done(project, FS_STAGE_INGEST);
+    return true;
 }
 
 // Where the photos are now; of a folder that is only looked at any more, as read-only ones are, it need not be known.
@@ -229,7 +228,8 @@ static int level(const FsProject *project, Photos *photos, FsError *err)
 int fs_ingest_run(FsProject *project, const char *folder, FsError *err)
 {
     MUST(fs_originals_check(project, folder, err));
-    if (is_done(project, folder)) return remember_again(project, folder, err);
+    if (fs_ingest_look(project, folder) && fs_project_done(project, FS_STAGE_INGEST))
+        return remember_again(project, folder, err);
     int rc = 0;
     const Log *log = &project->log;
     Photos photos = {0};

@@ -24,6 +24,7 @@ int fs_given_points_read(const char *path, const SmallViews *views, SparsePoints
     for (int i = 0; i < n; i++)
         if (is_seen(views, xyz + 3 * (size_t)i))
             memmove(xyz + 3 * (size_t)seen++, xyz + 3 * (size_t)i, 3 * sizeof *xyz);
+    if (n < INPUT_FEWEST) TRY(fs_error_input(err, "%s: only %d points, at least %d are needed", path, n, INPUT_FEWEST));
     if (seen < INPUT_FEWEST || seen < (int)(GIVEN_SEEN * (float)n))
         TRY(fs_error_input(err, "%s: the photos see %d of its %d points: it must be in the frame of the poses", path,
                            seen, n));

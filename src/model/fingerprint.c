@@ -50,9 +50,13 @@ json_t *fs_fingerprint_settings(const FsProject *project, unsigned stage)
 // ---- inputs ----
 
 #define READ "tif png json ply txt bin npy" // by the stages: not what a file manager leaves about
+// Of a folder for --poses.
+#define MODEL                                                                                                          \
+    "cameras.bin,cameras.txt,images.bin,images.txt,points3D.bin,points3D.txt,transforms.json,cameras.json,poses_"      \
+    "bounds.npy"
 
-// Names and contents, in the order of the names. False where there is nothing.
-static bool hash_path(const char *path, int depth, uint64_t *hash)
+// Names and contents, in the order of the names; only: of these alone. False where there is nothing.
+static bool hash_path(const char *path, int depth, const char *only, uint64_t *hash)
 {
     uint64_t size;
     FileList list;
@@ -64,27 +68,33 @@ static bool hash_path(const char *path, int depth, uint64_t *hash)
     if (depth == 0 || fs_file_list(path, &list, NULL) < 0) return true;
     for (int i = 0; i < list.n; i++) {
         FilePath inside = fs_file_at("%s/%s", path, list.name[i]);
+        if (only && !fs_settings_has_word(only, list.name[i])) continue;
         if (fs_file_is_dir(inside.text) ? depth > 1 : fs_file_has_ext(inside.text, READ)) {
             *hash = fs_hash_text(*hash, list.name[i]);
-            hash_path(inside.text, depth - 1, hash);
+            hash_path(inside.text, depth - 1, only, hash);
         }
     }
     fs_file_list_free(&list);
     return true;
 }
 
-bool fs_fingerprint_hash(const char *path, int depth, char text[17])
+static bool hash_text(const char *path, int depth, const char *only, char text[17])
 {
     uint64_t hash = FS_HASH_EMPTY;
-    bool there = hash_path(path, depth, &hash);
+    bool there = hash_path(path, depth, only, &hash);
     snprintf(text, 17, "%016llx", (unsigned long long)hash);
     return there;
 }
 
-static void put_hash(json_t *inputs, const char *name, const char *path, int depth)
+bool fs_fingerprint_hash(const char *path, int depth, char text[17])
+{
+    return hash_text(path, depth, NULL, text);
+}
+
+static void put_hash(json_t *inputs, const char *name, const char *path, int depth, const char *only)
 {
     char text[17];
-    bool there = fs_fingerprint_hash(path, depth, text);
+    bool there = hash_text(path, depth, only, text);
     json_object_set_new(inputs, name, there ? json_string(text) : json_null());
 }
 
@@ -96,16 +106,16 @@ static json_t *inputs_of(const FsProject *project, const ProjectStage *stage)
         json_object_set_new(inputs, "the photos", *project->photos ? json_string(project->photos) : json_null());
     if (stage->stage == FS_STAGE_POSES && *model) {
         char *place = fs_colmap_model_find(model);
-        put_hash(inputs, "the model of --poses", place ? place : model, 1);
+        put_hash(inputs, "the model of --poses", place ? place : model, 1, MODEL);
         free(place);
     }
     const char *const clouds[][2] = {{"the cloud of --points", project->set.points},
                                      {"the cloud of --flash-points", project->set.flash_points},
                                      {"the cloud of --noflash-points", project->set.noflash_points}};
     for (size_t i = 0; i < sizeof clouds / sizeof *clouds; i++)
-        if (stage->stage == FS_STAGE_INITIALISE && *clouds[i][1]) put_hash(inputs, clouds[i][0], clouds[i][1], 1);
+        if (stage->stage == FS_STAGE_INITIALISE && *clouds[i][1]) put_hash(inputs, clouds[i][0], clouds[i][1], 1, NULL);
     for (int i = 0; i < PROJECT_INPUTS && stage->input[i]; i++)
-        put_hash(inputs, stage->input[i], fs_file_at("%s/%s", project->out, stage->input[i]).text, MAX_DEPTH);
+        put_hash(inputs, stage->input[i], fs_file_at("%s/%s", project->out, stage->input[i]).text, MAX_DEPTH, NULL);
     return inputs;
 }
 

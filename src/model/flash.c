@@ -243,12 +243,13 @@ int fs_photos_find_flash(Photos *photos, const FsProject *project, FsError *err)
     }
     bool by_glob = set->flash_glob && *set->flash_glob, by_list = set->flash_list && *set->flash_list;
     fs_log_info(log, "%d photos: %d with flash, %d without (%s)", photos->n, flash, photos->n - flash,
-                by_glob && by_list   ? "--flash-glob and --flash-list"
-                : by_glob            ? "--flash-glob"
-                : by_list            ? "--flash-list"
-                : sorted             ? "their folders and EXIF"
-                : named == photos->n ? "their names"
-                : named              ? "their names and EXIF"
-                                     : "EXIF");
+                by_glob && by_list    ? "--flash-glob and --flash-list"
+                : by_glob             ? "--flash-glob"
+                : by_list             ? "--flash-list"
+                : sorted == photos->n ? "their folders"
+                : sorted              ? "their folders and EXIF"
+                : named == photos->n  ? "their names"
+                : named               ? "their names and EXIF"
+                                      : "EXIF");
     return 0;
 }

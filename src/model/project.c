@@ -111,14 +111,24 @@ static bool adds(FsProject *project, const ProjectStage *stage)
     return same;
 }
 
+bool fs_project_is_done(FsProject *project, unsigned stage)
+{
+    char what[400], *was;
+    project->fingerprint_stage = 0; // anew: files may have changed
+    unsigned differs = mark_differs(project, fs_project_stage(stage), &was, what);
+    free(was);
+    return !project->set.force && !differs && is_there(project, fs_project_stage(stage));
+}
+
 static bool is_done(FsProject *project, const ProjectStage *stage)
 {
     char what[400], *was;
     unsigned differs = mark_differs(project, stage, &was, what);
     bool done = !project->set.force && !differs && is_there(project, stage);
+    bool goes_on = stage->stage == FS_STAGE_TRAIN && project->set.resume && fs_project_has_checkpoint(project->out);
     if (done)
         say_done(project, stage->name, was);
-    else if (!project->set.force && fs_file_exists(mark_path(project, stage->stage).text))
+    else if (!project->set.force && !goes_on && fs_file_exists(mark_path(project, stage->stage).text))
         fs_log_info(&project->log, "%s: done %s, %s", stage->name,
                     adds(project, stage) ? "beside what is there" : "again", differs ? what : "what it wrote is gone");
     free(was);
@@ -387,16 +397,6 @@ int fs_project_missing(const char *out, unsigned stage, const char *name, FsErro
                           out, name, made, photos, out);
 }
 
-bool fs_project_done_as(const FsProject *project, unsigned stage)
-{
-    json_t *mark, *now = fs_fingerprint_settings(project, stage);
-    fs_json_file_read(mark_path(project, stage).text, MAX_MARK_BYTES, &mark, NULL);
-    bool same = now && json_equal(now, json_object_get(mark, "settings"));
-    json_decref(mark);
-    json_decref(now);
-    return same;
-}
-
 static int check_plan(const FsProject *project, unsigned stages, const Names *names, FsError *err)
 {
     MUST(check_marks(project, err));
@@ -430,9 +430,10 @@ static bool is_stale(const FsProject *project, const ProjectStage *row, const ch
 {
     bool there = false;
     *since = NULL;
-    for (int k = 0; k < PROJECT_OUTPUTS && row->output[k]; k++)
-        there |=
-            !strpbrk(row->output[k], "%&*") && fs_file_exists(fs_file_at("%s/%s", project->out, row->output[k]).text);
+    for (int k = 0; k < PROJECT_OUTPUTS && row->output[k]; k++) {
+        const char *name = row->output[k] + (*row->output[k] == '=');
+        there |= !strpbrk(name, "%&*") && fs_file_exists(fs_file_at("%s/%s", project->out, name).text);
+    }
     if (!there || fs_file_exists(mark_path(project, row->stage).text)) return false;
     for (int k = 0; k < PROJECT_STAGES; k++)
         if ((row->after & fs_project_stages[k].stage) &&
@@ -441,13 +442,12 @@ static bool is_stale(const FsProject *project, const ProjectStage *row, const ch
     return *since != NULL;
 }
 
-// What a stage reads must not be of other photos or poses than those that are there now.
-static int check_earlier(const FsProject *project, const ProjectStage *stage, FsError *err)
+int fs_project_check_earlier(const FsProject *project, unsigned stage, FsError *err)
 {
     const char *since;
     for (int i = 0; i < PROJECT_STAGES; i++) {
         const ProjectStage *row = &fs_project_stages[i];
-        if ((stage->after & row->stage & INITIALISE) && is_stale(project, row, &since))
+        if ((fs_project_stage(stage)->after & row->stage & TRAIN) && is_stale(project, row, &since))
             return fs_error_input(err,
                                   "%s: %s was not done since %s was: first run `flashsplat %s %s`, or all with "
                                   "`flashsplat run`",
@@ -462,7 +462,7 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
     const char **ingested = NULL;
     FilePath path = fs_file_at("%s/ingest.json", project->out);
     json_t *root = view ? NULL : json_load_file(path.text, 0, NULL), *photos = json_object_get(root, "photos");
-    int rc = check_earlier(project, fs_project_stage(stage), err);
+    int rc = fs_project_check_earlier(project, stage, err);
     if (rc == 0) rc = check_resume(project, fs_project_stage(stage), err);
     if (rc == 0) rc = fs_owned_open(project->out, "project", err);
     if (rc == 0 && json_array_size(photos)) {

@@ -66,11 +66,14 @@ int fs_project_lock(FsProject *project, FsError *err);
 // True when <out>/done/<stage>.json exists, setting "force" is off, and the stage's settings and inputs are those it
 // was made from; logs that the stage is skipped. A change makes it false and says which.
 bool fs_project_done(FsProject *project, unsigned stage);
+bool fs_project_is_done(FsProject *project, unsigned stage); // the same, without a word
 // Whether a stage's mark says that it was done with this text of an option.
 bool fs_project_done_with(const FsProject *project, unsigned stage, const char *option, const char *value);
 int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err);
 void fs_project_unmark(const FsProject *project, unsigned stage); // and the stages that read its results
 bool fs_project_has_checkpoint(const char *out);                  // of a training
+// Refuses where what the stage reads is of other photos, poses or settings than those that are there now.
+int fs_project_check_earlier(const FsProject *project, unsigned stage, FsError *err);
 // At the start of a stage's work, before it touches anything: checks that the stages whose results it reads were done
 // since those that they follow from, that no checkpoint goes that setting "resume" wants, and that nothing of the
 // user's is where this stage and those planned after it will write, then unmarks the stage and removes what it left
@@ -81,8 +84,6 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
 int fs_project_check_input(const FsProject *project, const char *path, FsError *err);
 // Renders that are to go to `path` must not get into what other stages made.
 int fs_project_check_output(const FsProject *project, const char *path, FsError *err);
-// Done with these settings, whatever its inputs.
-bool fs_project_done_as(const FsProject *project, unsigned stage);
 
 // An error: <out>/<name>, which the stage makes, is not there, and what makes it.
 int fs_project_missing(const char *out, unsigned stage, const char *name, FsError *err);

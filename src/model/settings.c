@@ -403,19 +403,14 @@ static int apply_preset(Settings *settings, FsError *err)
     return rc;
 }
 
-// What a value may be beside what others are.
-static int check_meaning(const Settings *settings, const char *name, const char *value, FsError *err)
+int fs_settings_check(const Settings *settings, FsError *err)
 {
-    if (strcmp(name, "steps") == 0
-            ? settings->minutes > 0
-            : strcmp(name, "minutes") == 0 && strtod(value, NULL) > 0 && fs_settings_was_set(settings, "steps"))
+    if (settings->minutes > 0 && fs_settings_was_set(settings, "steps"))
         return fs_error_set(err, FS_ERR_USAGE, "--minutes and --steps: give one of them, the other follows");
-    const char *cameras = strcmp(name, "cameras") == 0 ? value : settings->cameras,
-               *path = strcmp(name, "path") == 0 ? value : settings->path;
-    if (*cameras && strcmp(path, "spiral") == 0)
+    if (*settings->cameras && strcmp(settings->path, "spiral") == 0)
         return fs_error_set(err, FS_ERR_USAGE,
                             "--path spiral and --cameras: give one of them, both say which views");
-    if (strcmp(name, "test-every") == 0 && strtod(value, NULL) == 1)
+    if (settings->test_every == 1)
         return fs_error_set(err, FS_ERR_USAGE,
                             "--test-every: 1 would hold out every photo; give 0 for none, or 2 to 1000");
     return 0;
@@ -425,7 +420,6 @@ int fs_settings_set(FsSettings *settings, const char *name, const char *value, F
 {
     const FsOption *option = find(name);
     if (!option) return fs_error_set(err, FS_ERR_USAGE, "--%s: no such option", name);
-    MUST(check_meaning(settings, name, value, err));
     int rc = set_option(settings, option, value, err);
     if (rc < 0) return rc;
     settings->was_set[option - table] = 1;

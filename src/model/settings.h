@@ -56,6 +56,8 @@ typedef struct FsSettings {
 
 int fs_settings_copy(Settings *to, const Settings *from, FsError *err); // deep; to clear even after a failure
 void fs_settings_clear(Settings *settings);
+// Whether the values go together; a usage error else.
+int fs_settings_check(const Settings *settings, FsError *err);
 bool fs_settings_was_set(const Settings *settings, const char *name);  // by the user, not by default or preset
 bool fs_settings_has_word(const char *list, const char *word);         // of what a list was set to
 double fs_settings_number(const Settings *settings, const char *name); // of an option of type FLOAT

@@ -156,7 +156,8 @@ static int explain_points(const FsProject *project, const Capture *capture, cons
     return fs_error_input(err, "%s: only %d points, at least %d are needed, though photos show %d features: %s", from,
                           sparse->n_points, FS_COLMAP_FEWEST_POINTS, (int)usual,
                           *project->set.poses ? "the poses do not fit the photos; check that they are of these photos, "
-                                                "or leave --poses out"
+                                                "or let COLMAP find them (without --poses; of a scene folder, "
+                                                "name the folder of its photos)"
                                               : "take photos that overlap more, step 5 to 10 cm");
 }
 

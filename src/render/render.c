@@ -249,6 +249,17 @@ static void drop_outdated(const Run *run)
                     *elsewhere ? elsewhere : out);
 }
 
+// Depths in another unit than the folder will tell.
+static void drop_other_units(const Run *run)
+{
+    if (fs_rendered_from_ask(run->project, run->dir.text) != RENDERED_FROM_THESE) return;
+    const double was = fs_rendered_from_scale(run->dir.text), is = run->scene.metres_per_unit;
+    if (fabs(was - is) <= 1e-9 * is) return;
+    const RenderLayer depths[] = {RENDER_DEPTH_T, RENDER_DEPTH_R};
+    for (int i = 0; i < 2; i++)
+        fs_owned_remove(fs_file_at("%s/%s", run->dir.text, fs_render_layers[depths[i]].name).text);
+}
+
 // Makes the folder that the layers go to one of this scene.
 static int open_dir(const Run *run, FsError *err)
 {
@@ -256,6 +267,7 @@ static int open_dir(const Run *run, FsError *err)
     if (is_photos_place(run) || (is_own_place(run) && stage_has_films(run)))
         fs_project_unmark(run->project, FS_STAGE_RENDER); // other pictures under the same names
     drop_outdated(run);
+    drop_other_units(run);
     MUST(fs_file_mkdirs(run->dir.text, err));
     return fs_rendered_from_write(run->project, run->dir.text, run->scene.metres_per_unit, err);
 }
@@ -369,6 +381,9 @@ int fs_render_run(FsProject *project, FsError *err)
     int rc;
     if (usual && fs_project_done(project, FS_STAGE_RENDER)) return 0;
     if (*set->output) MUST(fs_project_check_output(project, set->output, err));
+    FsError earlier = {0}; // elsewhere views may be had of the clouds before, while others are trained
+    if (!usual && fs_project_check_earlier(project, FS_STAGE_RENDER, &earlier) < 0)
+        fs_log_warn(&project->log, "these views are of the clouds of an earlier training: %s", earlier.message);
     TRY(open_run(&run, err));
     if (usual) TRY(fs_project_begin(project, FS_STAGE_RENDER, NULL, 0, err));
     if (is_own_place(&run)) TRY(fs_project_lock(project, err));

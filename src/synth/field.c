@@ -43,18 +43,19 @@ static int unknown(const char *word, int length, FsError *err)
 
 static int read_strength(Field *field, int fault, const char *text, size_t length, FsError *err)
 {
-    char number[32], *end = number;
+    char number[64], *end = number;
+    const bool there_or_not = faults[fault].most <= 0;
     snprintf(number, sizeof number, "%.*s", (int)(length < sizeof number ? length : sizeof number - 1), text);
     double value = strtod(number, &end);
-    if (faults[fault].most <= 0 && !(value == 0 || value == 1))
-        end = number; // there or not there
-    else if (!(value >= 0) || (faults[fault].most > 0 && value > (double)faults[fault].most))
-        end = number;
-    if (end == number || *end)
-        return fs_error_set(err, FS_ERR_USAGE, "--field: %s takes a strength of 0 to %g, not '%s'", faults[fault].name,
-                            (double)(faults[fault].most > 0 ? faults[fault].most : 1), number);
-    field->strength[fault] = (float)value;
-    return 0;
+    bool is = there_or_not ? value == 0 || value == 1 : value >= 0 && (float)value <= faults[fault].most;
+    if (is && end > number && !*end && length < sizeof number) {
+        field->strength[fault] = (float)value;
+        return 0;
+    }
+    if (there_or_not)
+        return fs_error_set(err, FS_ERR_USAGE, "--field: %s takes 0 or 1, not '%s'", faults[fault].name, number);
+    return fs_error_set(err, FS_ERR_USAGE, "--field: %s takes a strength of 0 to %g, not '%s'", faults[fault].name,
+                        (double)faults[fault].most, number);
 }
 
 static int read_word(Field *field, const char *word, size_t length, FsError *err)

@@ -82,6 +82,18 @@ class Fit(FolderTest):
         again[-1] = 210
         self.assertEqual(self.steps_said(run(*again), r"estimate: .*ingest 0:00, poses 0:00, .* for (\d+) steps"), 210)
 
+    def test_estimate_of_what_is_to_be_done(self):
+        photos = self.dir / "photos"
+        shutil.copytree(self.scene / "capture/raw", photos)
+        job = ["run", photos, "-o", self.dir / "out", *START, "--max-splats", 2500, "--steps", 200]
+        self.assertIn("estimate: ", run(*job, *self.poses).stdout)
+        other = shutil.copytree(self.scene / "truth/sparse", self.dir / "model")
+        self.assertNotIn("estimate: ", run(*job, "--poses", other).stdout)  # the same one, elsewhere
+        with open(photos / "IMG_0002.DNG", "r+b") as f:
+            f.seek(-20, os.SEEK_END)
+            f.write(b"other pixels")
+        self.assertIn("estimate: ", run(*job, *self.poses).stdout)
+
     def test_minutes_gone_by_training(self):
         out = self.dir / "out"
         shutil.copytree(self.start, out)

@@ -340,6 +340,20 @@ class Layouts(FolderTest):
         self.works(self.job())
         self.assertEqual([p for p in self.out.rglob("*") if ".part" in p.name], [])
 
+    def test_stopped_with_its_reader(self):
+        """Ctrl-C reaches `tee`, too: nobody reads any more when the checkpoint is saved."""
+        words = ["run", self.photos, "-o", self.out, "--poses", self.model, *QUICK, "--steps", 10**6]
+        words[words.index("--checkpoint-every") + 1] = 10**6
+        process = subprocess.Popen([common.PROGRAM, *map(str, words)], stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, text=True)
+        for line in process.stdout:
+            if line.startswith("train: photos of") or "/1000000" in line:
+                break
+        process.send_signal(signal.SIGINT)
+        process.stdout.close()
+        self.assertEqual(process.wait(timeout=60), 130)
+        self.assertTrue((self.out / "checkpoint/state.json").exists())
+
     def test_two_at_once(self):
         """The second one is told so and touches nothing; one that was killed is in nobody's way."""
         words = [common.PROGRAM, "run", self.photos, "-o", self.out, "--poses", self.model, *QUICK, "--steps", 10**6]
@@ -459,6 +473,43 @@ class Layouts(FolderTest):
         self.assertIn("files of an earlier training", process.stdout)
         self.assertFalse((out / "renders/T_N").exists())
         self.assertNotIn("Against the truth", (out / "index.html").read_text())
+
+    def test_clouds_of_an_earlier_training(self):
+        """What is rendered, exported and measured is of the photos that are there now."""
+        out, truth = self.copy(), self.scene / "truth"
+        for words in (["ingest", self.photos, "-o", out, "--long-edge", 90], ["poses", out, "--poses", self.model],
+                      ["initialise", out, "--init-count", 300]):
+            self.assertEqual(run(*words).returncode, 0)
+        self.assertTrue((out / "clouds/T_N.ply").exists())
+        for words in (["render", out], ["export", out], ["evaluate", out, truth, "--views", "capture"]):
+            self.assert_fails(run(*words), 1, "train was not done since initialise was", "flashsplat train")
+        views = ["render", out, "--layers", "R", "--cameras", truth / "cameras.json", "-o", self.dir / "views"]
+        self.assertIn("clouds of an earlier training", run(*views).stderr)
+
+    def test_figures_stay_where_nothing_can_be_measured(self):
+        out, truth = self.copy(), self.scene / "truth"
+        self.assertEqual(run("evaluate", out, truth, "--views", "capture").returncode, 0)
+        self.assert_fails(run("evaluate", out, truth), 1, "no picture of the truth at held_out views")
+        self.assertTrue((out / "done/evaluate.json").exists())
+
+    def test_depths_in_another_unit(self):
+        out, scale = self.copy(), "--metres-per-unit"
+        self.assertEqual(run("render", out, scale, 1, "--layers", "T_N,depth_T").returncode, 0)
+        self.assertEqual(run("render", out, scale, 1, "--layers", "T_N").returncode, 0)
+        self.assertTrue(list(out.glob("renders/depth_T/*.png")))
+        self.assertEqual(run("render", out, scale, 3, "--layers", "R").returncode, 0)
+        self.assertFalse((out / "renders/depth_T").exists())
+        self.assertTrue(list(out.glob("renders/T_N/*.png")))
+
+    def test_anew_is_anew(self):
+        process = run("train", self.copy(), *TRAIN, "--force", "--resume")
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertNotIn("goes on", process.stdout)
+
+    def test_notes_beside_a_model(self):
+        self.copy()
+        self.put(self.model / "notes.txt")
+        self.assertIn("poses: done already", self.job().stdout)
 
     def test_renders_elsewhere_of_an_earlier_training(self):
         """Layers of two trainings do not get into one folder; what was kept of one may be measured."""

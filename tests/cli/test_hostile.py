@@ -269,7 +269,8 @@ class Finished(FolderTest):
             shutil.copytree(self.done, self.out)
             self.assertEqual(path.read_bytes(), data)
         (self.out / "checkpoint/R.ply").unlink()
-        self.assert_fails(run("train", self.out, *SMALL[2:4], *SMALL[6:], "--resume", "--force"), 1, "checkpoint/R.ply", "--resume")
+        (self.out / "done/train.json").unlink()
+        self.assert_fails(run("train", self.out, *SMALL[2:4], *SMALL[6:], "--resume"), 1, "checkpoint/R.ply", "--resume")
         shutil.rmtree(self.out / "renders")
         self.assert_fails(run("evaluate", self.out, self.scene / "truth"), 1, "renders: is missing", "flashsplat render")
 

@@ -127,6 +127,8 @@ class Usage(FolderTest):
         process = run("synth", "-o", self.dir / "x", "--field", "fog")
         self.assert_fails(process, 2, "--field", "fog", "known are all, ")
         self.assert_fails(run("synth", "-o", self.dir / "x", "--field", "all=3"), 2, "--field", "no strength")
+        self.assert_fails(run("synth", "-o", self.dir / "x", "--field", "drift=0.06" + 99 * "0" + "x"), 2, "drift")
+        self.assert_fails(run("synth", "-o", self.dir / "x", "--field", "pedestrian=0.5"), 2, "takes 0 or 1")
         known = process.stderr.split("known are ")[1].splitlines()[0].split()
         words = " ".join(run("synth", "--help").stdout.split())
         told = (pathlib.Path(__file__).parents[2] / "docs" / "synth.md").read_text(encoding="utf-8")

@@ -394,7 +394,7 @@ static int read_truth(const char *dir, FsError *err)
     TRY(fs_truth_list(dir, "depth", &cameras, "held_out", &depths, err));
     if (pictures.n && fs_truth_find_estimate(dir, "est", &cameras, "a", &estimate) == 1)
         TRY(fs_truth_read_pair(pictures.view[0].path.text, estimate.text, ENCODING_SRGB, &a, &b, err));
-    TRY(fs_depth_score(&depth, "depth_T", &depths, dir, &(const Log){0}, err));
+    TRY(fs_depth_score(&depth, "depth_T", &depths, dir, &(const Log){0}, false, err));
 fail:
     fs_depth_free(&depth);
     fs_image_free(&a);

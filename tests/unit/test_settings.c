@@ -74,12 +74,15 @@ static void test_minutes_or_steps(void **state)
     FsSettings *other = fs_settings_new();
     FsError err = {0};
     set(*state, "minutes", "2.5");
-    assert_int_equal(fs_settings_set(*state, "steps", "500", &err), FS_ERR_USAGE);
     set(*state, "preset", "preview"); // whose steps are the most
+    assert_int_equal(fs_settings_check(*state, NULL), 0);
+    set(other, "minutes", "2.5"); // in any order, the last word counts
     set(other, "steps", "500");
-    assert_int_equal(fs_settings_set(other, "minutes", "2.5", &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_check(other, &err), FS_ERR_USAGE);
     assert_non_null(strstr(err.message, "--steps"));
-    assert_true(other->minutes == 0 && other->steps == 500 && ((FsSettings *)*state)->steps == 2700);
+    set(other, "minutes", "0");
+    assert_int_equal(fs_settings_check(other, NULL), 0);
+    assert_true(other->steps == 500 && ((FsSettings *)*state)->steps == 2700);
     fs_settings_free(other);
 }
 
@@ -98,12 +101,14 @@ static void test_lists_and_ways(void **state)
     assert_non_null(strstr(err.message, "'pl'"));
     assert_string_equal(s->layers, "R,all");
     set(s, "path", "spiral");
-    set(s, "cameras", "");
-    assert_int_equal(fs_settings_set(s, "cameras", "model", &err), FS_ERR_USAGE);
-    set(s, "path", "none");
+    assert_int_equal(fs_settings_check(s, NULL), 0);
     set(s, "cameras", "model");
-    assert_int_equal(fs_settings_set(s, "path", "spiral", &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_check(s, &err), FS_ERR_USAGE);
     assert_non_null(strstr(err.message, "--cameras"));
+    set(s, "path", "none");
+    assert_int_equal(fs_settings_check(s, NULL), 0);
+    set(s, "test-every", "1");
+    assert_int_equal(fs_settings_check(s, NULL), FS_ERR_USAGE);
 }
 
 static const char *choices_of(const char *name)
