@@ -3,7 +3,7 @@
 and compare.tex. Runs them as bench/quality.py does and keeps what it measured: with the same program, captures and
 options nothing runs twice. Held-out views are from places where no photo was taken.
 """
-import argparse, concurrent.futures, csv, glob, json, os, pathlib, re, shutil, subprocess, sys, threading
+import concurrent.futures, csv, glob, io, json, pathlib, re, subprocess, sys, threading
 
 import quality
 
@@ -70,9 +70,6 @@ class FolderCase(quality.Case):
 
     def views(self, variant):
         return []
-
-    def ready(self, args):
-        return quality.digest([(str(f), f.stat().st_size) for f in sorted(self.photos.rglob("*")) if f.is_file()])
 
 
 def cases_of(args):
@@ -147,10 +144,7 @@ def keep_pictures(args, case, who, folder):
             if source is None:
                 continue
             name = f"pictures/{case.name}-{case.poses}/{who}/{layer}/{view}{source.suffix}"
-            to = case.base / name
-            if not to.is_file() or to.stat().st_mtime < source.stat().st_mtime:
-                to.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(source, to)
+            args.made.write(case.base / name, source.read_bytes())
             kept.setdefault(layer, {})[view] = name
     return kept
 
@@ -222,7 +216,7 @@ def run_other(args, case, name, folder):
         if not renders:
             raise quality.Failed("no method of ours to be measured beside")
         more = ["--method", f"{name}={where}", "--method-encoding", args.method_encoding]
-        found = figures({"views": {"capture": quality.evaluate(args, case, renders[0].name, "capture", more)}}, quality.LAYERS)
+        found = figures({"views": {"capture": quality.evaluate(args, case, renders[0].name, "capture", more)[0]}}, quality.LAYERS)
     pictures = keep_pictures(args, case, f"other-{name}", where)
     if not found and not pictures:
         raise quality.Failed(f"{where}: no picture of {', '.join(quality.LAYERS)} for any of the scene's photos")
@@ -309,8 +303,8 @@ def means(scenes):
     return list(rows.values())
 
 
-def write_csv(path, args, scenes):
-    with open(path, "w", newline="") as f:
+def csv_text(args, scenes):
+    with io.StringIO(newline="") as f:
         w = csv.writer(f)
         w.writerow(["scene", "method", "title", "views", "layer", "kind", *METRICS, "seconds", "cpu_seconds", "megabytes",
                     "splats", "commit"])
@@ -325,6 +319,7 @@ def write_csv(path, args, scenes):
                                         *(f"{m[k]:.5g}" if k in m else "" for k in METRICS), *end])
                 if not r["figures"] and r["method"] != "truth":
                     w.writerow([scene, r["method"], r["title"], "", "", "", *[""] * len(METRICS), *end])
+        return f.getvalue()
 
 
 TEX_HEAD = r"""%% PSNR in dB/SSIM/MS-SSIM(/LPIPS); s: CPU seconds of the whole run; MB: most memory; k: thousands of Gaussians or
@@ -376,7 +371,7 @@ def has_kind(rows, views, kind):
     return [r for r in rows if any(kind in kinds for kinds in r["figures"].get(views, {}).values())]
 
 
-def write_tex(path, args, scenes, mean_rows):
+def tex_text(args, scenes, mean_rows):
     lines, tables = [TEX_HEAD % (args.commit, " ".join(args.options.split()))], 0
     for title, rows in [("Mean", mean_rows), *scenes.items()]:
         for views in VIEWS:
@@ -391,20 +386,34 @@ def write_tex(path, args, scenes, mean_rows):
                 if kind == "paper" and not has_kind(rows, views, "gain"):  # the authors' data: of ours only time is known
                     have = [r for r in rows if r["method"] != "truth"]
                 lines += tex_table(caption, have, views, kind)
-    path.write_text("\n".join(lines) + "\n")
+    return "\n".join(lines) + "\n"
 
 
 def write(args, report, failures):
     base, scenes = pathlib.Path(args.out), scenes_of(report)
     mean_rows = means(scenes)
-    write_csv(base / "compare.csv", args, scenes)
-    write_tex(base / "compare.tex", args, scenes, mean_rows)
+    args.made.write(base / "compare.csv", csv_text(args, scenes))
+    args.made.write(base / "compare.tex", tex_text(args, scenes, mean_rows))
     data = {"commit": args.commit, "options": args.options, "layers": quality.LAYERS, "kinds": KINDS, "views": VIEWS,
             "metrics": METRICS, "scenes": scenes, "means": mean_rows, "failures": failures,
             "paper": [[name, *numbers] for name, numbers in PUBLISHED.items()]}
     page = (pathlib.Path(__file__).parent / "compare_page.html").read_text()
     text = json.dumps(data).replace("</", "<\\/")
-    (base / "compare.html").write_text(page.replace("/*DATA*/null", text))
+    args.made.write(base / "compare.html", page.replace("/*DATA*/null", text))
+
+
+def take_places(args, cases):
+    """Before any work: nothing that is not ours is where files will be written."""
+    quality.take_places(args, cases, [METHODS[m][1] for m in args.methods], ("compare.html", "compare.csv", "compare.tex"))
+    try:
+        for c in cases:
+            pictures = c.base / "pictures" / f"{c.name}-{c.poses}"
+            args.made.check_way(pictures)
+            for p in pictures.rglob("*"):
+                if not p.is_dir():
+                    args.made.check(p)
+    except OSError as e:
+        sys.exit(str(e))
 
 
 def main():
@@ -412,6 +421,7 @@ def main():
     quality.prepare(args)
     drop_unknown(args)
     cases = [c for c in cases_of(args) if methods_of(args, c)]
+    take_places(args, cases)
     report, failures, lock, references = {}, [], threading.Lock(), published(args)
     with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
         for done in [pool.submit(run_case, args, c, report, failures, lock, references) for c in cases]:
@@ -422,4 +432,7 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except OSError as e:  # a full disk; what came in the way since
+        sys.exit(str(e))

@@ -159,12 +159,10 @@ class Means(FolderTest):
         means = compare.means(scenes)
         self.assertEqual(means[0]["scenes"], {"held_out": ["a"], "capture": ["a", "b"]})
         args = types.SimpleNamespace(commit="x", options="")
-        compare.write_tex(self.dir / "t.tex", args, scenes, means)
-        captions = re.findall("over scenes: (.*?)}", (self.dir / "t.tex").read_text())
+        captions = re.findall("over scenes: (.*?)}", compare.tex_text(args, scenes, means))
         self.assertEqual(captions, ["a, held-out views, gain-fitted", "a, b, the photos' views, gain-fitted"])
         named = {f"50 % {{#{i}}} of_x & y^2 $~\\": scenes["a"] for i in range(60)}  # names of folders are anyone's
-        compare.write_tex(self.dir / "t.tex", args, named, compare.means(scenes))
-        text = (self.dir / "t.tex").read_text()
+        text = compare.tex_text(args, named, compare.means(scenes))
         self.assertEqual(text.count("\\begin{table}"), 122)
         check_tex(self, text)
 
