@@ -3,9 +3,11 @@
 and compare.tex. Runs them as bench/quality.py does and keeps what it measured: with the same program, captures and
 options nothing runs twice. Held-out views are from places where no photo was taken.
 """
-import argparse, concurrent.futures, csv, glob, json, os, pathlib, re, shutil, subprocess, sys, threading
+import concurrent.futures, json, pathlib, re, subprocess, sys, threading
 
 import quality
+from compare_pictures import find_picture, to_show
+from compare_tables import KINDS, METRICS, VIEWS, csv_text, partial, tex_text
 
 METHODS = {  # name: (title, variant of quality.py, poses by COLMAP)
     "full": ("full", "full", False),
@@ -26,12 +28,20 @@ METHODS = {  # name: (title, variant of quality.py, poses by COLMAP)
     "nerfren": ("NeRFReN", "nerfren", False),
     "flash-nerf": ("Flash-NeRF", "flash-nerf", False),
 }
-KINDS = {"gain": "gain-fitted", "": "as it is", "paper": "paper's convention"}
-METRICS = ("psnr", "ssim", "ms_ssim", "lpips_alex", "lpips_vgg", "lpips")  # lpips: published, of a network not named
 # The paper's table: transmission against the normalised paired difference, mean over its own scenes.
 PUBLISHED = {"Flash-Splat": (20.42, 0.2868), "DSRNet": (13.02, 0.5754), "Liu et al.": (11.16, 0.6765),
              "NSF": (9.40, 0.7452), "NeRFReN": (10.09, 0.7153)}
-VIEWS = {"held_out": "held-out views", "capture": "the photos' views"}
+
+
+def name_error(name, before):
+    """What is wrong with the name of another program: rows and folders of pictures go by it."""
+    if name in METHODS or name == "truth" or name.startswith("published"):
+        return "the report has rows of its own of this name"
+    if name in before:
+        return "named twice"
+    if "/" in name or ".." in name or not name.isprintable() or not name.strip():
+        return "a name has letters, and neither '/' nor '..'"
+    return None
 
 
 def arguments():
@@ -50,9 +60,12 @@ def arguments():
         if m not in METHODS:
             p.error(f"--methods: no method '{m}'; known are {', '.join(METHODS)}")
     args.others = [pair.split("=", 1) for pair in args.method.split(",") if pair]
-    if any(len(pair) != 2 for pair in args.others):
-        p.error(f"--method: '{args.method}' is not NAME=DIR,...")
-    for name, folder in args.others:
+    for i, pair in enumerate(args.others):
+        if len(pair) != 2 or not all(pair):
+            p.error(f"--method: '{args.method}' is not NAME=DIR,...")
+        name, folder = pair
+        if wrong := name_error(name, [other for other, _ in args.others[:i]]):
+            p.error(f"--method: {name!r}: {wrong}")
         if not pathlib.Path(folder).is_dir():
             p.error(f"--method: {name}: no folder {folder}")
     args.colmap = any(METHODS[m][2] for m in args.methods)
@@ -70,9 +83,6 @@ class FolderCase(quality.Case):
 
     def views(self, variant):
         return []
-
-    def ready(self, args):
-        return quality.digest([(str(f), f.stat().st_size) for f in sorted(self.photos.rglob("*")) if f.is_file()])
 
 
 def cases_of(args):
@@ -97,16 +107,6 @@ def drop_unknown(args):
 
 
 # ---- what there is to show ----
-
-def find_picture(folder, view, views):
-    """What a page can show of a view: its name, or that and more where only one file has it and no longer name of
-    `views` begins it, as `evaluate` takes it."""
-    exact = quality.picture(folder, view) if folder.is_dir() else None
-    longer = tuple(v for v in views if len(v) > len(view) and v.startswith(view))
-    more = [p for p in folder.glob(f"{glob.escape(view)}[-_. ]*") if p.suffix.lower() in (".png", ".jpg", ".jpeg")
-            and not p.name.startswith(longer)]
-    return exact or (more[0] if len(more) == 1 else None)
-
 
 def all_views(case):
     """Names of what is rendered or true of a case."""
@@ -138,34 +138,42 @@ def spread(args, names):
     return names[::step][:args.pictures]
 
 
-def keep_pictures(args, case, who, folder):
-    """Copies of the pictures that are shown; layer -> view -> path from the report."""
-    kept, names = {}, all_views(case)
+def keep_pictures(args, case, who, folder, encoding="gamma"):
+    """Copies of the pictures that are shown: layer -> view -> path from the report; what is to be said of them."""
+    kept, names, told = {}, all_views(case), set()
     for layer in quality.LAYERS:
         for view in shown_views(args, case):
             source = find_picture(folder / layer, view, names)
             if source is None:
                 continue
-            name = f"pictures/{case.name}-{case.poses}/{who}/{layer}/{view}{source.suffix}"
-            to = case.base / name
-            if not to.is_file() or to.stat().st_mtime < source.stat().st_mtime:
-                to.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(source, to)
-            kept.setdefault(layer, {})[view] = name
-    return kept
+            suffix, content, said = to_show(source, encoding)
+            told |= {said} - {""}
+            if suffix:
+                name = f"pictures/{case.name}-{case.poses}/{who}/{layer}/{view}{suffix}"
+                args.made.write(case.base / name, content)
+                kept.setdefault(layer, {})[view] = name
+    return kept, "; ".join(sorted(told))
+
+
+def of_kind(m, kind, metrics=METRICS):
+    return {k: m[name] for k in metrics if (name := k + (f"_{kind}" if kind else "")) in m}
 
 
 def figures(result, layers):
-    """views -> layer -> kind -> metric -> number, of what evaluate said."""
-    found = {}
+    """Of what evaluate said: "figures", views -> layer -> kind -> metric -> number; "counts", views -> layer -> how many
+    views were measured, of how many; "of_view", layer -> view -> kind -> PSNR."""
+    found = {"figures": {}, "counts": {}, "of_view": {}}
     for views, method in result["views"].items():
         for layer, m in method["layers"].items():
             if not m.get("n") or layer not in layers:
                 continue
+            found["counts"].setdefault(views, {})[layer] = (m["n"], m["n"] + m.get("missing", 0))
             for kind in KINDS:
-                of_kind = {k: m[name] for k in METRICS if (name := k + (f"_{kind}" if kind else "")) in m}
-                if of_kind:
-                    found.setdefault(views, {}).setdefault(layer, {})[kind] = of_kind
+                if numbers := of_kind(m, kind):
+                    found["figures"].setdefault(views, {}).setdefault(layer, {})[kind] = numbers
+            for view, of in m.get("views", {}).items():
+                psnr = {kind: n["psnr"] for kind in KINDS if (n := of_kind(of, kind, ("psnr",)))}
+                found["of_view"].setdefault(layer, {})[view] = psnr
     return found
 
 
@@ -197,8 +205,13 @@ def paper_rows():
                {"capture": {"T_N": {"paper": {"psnr": psnr, "lpips": lpips}}}})
 
 
-def row_of(name, title, result, found, pictures):
-    return {"method": name, "title": title, "figures": found, "pictures": pictures, "seconds": result.get("seconds"),
+def row_of(name, title, result, found, pictures=({}, "")):
+    """found: "figures" and what else `figures` finds; pictures: what `keep_pictures` returns."""
+    kept, note = pictures
+    of_view = {layer: {view: psnr for view, psnr in found.get("of_view", {}).get(layer, {}).items() if view in views}
+               for layer, views in kept.items()}  # of those shown
+    return {"method": name, "title": title, "figures": found.get("figures", {}), "counts": found.get("counts", {}),
+            "pictures": kept, "of_view": of_view, "note": note, "seconds": result.get("seconds"),
             "cpu_seconds": result.get("cpu_seconds"), "bytes": result.get("bytes"), "splats": result.get("splats", ""), "warnings": result.get("warnings", [])}
 
 
@@ -217,16 +230,18 @@ def run_other(args, case, name, folder):
     if not where.is_dir():
         print(f"{case.name}: {name} has no folder {where}", file=sys.stderr)
         return None
-    found = {}
+    found, warnings = {}, []
     if not isinstance(case, FolderCase):
         if not renders:
             raise quality.Failed("no method of ours to be measured beside")
-        more = ["--method", f"{name}={where}", "--method-encoding", args.method_encoding]
-        found = figures({"views": {"capture": quality.evaluate(args, case, renders[0].name, "capture", more)}}, quality.LAYERS)
-    pictures = keep_pictures(args, case, f"other-{name}", where)
-    if not found and not pictures:
+        more = ["--method", f"other={where}", "--method-encoding", args.method_encoding]
+        result, told = quality.evaluate(args, case, renders[0].name, "capture", more)
+        found = figures({"views": {"capture": result}}, quality.LAYERS)
+        warnings = [w for w in told if str(where) in w]  # others are of ours
+    pictures = keep_pictures(args, case, f"other-{name}", where, args.method_encoding)
+    if not found.get("figures") and not any(pictures):
         raise quality.Failed(f"{where}: no picture of {', '.join(quality.LAYERS)} for any of the scene's photos")
-    return row_of(name, name, {}, found, pictures)
+    return row_of(name, name, {"warnings": warnings}, found, pictures)
 
 
 def truth_row(args, case):
@@ -261,10 +276,10 @@ def run_case(args, case, report, failures, lock, references):
         attempt(name, lambda: run_other(args, case, name, folder))
     beside = references.get(case.name, []) if case.true_poses else []
     for title, found in paper_rows() if getattr(case, "of_the_paper", False) else beside:
-        add(row_of("published", title, {}, found, {}))
+        add(row_of("published", title, {}, {"figures": found}))
 
 
-# ---- the three files ----
+# ---- the report ----
 
 def scenes_of(report):
     """scene -> its rows, those of COLMAP's poses among them; one row of the truth, with the pictures of all."""
@@ -279,8 +294,8 @@ def scenes_of(report):
 
 
 def means(scenes):
-    """Rows of the mean over the scenes that all methods with figures at these views have; of other programs that have
-    these scenes too."""
+    """Rows of the mean over the scenes that all methods with figures at these views have, and of other programs that
+    have these scenes too; what lacks views of them is left out."""
     rows = {}
     for views in VIEWS:
         have = {}
@@ -294,7 +309,9 @@ def means(scenes):
             if not common <= set(of):
                 continue
             chosen = [of[s] for s in sorted(common)]
-            row = rows.setdefault(method, row_of(method, chosen[0]["title"], {}, {}, {}))
+            if any(partial(r, views) for r in chosen):
+                continue
+            row = rows.setdefault(method, row_of(method, chosen[0]["title"], {}, {}))
             for kind in ("seconds", "cpu_seconds"):
                 times = [r[kind] for r in chosen if r[kind] is not None]
                 row[kind] = sum(times) / len(times) if times else None
@@ -309,102 +326,37 @@ def means(scenes):
     return list(rows.values())
 
 
-def write_csv(path, args, scenes):
-    with open(path, "w", newline="") as f:
-        w = csv.writer(f)
-        w.writerow(["scene", "method", "title", "views", "layer", "kind", *METRICS, "seconds", "cpu_seconds", "megabytes",
-                    "splats", "commit"])
-        for scene, rows in scenes.items():
-            for r in rows:
-                end = [*(f"{r[k]:.1f}" if r[k] is not None else "" for k in ("seconds", "cpu_seconds")),
-                       f"{r['bytes'] / 1e6:.0f}" if r["bytes"] else "", r["splats"], args.commit]
-                for views, layers in r["figures"].items():
-                    for layer, kinds in layers.items():
-                        for kind, m in kinds.items():
-                            w.writerow([scene, r["method"], r["title"], views, layer, KINDS[kind],
-                                        *(f"{m[k]:.5g}" if k in m else "" for k in METRICS), *end])
-                if not r["figures"] and r["method"] != "truth":
-                    w.writerow([scene, r["method"], r["title"], "", "", "", *[""] * len(METRICS), *end])
-
-
-TEX_HEAD = r"""%% PSNR in dB/SSIM/MS-SSIM(/LPIPS); s: CPU seconds of the whole run; MB: most memory; k: thousands of Gaussians or
-%% numbers of a field, all layers together. With \usepackage{booktabs} its rules are drawn.
-%% Commit %s, options: %s
-\providecommand{\toprule}{\hline}\providecommand{\midrule}{\hline}\providecommand{\bottomrule}{\hline}
-"""
-
-
-TEX_NAMES = {"\\": "textbackslash", "^": "textasciicircum", "~": "textasciitilde", "<": "textless", ">": "textgreater",
-             "|": "textbar"}
-
-
-def tex(text):
-    text = re.sub(r"[\\^~<>|&%#_{}$]", lambda m: rf"\{TEX_NAMES[m[0]]}{{}}" if m[0] in TEX_NAMES else "\\" + m[0], text)
-    return re.sub(r"([TRI])\\_([NF])", r"$\1_\2$", text)
-
-
-def tex_count(splats):
-    counts = [float(n) for n in re.findall(r"\d+(?:\.\d+)?", splats or "")]
-    return f"{sum(counts) / 1000:.0f}" if counts else "--"
-
-
-def tex_rows(rows, views, kind):
-    found = [r["figures"].get(views, {}) for r in rows]
-    best = {l: max((of[l][kind]["psnr"] for of in found if kind in of.get(l, {})), default=0) for l in quality.LAYERS}
-    for r, of in zip(rows, found):
-        cells = []
-        for layer in quality.LAYERS:
-            m = of.get(layer, {}).get(kind, {})
-            psnr = f"{m['psnr']:.2f}" if m else "--"
-            psnr = rf"\textbf{{{psnr}}}" if m and m["psnr"] == best[layer] else psnr
-            rest = [f"{m[k]:.3f}".removeprefix("0") for k in METRICS[1:] if k in m]
-            cells.append("/".join([psnr, *rest]))
-        seconds = f"{r['cpu_seconds']:.0f}" if r["cpu_seconds"] is not None else "--"
-        memory = f"{r['bytes'] / 1e6:.0f}" if r["bytes"] else "--"
-        yield " & ".join([r"\raggedright " + tex(r["title"]), *cells, seconds, memory, tex_count(r["splats"])]) + r" \\"
-
-
-def tex_table(caption, rows, views, kind):
-    return [r"\begin{table}[!htbp]\centering\scriptsize\setlength{\tabcolsep}{2pt}",
-            rf"\caption{{{tex(caption)}, {VIEWS[views]}, {KINDS[kind]}}}",
-            r"\makebox[\linewidth]{\begin{tabular}{p{.22\linewidth}" + "c" * len(quality.LAYERS) + "rrr}", r"\toprule",
-            " & ".join(["", *(tex(l) if "_" in l else f"${l}$" for l in quality.LAYERS), "s", "MB", "k"]) + r" \\",
-            r"\midrule", *tex_rows(rows, views, kind), r"\bottomrule", r"\end{tabular}}", r"\end{table}", ""]
-
-
-def has_kind(rows, views, kind):
-    return [r for r in rows if any(kind in kinds for kinds in r["figures"].get(views, {}).values())]
-
-
-def write_tex(path, args, scenes, mean_rows):
-    lines, tables = [TEX_HEAD % (args.commit, " ".join(args.options.split()))], 0
-    for title, rows in [("Mean", mean_rows), *scenes.items()]:
-        for views in VIEWS:
-            for kind in ("gain", "paper"):
-                have = has_kind(rows, views, kind)
-                if not have:
-                    continue
-                tables += 1
-                if tables % 16 == 0:
-                    lines.append(r"\clearpage  % LaTeX holds some fifty tables that wait for a page")
-                caption = f"{title} over scenes: {', '.join(have[0]['scenes'][views])}" if title == "Mean" else title
-                if kind == "paper" and not has_kind(rows, views, "gain"):  # the authors' data: of ours only time is known
-                    have = [r for r in rows if r["method"] != "truth"]
-                lines += tex_table(caption, have, views, kind)
-    path.write_text("\n".join(lines) + "\n")
+def page_text(args, scenes, mean_rows, failures):
+    rows = [r for of in (*scenes.values(), mean_rows) for r in of]
+    for r in rows:
+        r["partial"] = {views: partial(r, views) for views in r["figures"]}
+    data = {"commit": args.commit, "options": args.options, "layers": quality.LAYERS, "kinds": KINDS, "views": VIEWS,
+            "metrics": METRICS, "scenes": scenes, "means": mean_rows, "failures": failures,
+            "paper": [[name, *numbers] for name, numbers in PUBLISHED.items()]}
+    page = (pathlib.Path(__file__).parent / "compare_page.html").read_text()
+    return page.replace("/*DATA*/null", json.dumps(data).replace("<", "\\u003c"))  # no tag or comment of HTML in it
 
 
 def write(args, report, failures):
     base, scenes = pathlib.Path(args.out), scenes_of(report)
     mean_rows = means(scenes)
-    write_csv(base / "compare.csv", args, scenes)
-    write_tex(base / "compare.tex", args, scenes, mean_rows)
-    data = {"commit": args.commit, "options": args.options, "layers": quality.LAYERS, "kinds": KINDS, "views": VIEWS,
-            "metrics": METRICS, "scenes": scenes, "means": mean_rows, "failures": failures,
-            "paper": [[name, *numbers] for name, numbers in PUBLISHED.items()]}
-    page = (pathlib.Path(__file__).parent / "compare_page.html").read_text()
-    text = json.dumps(data).replace("</", "<\\/")
-    (base / "compare.html").write_text(page.replace("/*DATA*/null", text))
+    args.made.write(base / "compare.csv", csv_text(args, scenes))
+    args.made.write(base / "compare.tex", tex_text(args, scenes, mean_rows))
+    args.made.write(base / "compare.html", page_text(args, scenes, mean_rows, failures))
+
+
+def take_places(args, cases):
+    """Before any work: nothing that is not ours is where files will be written."""
+    quality.take_places(args, cases, [METHODS[m][1] for m in args.methods], ("compare.html", "compare.csv", "compare.tex"))
+    try:
+        for c in cases:
+            pictures = c.base / "pictures" / f"{c.name}-{c.poses}"
+            args.made.check_way(pictures)
+            for p in pictures.rglob("*"):
+                if not p.is_dir():
+                    args.made.check(p)
+    except OSError as e:
+        sys.exit(str(e))
 
 
 def main():
@@ -412,6 +364,7 @@ def main():
     quality.prepare(args)
     drop_unknown(args)
     cases = [c for c in cases_of(args) if methods_of(args, c)]
+    take_places(args, cases)
     report, failures, lock, references = {}, [], threading.Lock(), published(args)
     with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
         for done in [pool.submit(run_case, args, c, report, failures, lock, references) for c in cases]:
@@ -422,4 +375,7 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except OSError as e:  # a full disk; what came in the way since
+        sys.exit(str(e))

@@ -7,8 +7,12 @@ was measured before with the same program and the same options is taken from the
 With --curve instead: how good it gets by how many seconds, a table and a plot.
 Contact sheets and the two difference variants need python3-opencv; without it they are left out.
 """
-import argparse, concurrent.futures, copy, datetime, fnmatch, hashlib, json, os, pathlib, re, shutil, subprocess, sys
+import argparse, concurrent.futures, copy, datetime, fnmatch, json, os, pathlib, re, shutil, subprocess, sys, tempfile
 import threading, time
+
+from captures import ONLY_NAMED, SYNTH
+from made import Made, NotOurs, digest
+from program import Failed, call, content
 
 try:
     import cv2, numpy
@@ -43,53 +47,6 @@ VARIANTS = {  # name: (options of `run`, layers it has)
     "true-pair": (None, ["T_N"]),  # gamma(I_F - I_N) of the true composites: no training
 }
 SHARES = (1 / 8, 1 / 4, 1 / 2, 1)  # of the steps, --curve
-LARGE = "--width 1200 --height 800"
-SYNTH = {  # name: seed (it chooses the layout too), difficulties, folder of the photos; options of `synth`
-    "synth-1": (1, "", "raw"),
-    "synth-2": (2, "", "raw"),
-    "synth-3": (3, "", "raw"),
-    "synth-4": (4, "", "raw"),
-    "synth-20": (20, "", "raw"),
-    "weak-flash": (5, "weak-flash", "raw"),
-    "strong-reflection": (6, "strong-reflection", "raw"),
-    "few-photos": (7, "few-photos", "raw"),
-    "low-texture": (8, "low-texture", "raw"),
-    "depth-overlap": (9, "depth-overlap", "raw"),
-    "frame": (10, "frame", "raw"),
-    "flash-return": (11, "flash-return", "raw"),
-    "bright-near-room": (12, "bright-near-room", "raw"),
-    "pose-noise": (13, "pose-noise", "raw"),
-    "jpeg": (14, "", "jpeg"),
-    "dark": (16, "dark", "raw"),
-    "wide-path": (18, "wide-path", "raw"),
-    "collapse": (19, "bright-near-room,wide-path,few-photos", "raw"),
-    "full-1": (41, "", "raw", LARGE),  # full-*: one of each layout, measured where --only names them
-    "full-2": (42, "", "raw", LARGE),
-    "full-3": (43, "", "raw", LARGE),
-    "full-4": (44, "dark", "raw", LARGE),
-    "full-5": (45, "bright-near-room,low-texture", "raw", LARGE),
-}
-# Faults of real captures: the same capture without and with each of them alone and all together, where --only
-# names them. Of JPEG files only those that change them.
-FIELD_SEED, FIELD_SIZE = 31, "--width 600 --height 400 --photos 24"
-FAULTS = ("flash-jitter", "drift", "shutter", "vignetting", "white-balance", "under", "distortion", "shake", "defocus",
-          "photographer", "pedestrian", "dirt", "double-glazing", "tint", "all")
-FIELD = {"field-none": ("", "raw"), **{f"field-{f}": (f, "raw") for f in FAULTS},
-         "field-none-jpeg": ("", "jpeg"), "field-jpeg": ("jpeg", "jpeg"), "field-jpeg-white-balance": ("jpeg,white-balance", "jpeg"),
-         "field-jpeg-vignetting": ("jpeg,vignetting", "jpeg"), "field-all-jpeg": ("all", "jpeg")}
-SYNTH.update({name: (FIELD_SEED, "", photos, FIELD_SIZE + (f" --field {faults}" if faults else ""))
-              for name, (faults, photos) in FIELD.items()})
-# One looks at the pane at a right angle: each layout, the same with who takes the photos and the flash in the pane.
-STRAIGHT = {f"straight-{seed}{word}": (seed, "straight-on", "raw", FIELD_SIZE + faults) for seed in (31, 32, 33, 34, 36, 37, 42, 47)
-            for word, faults in (("", ""), ("-mirrored", " --field photographer,mirrored-flash"))}
-SYNTH.update(STRAIGHT)
-# As little is mirrored as window glass mirrors of a dim room; each layout.
-SYNTH.update({f"faint-{seed}": (seed, "", "raw", FIELD_SIZE + " --reflection 0.12") for seed in (701, 33, 711, 713, 714, 716, 731, 702, 712, 804, 806, 807, 808, 811, 812, 813)})
-SYNTH.update({f"faint-{seed}": (seed, "frame", "raw", FIELD_SIZE + " --reflection 0.12") for seed in (801, 802, 803)})
-SYNTH.update({f"faint-{seed}": (seed, "", "raw", FIELD_SIZE + f" --reflection {share}") for seed, share in ((816, 0.04), (841, 0.06), (842, 0.08), (854, 0.25))})
-# Lamps and a screen behind the pane; each layout.
-SYNTH.update({f"lit-{seed}": (seed, "lit", "raw", FIELD_SIZE) for seed in (760, 761, 762, 763, 764)})
-ONLY_NAMED = ("full-*", "field-*", "straight-*", "faint-*", "lit-*")
 
 
 def common_arguments(description, out):
@@ -123,35 +80,10 @@ def prepare(args):
     git = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True)
     args.commit = git.stdout.strip() or "unknown"
     args.share = ["--threads", max(1, len(os.sched_getaffinity(0)) // args.jobs)] if args.jobs > 1 else []
-    pathlib.Path(args.out).mkdir(parents=True, exist_ok=True)
-
-
-class Failed(Exception):
-    pass
-
-
-def call(args, log, most=None):
-    """Runs the program, all it says into a file; its warnings are returned. most: the most "bytes" of memory it had, and
-    the "cpu_seconds" of all such calls, which other programs beside it hardly change."""
-    with open(log, "ab") as f:
-        begin = f.seek(0, os.SEEK_END)
-        process = subprocess.Popen([str(a) for a in args], stdout=f, stderr=f)
-        _, status, usage = os.wait4(process.pid, 0)
-        rc = process.returncode = os.waitstatus_to_exitcode(status)
-    if most is not None:
-        most["bytes"] = max(most.get("bytes", 0), 1024 * usage.ru_maxrss)
-        most["cpu_seconds"] = most.get("cpu_seconds", 0) + usage.ru_utime + usage.ru_stime
-    text = pathlib.Path(log).read_bytes()[begin:].decode(errors="replace")
-    if rc:
-        raise Failed(f"{' '.join(str(a) for a in args[:3])}: {text.strip().splitlines()[-1] if text.strip() else rc}")
-    return [line.strip() for line in text.splitlines() if "warning" in line.lower()]
-
-
-def digest(*parts):
-    h = hashlib.sha256()
-    for part in parts:
-        h.update(part if isinstance(part, bytes) else repr(part).encode())
-    return h.hexdigest()[:16]
+    try:
+        args.made = Made(args.out)
+    except OSError as e:
+        sys.exit(str(e) if isinstance(e, NotOurs) else f"--out {args.out}: no folder can be made or written there: {e.strerror}")
 
 
 class Case:
@@ -176,19 +108,39 @@ class Case:
         return lens if lens.is_dir() and not self.photos.name.endswith("-clean") else self.scene / "truth" / "sparse"
 
     def ready(self, args):
-        """Makes the capture where it is a made one and what is there is of another recipe."""
-        if not self.recipe:
-            return digest([(f.name, f.stat().st_size) for f in sorted(self.photos.glob("*"))])
+        """Hash of what the photos and the truth hold; a made capture is made first, where what is there is of another
+        recipe."""
+        if self.recipe:
+            self.make(args)
+        return content(self.photos, self.scene / "truth")
+
+    def make(self, args):
         key = digest(self.recipe, args.synth_options, *(f.read_bytes() for f in sorted((ROOT / "src/synth").glob("*.?"))))
         mark = self.scene.parent / f"{self.scene.name}.key"
         with MAKING.setdefault(str(self.scene), threading.Lock()):
-            if not mark.is_file() or mark.read_text() != key:
+            if not self.photos.is_dir() or not mark.is_file() or mark.read_text() != key:
                 seed, hard, *options = self.recipe
                 self.scene.parent.mkdir(parents=True, exist_ok=True)
                 call([args.flashsplat, "synth", "-o", self.scene, "--seed", seed, *(["--hard", hard] if hard else []),
                       *" ".join(options).split(), *args.synth_options.split(), *args.share], self.scene.parent / f"{self.scene.name}.log")
-                mark.write_text(key)
-        return key
+                args.made.write(mark, key)
+
+    def kept(self, variant, more=""):
+        """Where its figures are."""
+        return self.base / f"{self.name}-{self.poses}-{variant}{more}.json"
+
+    def take(self, args, variants):
+        """Refuses what is not ours where this will write."""
+        args.made.mark_of(self.out)
+        args.made.take_log(self.log)
+        if self.recipe:
+            args.made.check(self.scene.parent / f"{self.scene.name}.key")
+            args.made.take_log(self.scene.parent / f"{self.scene.name}.log")
+        for variant in variants:
+            curve_of = self.kept(variant, "-curve")
+            args.made.mark_of(curve_of.with_suffix(""))
+            for path in (self.kept(variant), self.kept(variant).with_suffix(".png"), curve_of):
+                args.made.check(path)
 
 
 MAKING = {}
@@ -211,6 +163,24 @@ def cases_of(args):
             for n, d, photos, recipe in scenes
             if (any(fnmatch.fnmatch(n, o) for o in only) if only else not any(fnmatch.fnmatch(n, o) for o in ONLY_NAMED))
             for true_poses in ((True, False) if args.colmap else (True,))]
+
+
+def take_places(args, cases, variants, reports):
+    """Before any work: each case has a name of its own, and nothing that is not ours is where its files will be."""
+    seen = {}
+    for c in cases:
+        others = seen.setdefault(c.name, [])
+        if c.poses in others or (others and "own" in (c.poses, *others)):
+            print(f"two scenes are named {c.name}: files and figures go by names, so rename one of them", file=sys.stderr)
+            sys.exit(2)
+        others.append(c.poses)
+    try:
+        for name in reports:
+            args.made.check(pathlib.Path(args.out) / name)
+        for c in cases:
+            c.take(args, variants)
+    except OSError as e:
+        sys.exit(str(e))
 
 
 def splats(out):
@@ -272,35 +242,37 @@ def run_variant(args, case, variant):
 
 
 def evaluate(args, case, variant, views, more=()):
-    """Figures of the variant's renders; of the last method where `more` names others."""
+    """Figures of the variant's renders, or of the last method where `more` names others; warnings."""
     report = case.out / f"{variant}-{views}.json"
     weights = getattr(args, "lpips_weights", "")
-    call([args.flashsplat, "evaluate", case.out, case.scene / "truth", "--output", case.out / "renders" / variant, "--views",
+    warnings = call([args.flashsplat, "evaluate", case.out, case.scene / "truth", "--output", case.out / "renders" / variant, "--views",
           views, "--json", report, *(["--lpips-weights", weights] if weights else []), *more], case.log)
-    return list(json.loads(report.read_text())["methods"].values())[-1]
+    return list(json.loads(report.read_text())["methods"].values())[-1], warnings
 
 
 def measure(args, case, variant):
     """The figures of one variant: kept ones where there are any of the same program, capture and options."""
-    key = digest(args.program, case.ready(args), args.options, VARIANTS[variant], variant, getattr(args, "lpips_weights", ""))
-    kept = case.base / f"{case.name}-{case.poses}-{variant}.json"
+    capture = case.ready(args)
+    key = digest(args.program, capture, args.options, VARIANTS[variant], variant, getattr(args, "lpips_weights", ""))
+    kept = case.kept(variant)
     if kept.is_file() and not args.force:
         result = json.loads(kept.read_text())
         if result["key"] == key:
             return result
-    mark = case.out / "program"
-    if args.force or not mark.is_file() or mark.read_text() != args.program:  # stages done by another program
-        shutil.rmtree(case.out, ignore_errors=True)
-    case.out.mkdir(parents=True, exist_ok=True)
-    mark.write_text(args.program)
+    mark = digest(args.program, capture)
+    if args.force or args.made.mark_of(case.out) != mark:  # stages done by another program, or of other photos
+        args.made.empty(case.out, mark)
     case.most = {}
     seconds, count, warnings = run_variant(args, case, variant)
-    views = case.views(variant)
+    views = {}
+    for v in case.views(variant):
+        views[v], told = evaluate(args, case, variant, v)
+        warnings = warnings + (told if VARIANTS[variant][0] is not None else [])  # a pair is of one layer, by its nature
     result = {"key": key, "commit": args.commit, "seconds": seconds, "cpu_seconds": case.most.get("cpu_seconds", 0),
-              "bytes": case.most.get("bytes", 0), "splats": count, "warnings": warnings, "views": {v: evaluate(args, case, variant, v) for v in views}}
-    kept.write_text(json.dumps(result, indent=1))
+              "bytes": case.most.get("bytes", 0), "splats": count, "warnings": warnings, "views": views}
+    args.made.write(kept, json.dumps(result, indent=1))
     if cv2 is not None and views:
-        sheet(case, variant, case.base / f"{case.name}-{case.poses}-{variant}.png")
+        sheet(args, case, variant, kept.with_suffix(".png"))
     return result
 
 
@@ -320,25 +292,24 @@ def curve(args, case, variant):
     the clouds: of the start as `run` took it once, and of each training with the look at what is done before it."""
     options = VARIANTS[variant][0]
     key = digest(args.program, case.ready(args), args.options, options, SHARES)
-    kept = case.base / f"{case.name}-{case.poses}-{variant}-curve.json"
+    kept = case.kept(variant, "-curve")
     if kept.is_file() and not args.force:
         result = json.loads(kept.read_text())
         if result["key"] == key:
             return result
     case = copy.copy(case)
     case.out = case.base / kept.stem
-    shutil.rmtree(case.out, ignore_errors=True)
-    case.out.mkdir(parents=True)
+    args.made.empty(case.out, digest(args.program, key))
     done, views, start, points = case.out / "done", "held_out" if case.true_poses else "capture", 0, []
     for share in SHARES:
         steps, begin = max(1, round(share * steps_of(args, options))), time.time()
         train(args, case, [*options, "--steps", steps], case.out / "renders" / str(steps))
         seconds = (done / "train.json").stat().st_mtime - begin
-        points.append({"steps": steps, "seconds": start + seconds, "views": {views: evaluate(args, case, str(steps), views)}})
+        points.append({"steps": steps, "seconds": start + seconds, "views": {views: evaluate(args, case, str(steps), views)[0]}})
         if not start:
             start = (done / "initialise.json").stat().st_mtime - begin
     result = {"key": key, "commit": args.commit, "views": views, "points": points}
-    kept.write_text(json.dumps(result, indent=1))
+    args.made.write(kept, json.dumps(result, indent=1))
     return result
 
 
@@ -431,15 +402,18 @@ def write_curve(args, cases, results, failures):
     for scene, variant, steps, seconds, layers, depth in rows:
         shown = f"{100 * depth:.1f}" if depth is not None else "-"
         lines.append(f"| {scene} | {variant} | {steps} | {seconds:.0f} | " + " | ".join(cell(layers[l]) for l in LAYERS) + f" | {shown} |")
-    (base / "curve.md").write_text("\n".join(lines + [f"- failed: {f}" for f in failures]) + "\n")
+    args.made.write(base / "curve.md", "\n".join(lines + [f"- failed: {f}" for f in failures]) + "\n")
     names = ("scene", "variant", "steps", "seconds", "layers", "depth")
-    (base / "curve.json").write_text(json.dumps([dict(zip(names, row)) for row in rows], indent=1))
+    args.made.write(base / "curve.json", json.dumps([dict(zip(names, row)) for row in rows], indent=1))
     if any(row[0].startswith("mean of") for row in rows):  # of several variants there is none before the last
-        subprocess.run([sys.executable, ROOT / "tools" / "plot_curve.py", base / "curve.json", base / "curve.svg"], check=True)
+        with tempfile.TemporaryDirectory() as folder:
+            plot = pathlib.Path(folder) / "curve.svg"
+            subprocess.run([sys.executable, ROOT / "tools" / "plot_curve.py", base / "curve.json", plot], check=True)
+            args.made.write(base / "curve.svg", plot.read_bytes())
     return lines
 
 
-def sheet(case, variant, path):
+def sheet(args, case, variant, path):
     """Truth, estimate, difference (twice as large, on grey) of T_N and R at a few views."""
     rows = []
     views = sorted(p.stem for p in (case.scene / "truth" / "T_N").glob("*.*"))
@@ -457,7 +431,7 @@ def sheet(case, variant, path):
         if tiles:
             rows.append(numpy.hstack(tiles))
     if rows and all(r.shape == rows[0].shape for r in rows):
-        cv2.imwrite(str(path), numpy.vstack(rows))
+        args.made.write(path, cv2.imencode(".png", numpy.vstack(rows))[1].tobytes())
 
 
 def run_case(args, case, results, failures, lock, cases):
@@ -480,7 +454,7 @@ def run_case(args, case, results, failures, lock, cases):
                           result["splats"]), flush=True)
             for warning in result["warnings"]:
                 print(f"  {warning}", flush=True)
-            (case.base / "quality.md").write_text("\n".join(table(args, cases, results, failures)) + "\n")
+            args.made.write(case.base / "quality.md", "\n".join(table(args, cases, results, failures)) + "\n")
 
 
 def main():
@@ -498,17 +472,21 @@ def main():
     prepare(args)
     base = pathlib.Path(args.out)
     cases, results, failures, lock = cases_of(args), {}, [], threading.Lock()
+    take_places(args, cases, args.variants, ("quality.md", "curve.md", "curve.json", "curve.svg"))
     with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
         for done in [pool.submit(run_case, args, c, results, failures, lock, cases) for c in cases]:
             done.result()
     name = "curve.md" if args.curve else "quality.md"
     lines = (write_curve if args.curve else table)(args, cases, results, failures)
     if not args.curve:
-        (base / name).write_text("\n".join(lines) + "\n")
+        args.made.write(base / name, "\n".join(lines) + "\n")
     print("\n".join(line for line in lines if line.startswith("| mean")))
     print(f"table: {base / name}; {'plot' if args.curve else 'contact sheets'} beside it", file=sys.stderr)
     return 1 if failures else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except OSError as e:  # a full disk; what came in the way since
+        sys.exit(str(e))

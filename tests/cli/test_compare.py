@@ -8,38 +8,17 @@ import re
 import shutil
 import subprocess
 import sys
-import types
 
 import common
 from common import FolderTest, run
 from pictures import give_points
+from tex import check_tex
 
 common.need("cv2", "numpy")
 from authors_folder import make_authors
 
 COMPARE = pathlib.Path(__file__).resolve().parents[2] / "bench" / "compare.py"
 OPTIONS = "--long-edge 96 --steps 6 --init-count 300 --max-splats 400"
-
-
-def check_tex(test, text):
-    """What LaTeX asks for: one number of columns a table, braces in pairs, no sign of its own that was meant as text,
-    and fewer than some fifty tables until pages are made."""
-    text = re.sub(r"(?m)(?<!\\)%.*$", "", text)
-    depth = 0
-    for sign in re.findall(r"(?<!\\)[{}]", text):
-        depth += 1 if sign == "{" else -1
-        test.assertGreaterEqual(depth, 0)
-    test.assertEqual(depth, 0)
-    test.assertNotRegex(re.sub(r"\$[TRI](_[NF])?\$", "", text), r"(?<!\\)[$_#^~]")
-    for between in text.split("\\clearpage"):
-        test.assertLess(between.count("\\begin{table}"), 30)
-    tables = re.findall(r"\\begin{tabular}{([^\n]*)}\n(.*?)\\end{tabular}", text, re.S)
-    test.assertEqual(len(tables), text.count("\\begin{table}"))
-    for columns, body in tables:
-        for line in body.splitlines():
-            if not re.fullmatch(r"\\(top|mid|bottom)rule", line):
-                test.assertEqual(len(re.findall(r"(?<!\\)&", line)), len(re.sub(r"p{.*?}", "p", columns)) - 1, line)
-                test.assertTrue(line.endswith(r" \\"), line)
 
 
 class Compare(FolderTest):
@@ -55,7 +34,7 @@ class Compare(FolderTest):
 
     def test_compare(self):
         scene, others = self.dir / "scenes/small", self.dir / "others/small"
-        process = run("synth", "-o", scene, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 2, "--seed", 5)
+        process = run("synth", "-o", scene, "--width", 96, "--height", 64, "--photos", 8, "--held-out", 2, "--seed", 5)
         self.assertEqual(process.returncode, 0, process.stderr)
         give_points(scene / "truth")
         (self.dir / "scenes/README.md").write_text(
@@ -63,6 +42,9 @@ class Compare(FolderTest):
         (others / "T_N").mkdir(parents=True)
         for picture in (scene / "truth/T_N").glob("IMG_*"):  # as programs of single photos name theirs, and no other view
             shutil.copy(picture, others / "T_N" / f"{picture.stem}_l{picture.suffix}")
+        some = self.dir / "some/small/T_N"  # of one photo only, as good as can be
+        some.mkdir(parents=True)
+        shutil.copy(next((scene / "truth/T_N").glob("IMG_*")), some)
         published = self.dir / "published"
         shutil.copytree(scene / "capture/jpeg", published / "images")
         shutil.copytree(others, others.parent / "published")
@@ -75,8 +57,8 @@ class Compare(FolderTest):
         text = (authors / "sparse/0/images.txt").read_text()
         text = re.sub(r"IMG_(\d+)\.\w+", lambda m: photos[m[1]], text)
         (authors / "sparse/0/images.txt").write_text(text)
-        wanted = ["--methods", "full,plain,no-such-option", "--method", f"copy={others.parent}", "--method-encoding",
-                  "gamma", "--folders", f"{published},{authors}"]
+        wanted = ["--methods", "full,plain,no-such-option", "--method", f"some={some.parents[1]},copy={others.parent}",
+                  "--method-encoding", "gamma", "--folders", f"{published},{authors}"]
         options = f"{OPTIONS} --npy-gains {','.join(map(str, gains))}"
         wanted += ["--options", options]
         process = self.compare(*wanted)
@@ -99,6 +81,10 @@ class Compare(FolderTest):
         self.assertEqual([paper[k] for k in ("views", "layer", "kind", "psnr", "lpips")],
                          ["capture", "T_N", "paper's convention", "20.42", "0.2868"])
         self.assertEqual(psnr["copy", "capture", "T_N", "as it is"], 120)
+        measured = {r["method"]: (r["views_measured"], r["views_of"]) for r in small if (r["views"], r["layer"]) == ("capture", "T_N")}
+        self.assertEqual(measured["some"][0], "1")
+        self.assertEqual(len(set(measured["copy"])), 1)
+        self.assertEqual(measured["copy"][1], measured["some"][1])
         self.assertEqual(psnr["published", "held_out", "T_N", "gain-fitted"], 31.25)
         told = json.loads((self.dir / "out/small-true/full-held_out.json").read_text())
         told = told["methods"]["flashsplat"]["layers"]
@@ -114,7 +100,17 @@ class Compare(FolderTest):
 
         data = self.data()
         found = [r["method"] for r in data["scenes"]["small"]]
-        self.assertEqual(found, ["truth", "full", "plain", "copy", "published"])
+        self.assertEqual(found, ["truth", "full", "plain", "some", "copy", "published"])
+        row = {r["method"]: r for r in data["scenes"]["small"]}
+        self.assertRegex(row["some"]["partial"]["capture"], r"^\(1 of \d+ views\)$")
+        self.assertTrue(any("views are missing" in w for w in row["some"]["warnings"]), row["some"]["warnings"])
+        self.assertFalse(any(r["partial"].get("capture") for name, r in row.items() if name != "some"))
+        for view, of in row["full"]["of_view"]["T_N"].items():  # what stands under a picture is of that picture
+            which = "held_out" if view.startswith("TEST") else "capture"
+            here = json.loads((self.dir / f"out/small-true/full-{which}.json").read_text())
+            here = here["methods"]["flashsplat"]["layers"]["T_N"]["views"][view]
+            self.assertAlmostEqual(of["gain"], here["psnr_gain"], delta=1e-2)
+        self.assertEqual({of[""] for of in row["copy"]["of_view"]["T_N"].values()}, {120})
         self.assertEqual([r["method"] for r in data["means"]], ["full", "plain", "copy"])
         self.assertEqual(data["means"][0]["scenes"], {views: ["small"] for views in ("held_out", "capture")})
         names = {r["method"]: {v for of in r["pictures"].values() for v in of} for r in data["scenes"]["small"]}
@@ -132,6 +128,7 @@ class Compare(FolderTest):
         check_tex(self, tex)
         self.assertRegex(tex, r"full & [\\{}a-z]*\d+\.\d\d\}?/\.\d{3}/\.\d{3} & .* & \d+ & \d+ & [1-9] \\\\")
         self.assertRegex(tex, r"small, held-out views, paper's convention")
+        self.assertRegex(tex, r"some \(1 of \d views\) & \d+\.\d\d/")  # never in bold
         self.assertRegex(tex, r"authors, .*(.|\n)*full & -- &(.|\n)*Flash-Splat & \\textbf{20.42}/.287 &")
 
         logs = {p: p.stat().st_size for p in (self.dir / "out").glob("*.json")}
@@ -145,38 +142,6 @@ class Compare(FolderTest):
         process = self.compare(*wanted)
         self.assertEqual(process.returncode, 1)
         self.assertIn("small, true poses, copy:", process.stderr)
-
-
-class Means(FolderTest):
-    def test_scenes_of_each(self):
-        """What has no held-out views is in the mean of the photos' places only, and the captions say so."""
-        sys.dont_write_bytecode = True
-        sys.path.insert(0, str(COMPARE.parent))
-        import compare  # pylint: disable=import-outside-toplevel
-        figures = {"T_N": {"gain": {"psnr": 30.0, "ssim": 0.9}}}
-        with_both, without = {"held_out": figures, "capture": figures}, {"capture": figures}
-        scenes = {name: [compare.row_of("full", "full", {}, of, {})] for name, of in (("a", with_both), ("b", without))}
-        means = compare.means(scenes)
-        self.assertEqual(means[0]["scenes"], {"held_out": ["a"], "capture": ["a", "b"]})
-        args = types.SimpleNamespace(commit="x", options="")
-        compare.write_tex(self.dir / "t.tex", args, scenes, means)
-        captions = re.findall("over scenes: (.*?)}", (self.dir / "t.tex").read_text())
-        self.assertEqual(captions, ["a, held-out views, gain-fitted", "a, b, the photos' views, gain-fitted"])
-        named = {f"50 % {{#{i}}} of_x & y^2 $~\\": scenes["a"] for i in range(60)}  # names of folders are anyone's
-        compare.write_tex(self.dir / "t.tex", args, named, compare.means(scenes))
-        text = (self.dir / "t.tex").read_text()
-        self.assertEqual(text.count("\\begin{table}"), 122)
-        check_tex(self, text)
-
-    def test_pictures_of_others(self):
-        """A file is of the longest name that it begins with, and of none where two begin with it."""
-        sys.path.insert(0, str(COMPARE.parent))
-        import compare  # pylint: disable=import-outside-toplevel
-        for name in ("a_1_flash_l.png", "a_2_l.png", "a_2_r.png", "b[3]_l.PNG"):
-            (self.dir / name).write_text("x")
-        views = ["a_1", "a_1_flash", "a_2", "b[3]"]
-        found = [compare.find_picture(self.dir, v, views) for v in views]
-        self.assertEqual([p and p.name for p in found], [None, "a_1_flash_l.png", None, "b[3]_l.PNG"])
 
 
 if __name__ == "__main__":
