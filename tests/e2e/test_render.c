@@ -123,8 +123,8 @@ static int render(Capture *capture, FsError *err)
     FsProject *project;
     FsCallbacks callbacks = {.log = take_log, .cancelled = is_cancelled, .user = capture};
     capture->log[0] = 0;
-    assert_int_equal(fs_project_open(&project, capture->out, capture->settings, &callbacks, err), 0);
-    int rc = fs_render(project, err);
+    int rc = fs_project_open(&project, capture->out, capture->settings, &callbacks, err);
+    if (rc == 0) rc = fs_render(project, err);
     fs_project_close(project);
     return rc;
 }
@@ -372,7 +372,9 @@ static void wrong_requests_are_named(void **state)
     set(capture, "cameras", missing);
     assert_int_equal(render(capture, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, missing));
-    assert_int_equal(fs_settings_set(capture->settings, "path", "spiral", &err), FS_ERR_USAGE);
+    set(capture, "path", "spiral");
+    assert_int_equal(render(capture, &err), FS_ERR_USAGE);
+    set(capture, "path", "none");
     set(capture, "cameras", "");
     char *views = fs_file_path("%s/views.json", capture->out);
     set(capture, "output", views); // a file where a folder should be

@@ -526,7 +526,7 @@ static void test_list(void **state)
 {
     static const char *const wrong[][2] = {{"fog", "'fog'"},       {"drift=x", "'x'"},        {"drift=-1", "0 to"},
                                            {"drift=nan", "'nan'"}, {"vignetting=2", "0.9"},   {"all=2", "no strength"},
-                                           {"drift=", "''"},       {"pedestrian=2", "0 to 1"}};
+                                           {"drift=", "''"},       {"pedestrian=2", "0 or 1"}};
     (void)state;
     Field field;
     FsError err;

@@ -137,7 +137,7 @@ static void test_folders_that_say_flash(void **state)
         char file[4][60];
         for (int k = 0; k < 4; k++) snprintf(file[k], sizeof file[k], "%s/%d.tif", names[i][k & 1], 1 + k / 2);
         FILL({"rgb16.tif", file[0]}, {"rgb16.tif", file[1]}, {"rgb16.tif", file[2]}, {"rgb16.tif", file[3]});
-        expect_good("photos", NULL, "2 with flash, 2 without (their folders and EXIF)");
+        expect_good("photos", NULL, "2 with flash, 2 without (their folders)");
         expect_view(i == 0 ? "flash_1" : i == 1 ? "Flash_1" : "with flash_1", file[0], true);
         expect_view(i == 0 ? "noflash_2" : i == 1 ? "No-Flash_2" : "ambient_2", file[3], false);
     }
@@ -148,7 +148,7 @@ static void test_folders_that_say_flash(void **state)
         char file[2][60];
         for (int k = 0; k < 2; k++) snprintf(file[k], sizeof file[k], "%s/%d.tif", others[i][k], 1 + k);
         FILL({"rgb16.tif", file[0]}, {"rgb16.tif", file[1]});
-        expect_good("photos", NULL, "1 with flash, 1 without (their folders and EXIF)");
+        expect_good("photos", NULL, "1 with flash, 1 without (their folders)");
         expect_view("1", file[0], true);
     }
     FILL({"rgb16.tif", "blitzen/1.tif"}, {"rgb16.tif", "Flash Gordon/2.tif"});
