@@ -87,7 +87,8 @@ static int make_grid(Fusion *f, FsError *err)
     double box[2][3];
     int rc;
     TRY(each_view(f, PROBE_EDGE, probe_view, &probe, err));
-    if (probe.n < 100) TRY(fs_error_input(err, "export: no mesh: the transmitted scene has no depth at the photos"));
+    if (probe.n < 100)
+        TRY(fs_error_set(err, FS_ERR_NUMERIC, "export: no mesh: the transmitted scene has no depth at the photos"));
     double step = WIDTH * fs_order_median(probe.value[3], probe.n);
     for (int a = 0; a < 3; a++) {
         fs_order_doubles(probe.value[a], probe.n);
@@ -199,6 +200,7 @@ int fs_surface_run(const SurfaceArgs *args, const char *ending, FsError *err)
 {
     const Settings *set = &args->project->set;
     Fusion f = {.args = args};
+    FsError why = {0};
     int rc;
     if (!args->photos->n)
         return fs_error_input(err, "%s/views.json: missing or without photos, and a mesh is made of what they see",
@@ -207,7 +209,13 @@ int fs_surface_run(const SurfaceArgs *args, const char *ending, FsError *err)
     TRY(fs_engine_scene_up(f.engine, args->scene, err));
     f.threads = fs_threads_new(set->threads);
     if (!f.threads) TRY(fs_error_memory(err));
-    TRY(make_mesh(&f, err));
+    rc = make_mesh(&f, &why);
+    if (rc == FS_ERR_NUMERIC) { // the other formats are to be had
+        fs_log_warn(&args->project->log, "%s", why.message);
+        rc = 0;
+        goto fail;
+    }
+    if (rc < 0) TRY(fs_error_set(err, rc, "%s", why.message));
     bool field = fs_radiance_is(&args->scene->field), two = args->scene->separation == SEPARATION_FULL;
     if (field || fs_colors_cloud(args->scene, LAYER_T_N)) TRY(write_colored(&f, LAYER_T_N, ending, err));
     if (field ? two : fs_colors_cloud(args->scene, LAYER_T_F) != NULL) TRY(write_colored(&f, LAYER_T_F, ending, err));

@@ -11,7 +11,8 @@ int fs_tsdf_new(Tsdf *tsdf, const double box[2][3], double step, double most, Fs
     double n[3];
     bool bounded = step > 0 && isfinite(step);
     for (int a = 0; a < 3; a++) bounded &= isfinite(box[1][a] - box[0][a]);
-    if (!bounded) return fs_error_input(err, "export: no mesh: the depth of the transmitted scene has no bounds");
+    if (!bounded)
+        return fs_error_set(err, FS_ERR_NUMERIC, "export: no mesh: the depth of the transmitted scene has no bounds");
     for (;; step *= 1.05) {
         for (int a = 0; a < 3; a++) n[a] = fmax(ceil((box[1][a] - box[0][a]) / step), 1) + 1;
         if (n[0] * n[1] * n[2] <= most) break;

@@ -20,11 +20,11 @@ RadianceShape fs_radiance_shape(bool lit, bool mirrored, int long_edge)
 {
     return (RadianceShape){.levels = 12,
                            .log2_rows = 17,
-                           .coarsest = 16,                   // Mueller et al. 2022
-                           .finest = (int)(1.7 * long_edge), // cells a pixel
-                           .hidden = 32,                     // half of Mueller et al.
-                           .grid = 64,                       // half of Mueller et al. along an axis
-                           .samples = mirrored ? 128 : 256,  // a step is a pixel of parallax or less
+                           .coarsest = 16,                           // Mueller et al. 2022
+                           .finest = (int)fmax(16, 1.7 * long_edge), // cells a pixel
+                           .hidden = 32,                             // half of Mueller et al.
+                           .grid = 64,                               // half of Mueller et al. along an axis
+                           .samples = mirrored ? 128 : 256,          // a step is a pixel of parallax or less
                            .colors = {lit ? 6 : 3, mirrored ? 3 : 0}};
 }
 

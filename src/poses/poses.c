@@ -124,6 +124,19 @@ static int check_features(const Capture *capture, const Features *features, FsEr
                           capture->pictures, capture->n);
 }
 
+static bool at_one_place(double extent, const double centre[3])
+{
+    return extent <= ONE_PLACE * sqrt(v3_dot(centre, centre)) || extent < 1e-12;
+}
+
+static int say_one_place(const FsProject *project, int n, FsError *err)
+{
+    return fs_error_input(err,
+                          "%s: the cameras of all %d photos are at one place: nothing tells how far away things "
+                          "are; take photos from places 5 to 10 cm apart, or give their true poses",
+                          *project->set.poses ? project->set.poses : project->out, n);
+}
+
 // Too few points, and why.
 static int explain_points(const FsProject *project, const Capture *capture, const Sparse *sparse,
                           const Features *features, FsError *err)
@@ -143,11 +156,7 @@ static int explain_points(const FsProject *project, const Capture *capture, cons
     free(camera);
     if (out_of_memory) return fs_error_memory(err);
     const char *from = *project->set.poses ? project->set.poses : project->out;
-    if (extent <= ONE_PLACE * sqrt(v3_dot(centre, centre)))
-        return fs_error_input(err,
-                              "%s: the cameras of all %d photos are at one place: nothing tells how far away things "
-                              "are; take photos from places 5 to 10 cm apart, or give their true poses",
-                              from, n);
+    if (at_one_place(extent, centre)) return say_one_place(project, n, err);
     if (usual < FS_COLMAP_FEW_FEATURES)
         return fs_error_input(err,
                               "%s: only %d points, at least %d are needed: half of the photos show %d features or "
@@ -189,7 +198,8 @@ static int check_origin(const FsProject *project, const Capture *capture, const 
     double extent = fs_camera_extent(camera, sizeof *camera, n, centre);
     free(camera);
     double away = sqrt(v3_dot(centre, centre)), step = away * (double)FLT_EPSILON;
-    if (extent <= ONE_PLACE * away || extent > FINE_STEPS * step) return 0;
+    if (at_one_place(extent, centre)) return say_one_place(project, n, err);
+    if (extent > FINE_STEPS * step) return 0;
     if (extent < COARSE_STEPS * step)
         return fs_error_input(
             err,

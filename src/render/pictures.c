@@ -90,6 +90,7 @@ void fs_pictures_sheet_free(PictureSheet *sheet)
 // ---- films ----
 
 #define FRAMES_PER_SECOND 30
+#define MAX_FILM_SIDE 16384 // x264's
 enum { FILM_COMPOSITE, FILM_T, FILM_R, FILM_LAYERS, FILM_SIDE_BY_SIDE = FILM_LAYERS, FILMS };
 
 static const struct {
@@ -104,7 +105,7 @@ static const struct {
 
 struct Films {
     Video *video[FILMS];
-    Image wide; // composite, T, R beside one another
+    Image wide; // composite, T, R beside one another; of none where that is wider than films can be
 };
 
 int fs_pictures_films_begin(Films **result, const char *dir, int width, int height, const Log *log, FsError *err)
@@ -114,8 +115,12 @@ int fs_pictures_films_begin(Films **result, const char *dir, int width, int heig
     if (!films) return fs_error_memory(err);
     int rc;
     TRY(fs_file_mkdirs(dir, err));
-    TRY(fs_image_new(&films->wide, FILM_LAYERS * width, height, 3, err));
-    for (int i = 0; i < FILMS; i++) {
+    bool beside = FILM_LAYERS * width <= MAX_FILM_SIDE;
+    if (beside) TRY(fs_image_new(&films->wide, FILM_LAYERS * width, height, 3, err));
+    if (!beside)
+        fs_log_warn(log, "render: no film of the layers side by side: %d pixels are wider than films can be (%d)",
+                    FILM_LAYERS * width, MAX_FILM_SIDE);
+    for (int i = 0; i < (beside ? FILMS : FILM_LAYERS); i++) {
         FilePath path = fs_file_at("%s/%s.mp4", dir, films_table[i].name);
         int film_width = i == FILM_SIDE_BY_SIDE ? FILM_LAYERS * width : width;
         TRY(fs_owned_check(path.text, err));
@@ -136,12 +141,12 @@ int fs_pictures_films_add(Films *films, const Look *look, const Renders *renders
         TRY(fs_preview_picture(&renders->layer[films_table[i].layer], 0, &look->light, &picture, err));
         TRY(fs_video_add(films->video[i], &picture, err));
         size_t row = (size_t)picture.width * 3;
-        for (int y = 0; y < picture.height; y++)
+        for (int y = 0; y < films->wide.height; y++)
             memcpy(films->wide.px + ((size_t)y * FILM_LAYERS + (size_t)i) * row, picture.px + (size_t)y * row,
                    row * sizeof(float));
         fs_image_free(&picture);
     }
-    TRY(fs_video_add(films->video[FILM_SIDE_BY_SIDE], &films->wide, err));
+    if (films->video[FILM_SIDE_BY_SIDE]) TRY(fs_video_add(films->video[FILM_SIDE_BY_SIDE], &films->wide, err));
 fail:
     fs_image_free(&picture);
     return rc;
@@ -151,6 +156,7 @@ int fs_pictures_films_finish(Films *films, FsError *err)
 {
     int rc = 0;
     for (int i = 0; i < FILMS && rc == 0; i++) {
+        if (!films->video[i]) continue;
         rc = fs_video_finish(films->video[i], err);
         films->video[i] = NULL;
     }

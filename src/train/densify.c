@@ -182,6 +182,7 @@ static int edit_layer(Trainer *trainer, int layer, EditCloud *change, FsError *e
     int rc;
     TRY(fs_cloud_edit_begin(&edit, &trainer->scene.cloud[layer], err));
     rc = change(trainer, &edit, &trainer->state.cloud[layer], &rng, &inner);
+    if (rc == FS_ERR_NUMERIC && layer != LAYER_T_F && layer != LAYER_T_N) rc = 0; // there may be nothing mirrored
     if (rc < 0) {
         fs_error_set(err, rc,
                      "training: layer %s at step %d: %s; the last checkpoint is kept; check poses and flash "

@@ -253,7 +253,7 @@ int fs_train_time(const FsProject *project, const RunSize *size, TrainPace *pace
     *pace = (TrainPace){.splats = {first_splats(set, size), last_splats(set, size)}};
     double pixels = (double)size->width * size->height;
     for (int h = fs_schedule_halvings(set, long_edge(size), 0); h >= 0; h--) {
-        RunSize at = {.width = size->width >> h, .height = size->height >> h};
+        RunSize at = {.width = (int)fmax(1, size->width >> h), .height = (int)fmax(1, size->height >> h)};
         int stride[2];
         fs_schedule_stride(set, h, pixels, fs_schedule_budget(set, pixels), stride);
         for (int k = 0; k < 2; k++) {

@@ -341,4 +341,59 @@ class FullDisk(FolderTest):
             subprocess.run(["umount", disk], check=True)
 
 
+class Odd(FolderTest):
+    """Scenes that hold nothing, photos of a few pixels: what can be had is had, the rest is told before work is done."""
+
+    def made(self, width, height):
+        self.scene, self.out = self.dir / "scene", self.dir / "out"
+        process = run("synth", "-o", self.scene, "--width", width, "--height", height, "--photos", 6, "--held-out", 1)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        pictures.give_points(self.scene / "truth")
+        return ["--poses", self.scene / "truth/sparse", "--init-count", 300, "--max-splats", 400, "--threads", 1]
+
+    def works(self, *words):
+        process = run(*words)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        return process
+
+    def test_nothing_mirrored(self):
+        """Where R's Gaussians all are transparent there is none to put the others beside: R is empty."""
+        more = self.made(64, 48)
+        self.works("ingest", self.scene / "capture/raw", "-o", self.out)
+        self.works("poses", self.out, *more[:2])
+        self.works("initialise", self.out, *more[2:4])
+        path = self.out / "start/R.ply"
+        data = path.read_bytes()
+        head, _, rows = data.partition(b"end_header\n")
+        names = [line.split()[-1] for line in head.splitlines() if line.startswith(b"property")]
+        at, n = names.index(b"opacity"), len(rows) // (4 * len(names))
+        values = list(struct.unpack(f"<{n * len(names)}f", rows))
+        values[at::len(names)] = n * [-12.0]
+        path.write_bytes(head + b"end_header\n" + struct.pack(f"<{len(values)}f", *values))
+        self.works("train", self.out, *more[4:], "--steps", 1000, "--no-photographer")
+        self.assertIn("R is empty", self.works("render", self.out).stderr)
+
+    def test_few_pixels(self):
+        more = self.made(64, 48)
+        job = ["run", self.scene / "capture/raw", *more, "--steps", 6, "--long-edge"]
+        process = self.works(*job, 3, "-o", self.out, "--formats", "ply,mesh")
+        self.assertIn("no mesh", process.stderr)
+        self.assertTrue((self.out / "export/T_N.ply").exists())
+        self.works(*job, 8, "-o", self.dir / "field", "--preset", "flash-nerf")
+
+    def test_one_place(self):
+        """Though the model has points."""
+        more = self.made(64, 48)
+        images = self.scene / "truth/sparse/images.txt"
+        lines = images.read_text().splitlines()
+        pose = lines[0].split()[1:8]
+        for i in range(0, len(lines), 2):
+            word = lines[i].split()
+            lines[i] = " ".join([word[0], *pose, *word[8:]])
+        images.write_text("\n".join(lines) + "\n")
+        process = run("run", self.scene / "capture/raw", "-o", self.out, *more, "--steps", 6)
+        self.assert_fails(process, 1, "at one place")
+        self.assertFalse((self.out / "start").exists())
+
+
 common.main()

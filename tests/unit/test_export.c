@@ -233,8 +233,8 @@ static void test_mesh(void **state)
     Tsdf tsdf;
     Mesh mesh;
     const double endless[2][3] = {{-1, -1, -1}, {1, INFINITY, 1}};
-    assert_int_equal(fs_tsdf_new(&tsdf, endless, 0.001, 27000, NULL), FS_ERR_INPUT);
-    assert_int_equal(fs_tsdf_new(&tsdf, box, 0, 27000, NULL), FS_ERR_INPUT);
+    assert_int_equal(fs_tsdf_new(&tsdf, endless, 0.001, 27000, NULL), FS_ERR_NUMERIC);
+    assert_int_equal(fs_tsdf_new(&tsdf, box, 0, 27000, NULL), FS_ERR_NUMERIC);
     assert_int_equal(fs_tsdf_new(&tsdf, box, 0.001, 27000, NULL), 0); // as fine as the voxels allow
     assert_true((double)tsdf.size[0] * tsdf.size[1] * tsdf.size[2] <= 27000 && tsdf.size[0] > 28);
     for (int view = 0; view < 6; view++) {

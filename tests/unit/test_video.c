@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "render/pictures.h"
 #include "render/video.h"
 #include "temp_dir.h"
 
@@ -156,6 +157,19 @@ static void failures_leave_no_file(void **state)
     free(path);
 }
 
+static void pictures_beside_one_another_may_be_too_wide(void **state)
+{
+    FsError err = {0};
+    Films *films;
+    for (int wide = 0; wide < 2; wide++) {
+        FilePath dir = fs_file_at("%s/%d", (const char *)*state, wide);
+        assert_int_equal(fs_pictures_films_begin(&films, dir.text, wide ? 6000 : 60, 2, &(Log){0}, &err), 0);
+        assert_int_equal(fs_pictures_films_finish(films, &err), 0);
+        assert_true(fs_file_exists(fs_file_at("%s/T.mp4", dir.text).text));
+        assert_int_equal(fs_file_exists(fs_file_at("%s/side_by_side.mp4", dir.text).text), !wide);
+    }
+}
+
 int main(void)
 {
     av_log_set_level(AV_LOG_QUIET);
@@ -163,6 +177,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_video_plays, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(a_path_may_have_a_colon, temp_dir_make, temp_dir_remove),
         cmocka_unit_test_setup_teardown(failures_leave_no_file, temp_dir_make, temp_dir_remove),
+        cmocka_unit_test_setup_teardown(pictures_beside_one_another_may_be_too_wide, temp_dir_make, temp_dir_remove),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
