@@ -116,6 +116,7 @@ static unsigned stages_done(FsProject *project, const char *photos)
 {
     static const unsigned order[] = {FS_STAGE_INGEST, FS_STAGE_POSES, FS_STAGE_INITIALISE, FS_STAGE_TRAIN};
     unsigned done = 0;
+    if (!fs_file_exists(fs_file_at("%s/done/ingest.json", project->out).text)) return 0; // photos are read once
     if (!fs_ingest_look(project, photos)) return 0;
     int steps = project->set.steps;
     if (project->set.minutes > 0) fs_project_take_steps(project);
