@@ -11,8 +11,6 @@ import sys
 
 MOST_PARAMETERS = 7
 ENGINE_FOR_TRAIN = {"engine/engine.h", "engine/dirt.h"}
-# Files of src/train that still see too much, file names still used twice, names still to come: to be emptied.
-NOT_YET = set()
 
 MACHINERY = {
     "base": set(),
@@ -56,7 +54,7 @@ def check_file(path, root):
     folder = where.parts[1] if len(where.parts) > 2 else ""
     for name in INCLUDE.findall(text):
         target = target_folder(path, name, root)
-        if folder == "train" and str(where) not in NOT_YET and (
+        if folder == "train" and (
             target == "kernels" or (target == "engine" and name not in ENGINE_FOR_TRAIN)
         ):
             problems.append(f"{where}: train must not include {name}")
@@ -77,7 +75,7 @@ def check_file_names(files, root):
         if path.is_relative_to(root / "src"):
             of_name[path.name].append(str(path.relative_to(root)))
     return [f"{' and '.join(paths)}: two files of one name" for name, paths in of_name.items()
-            if len(paths) > 1 and name not in NOT_YET]
+            if len(paths) > 1]
 
 
 def functions(text):
@@ -115,13 +113,13 @@ def check_functions(files, root):
     for path in files:
         where = path.relative_to(root)
         for head, name, parameters, _ in functions(path.read_text(encoding="utf-8")):
-            if len(parameters) > MOST_PARAMETERS and name not in NOT_YET:
+            if len(parameters) > MOST_PARAMETERS:
                 problems.append(f"{where}: {name} has {len(parameters)} parameters, at most {MOST_PARAMETERS}")
             if where.parts[0] == "src" and not re.search(r"\bstatic\b|\b(FN|INLINE)\b", head) and name not in public:
                 homes[name].add(path.stem)
                 external[name] = where
     for name, where in external.items():
-        if name not in NOT_YET and not any(name == f"fs_{s}" or name.startswith(f"fs_{s}_") for s in homes[name]):
+        if not any(name == f"fs_{s}" or name.startswith(f"fs_{s}_") for s in homes[name]):
             problems.append(f"{where}: {name} should be called fs_<file>_...")
     return problems
 

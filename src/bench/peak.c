@@ -22,7 +22,7 @@ static void copy_loop(float *to, const float *from, size_t n)
     memcpy(to, from, n * sizeof *to);
 }
 
-const PeakLoops fs_peak_scalar = {fma_loop, 2.0 * CHAINS, copy_loop};
+static const PeakLoops scalar_loops = {fma_loop, 2.0 * CHAINS, copy_loop};
 
 static const PeakLoops *loops_at(CpuLevel level)
 {
@@ -33,7 +33,7 @@ static const PeakLoops *loops_at(CpuLevel level)
 #elif defined(__aarch64__)
     case CPU_NEON: return &fs_peak_neon;
 #endif
-    default: return &fs_peak_scalar;
+    default: return &scalar_loops;
     }
 }
 

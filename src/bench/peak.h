@@ -10,7 +10,7 @@ typedef struct PeakLoops {
     double flops_per_round;
     void (*copy)(float *to, const float *from, size_t n); // n a multiple of 64
 } PeakLoops;
-extern const PeakLoops fs_peak_scalar, fs_peak_avx2, fs_peak_avx512, fs_peak_neon;
+extern const PeakLoops fs_peak_avx2, fs_peak_avx512, fs_peak_neon;
 
 typedef struct Peak {
     double fma_gflops; // one core, multiply and add counted as two

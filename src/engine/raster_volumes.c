@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/memory.h"
 #include "engine/scratch.h"
 
 #define WEIGHS 2e-4f // samples that weigh less have no colours

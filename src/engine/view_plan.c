@@ -5,7 +5,7 @@
 
 #include "base/linalg.h"
 
-PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera)
+static PaneView pane_of(const Pane *pane, const Camera *camera)
 {
     const double *m = camera->w2c, *n = pane->normal;
     double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
@@ -103,7 +103,7 @@ ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash)
                      .R = part_of(scene, LAYER_R),
                      .pane_beta = scene->pane_beta};
     if (scene->pane_beta)
-        plan.pane = fs_view_plan_pane(&scene->pane, camera);
+        plan.pane = pane_of(&scene->pane, camera);
     else
         plan.beta = part_of(scene, LAYER_BETA);
     plan.covers = plan.T.there && plan.R.there && plan.pane_beta && plan.T.cloud->width[CLOUD_COVERS];

@@ -40,7 +40,6 @@ ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash);
 void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,
                         double exposure, const float flash[2], unsigned learn);
 float fs_view_plan_per_px(const Camera *camera); // CalibrationView.per_px where all pixels are looked at
-PaneView fs_view_plan_pane(const Pane *pane, const Camera *camera);
 // flash: the flash's light, 0 of photos without. Of a camera on the pane or beyond it nothing is seen.
 VeilView fs_view_plan_veil(const Veil *veil, const Camera *camera, const float flash[3]);
 // The same in a scene, by the colour of its flash. flash: factor on its light.

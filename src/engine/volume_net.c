@@ -20,7 +20,6 @@ VolumeNet fs_volume_net(const Kernels *kernels, const Radiance *field, Volume vo
     const int code = s->levels * RADIANCE_FEATURES, colors = fs_radiance_color_rows(s, volume);
     VolumeNet net = {.kernels = kernels,
                      .shape = s,
-                     .volume = volume,
                      .table = fs_radiance_part(field, volume, RADIANCE_TABLE),
                      .color_rows = colors,
                      .thin = (volume == VOLUME_R ? THIN_R : THIN) + logf((float)every)};

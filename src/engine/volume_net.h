@@ -9,7 +9,6 @@
 typedef struct VolumeNet {
     const Kernels *kernels;
     const RadianceShape *shape;
-    Volume volume;
     const float *table;
     RadianceLevel level[RADIANCE_LEVELS_MOST];
     MlpLayer layer[RADIANCE_LEARNED]; // of the parts that are matrices; without stride

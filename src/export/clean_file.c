@@ -1,6 +1,5 @@
 #include "export/clean_file.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -2,7 +2,6 @@
 // or through it lies behind it, so it is taken to be as far as the nearest of that.
 #pragma once
 
-#include "export/splats.h"
 #include "model/dataset.h"
 #include "model/scene.h"
 

@@ -3,7 +3,6 @@
 // largest component in 2 bits and the three others in 10, sign and magnitude).
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 #include <zlib.h>
 
 #include "base/file.h"

@@ -1,6 +1,5 @@
 #include "image/tiff_deep.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -23,10 +22,7 @@ enum {
     SAMPLES = 277,
     ROWS_PER_STRIP,
     STRIP_SIZES,
-    X_RESOLUTION = 282,
-    Y_RESOLUTION,
-    PLANAR,
-    RESOLUTION_UNIT = 296,
+    PLANAR = 284,
     PREDICTOR = 317,
     SUBFILE = 254,
     ICC = 34675,

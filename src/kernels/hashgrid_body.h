@@ -1,6 +1,5 @@
 // hashgrid.h in plain C: the scalar definition, and its twins by what the compiler makes of it for their instruction
 // sets.
-#include <math.h>
 
 // The row of a vertex; hashed is known at compile time.
 static inline uint32_t row_of(const HashLevel *level, int hashed, uint32_t x, uint32_t y, uint32_t z)

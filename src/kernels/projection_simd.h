@@ -1,7 +1,6 @@
 // SIMD twin of projection.c: one Gaussian per lane.
 #include "kernels/projection.h"
 
-#include <math.h>
 #include <stdbool.h>
 
 #include "kernels/simd.h"

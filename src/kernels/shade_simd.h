@@ -1,7 +1,6 @@
 // SIMD twin of shade.c: one Gaussian per lane.
 #include "kernels/shade.h"
 
-#include <stddef.h>
 
 #include "kernels/simd.h"
 

@@ -25,7 +25,7 @@ static bool changes_result(const char *name, unsigned stage)
     return true;
 }
 
-json_t *fs_fingerprint_settings(const FsProject *project, unsigned stage)
+static json_t *settings_of(const FsProject *project, unsigned stage)
 {
     char *text = fs_settings_json(&project->set, stage);
     json_t *all = text ? json_loads(text, 0, NULL) : NULL, *kept = all ? json_object() : NULL, *value;
@@ -121,7 +121,7 @@ static json_t *inputs_of(const FsProject *project, const ProjectStage *stage)
 
 char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage)
 {
-    json_t *settings = fs_fingerprint_settings(project, stage->stage),
+    json_t *settings = settings_of(project, stage->stage),
            *inputs = settings ? inputs_of(project, stage) : NULL;
     json_t *root = inputs ? json_pack("{s:o, s:o}", "settings", settings, "inputs", inputs) : NULL;
     char *text = root ? json_dumps(root, JSON_COMPACT) : NULL;

@@ -5,8 +5,6 @@
 
 // As JSON text, {"settings": {...}, "inputs": {...}}; NULL when out of memory or the CPU lacks what is asked for. The
 // caller frees. An input that is not there has no hash.
-// The settings of it.
-struct json_t *fs_fingerprint_settings(const FsProject *project, unsigned stage);
 char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage);
 // Of a file, or of what stages read in a folder and depth - 1 folders below it. False: nothing is there.
 bool fs_fingerprint_hash(const char *path, int depth, char text[17]);

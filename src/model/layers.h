@@ -6,11 +6,9 @@
 #include <stdbool.h>
 
 typedef enum Layer { LAYER_T_F, LAYER_T_N, LAYER_R, LAYER_BETA, LAYERS } Layer;
-typedef enum LayerLight { LIT_BY_FLASH = 1, LIT_BY_AMBIENT = 2, LIT_BY_BOTH = 3 } LayerLight; // photos it appears in
 
 typedef struct LayerInfo {
     const char *name; // "T_F"
-    LayerLight light;
     int channels;
 } LayerInfo;
 extern const LayerInfo fs_layers[LAYERS];

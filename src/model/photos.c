@@ -1,8 +1,6 @@
 // The photos of a capture: one a view, with what their headers say.
 #include "model/photos.h"
 
-#include <ctype.h>
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -47,7 +47,7 @@ static const char *const shared_output[] = {"=index.html", "=report/*.jpg", "=re
                                             "=done/*.json"};
 #define N_SHARED ((int)(sizeof shared_output / sizeof *shared_output))
 
-const ProjectStage *fs_project_stage(unsigned stage)
+static const ProjectStage *row_of(unsigned stage)
 {
     const ProjectStage *row = fs_project_stages;
     while (row->stage != stage) row++;
@@ -65,7 +65,7 @@ int fs_project_lock(FsProject *project, FsError *err)
 
 static FilePath mark_path(const FsProject *project, unsigned stage)
 {
-    return fs_file_at("%s/done/%s.json", project->out, fs_project_stage(stage)->name);
+    return fs_file_at("%s/done/%s.json", project->out, row_of(stage)->name);
 }
 
 static void say_done(const FsProject *project, const char *stage, const char *mark)
@@ -115,9 +115,9 @@ bool fs_project_is_done(FsProject *project, unsigned stage)
 {
     char what[400], *was;
     project->fingerprint_stage = 0; // anew: files may have changed
-    unsigned differs = mark_differs(project, fs_project_stage(stage), &was, what);
+    unsigned differs = mark_differs(project, row_of(stage), &was, what);
     free(was);
-    return !project->set.force && !differs && is_there(project, fs_project_stage(stage));
+    return !project->set.force && !differs && is_there(project, row_of(stage));
 }
 
 static bool is_done(FsProject *project, const ProjectStage *stage)
@@ -138,7 +138,7 @@ static bool is_done(FsProject *project, const ProjectStage *stage)
 bool fs_project_done(FsProject *project, unsigned stage)
 {
     project->fingerprint_stage = 0; // anew: files may have changed
-    bool done = is_done(project, fs_project_stage(stage));
+    bool done = is_done(project, row_of(stage));
     if (!done) fs_warnings_renew(project->warnings);
     return done;
 }
@@ -157,7 +157,7 @@ const char *fs_project_fingerprint(FsProject *project, unsigned stage)
 {
     if (project->fingerprint_stage == stage && project->fingerprint) return project->fingerprint;
     free(project->fingerprint);
-    project->fingerprint = fs_fingerprint_make(project, fs_project_stage(stage));
+    project->fingerprint = fs_fingerprint_make(project, row_of(stage));
     project->fingerprint_stage = stage;
     return project->fingerprint;
 }
@@ -231,7 +231,7 @@ bool fs_project_take_steps(FsProject *project)
 static int write_mark(FsProject *project, unsigned stage, bool whole, FsError *err)
 {
     int rc = 0;
-    const char *name = fs_project_stage(stage)->name, *now = fs_project_fingerprint(project, stage);
+    const char *name = row_of(stage)->name, *now = fs_project_fingerprint(project, stage);
     json_t *mark = json_pack("{s:s, s:s}", "stage", name, "version", fs_version());
     json_t *fingerprint = now ? json_loads(now, 0, NULL) : NULL;
     if (!mark || json_object_update(mark, fingerprint) < 0) TRY(fs_error_memory(err));
@@ -388,7 +388,7 @@ int fs_project_check_output(const FsProject *project, const char *path, FsError 
 
 int fs_project_missing(const char *out, unsigned stage, const char *name, FsError *err)
 {
-    const char *made = fs_project_stage(stage)->name, *photos = stage == FS_STAGE_INGEST ? "PHOTOS -o " : "";
+    const char *made = row_of(stage)->name, *photos = stage == FS_STAGE_INGEST ? "PHOTOS -o " : "";
     if (!fs_file_exists(fs_file_at("%s/done/%s.json", out, made).text))
         return fs_error_input(err, "%s/%s: is not there: first run `flashsplat %s %s%s`", out, name, made, photos, out);
     return fs_error_input(err,
@@ -447,7 +447,7 @@ int fs_project_check_earlier(const FsProject *project, unsigned stage, FsError *
     const char *since;
     for (int i = 0; i < PROJECT_STAGES; i++) {
         const ProjectStage *row = &fs_project_stages[i];
-        if ((fs_project_stage(stage)->after & row->stage & TRAIN) && is_stale(project, row, &since))
+        if ((row_of(stage)->after & row->stage & TRAIN) && is_stale(project, row, &since))
             return fs_error_input(err,
                                   "%s: %s was not done since %s was: first run `flashsplat %s %s`, or all with "
                                   "`flashsplat run`",
@@ -463,7 +463,7 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
     FilePath path = fs_file_at("%s/ingest.json", project->out);
     json_t *root = view ? NULL : json_load_file(path.text, 0, NULL), *photos = json_object_get(root, "photos");
     int rc = fs_project_check_earlier(project, stage, err);
-    if (rc == 0) rc = check_resume(project, fs_project_stage(stage), err);
+    if (rc == 0) rc = check_resume(project, row_of(stage), err);
     if (rc == 0) rc = fs_owned_open(project->out, "project", err);
     if (rc == 0 && json_array_size(photos)) {
         ingested = calloc(json_array_size(photos), sizeof *ingested);
@@ -477,11 +477,11 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
     unsigned from_here = stage | (project->planned & ~(stage - 1)); // the bits are in the order of the stages
     if (rc == 0) rc = check_plan(project, from_here, &names, err);
     if (rc == 0) fs_warnings_settle(project->warnings);
-    if (rc == 0 && adds(project, fs_project_stage(stage))) {
+    if (rc == 0 && adds(project, row_of(stage))) {
         rc = write_mark(project, stage, false, err);
     } else if (rc == 0) {
         fs_project_unmark(project, stage);
-        clear(project, fs_project_stage(stage));
+        clear(project, row_of(stage));
     }
     json_decref(root);
     free(ingested);

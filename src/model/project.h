@@ -58,7 +58,6 @@ typedef struct ProjectStage {
     const char *output[PROJECT_OUTPUTS];
 } ProjectStage;
 extern const ProjectStage fs_project_stages[PROJECT_STAGES];
-const ProjectStage *fs_project_stage(unsigned stage); // the row of one FS_STAGE_*
 
 // An error where another program works on the folder. Before anything in it is touched; once more does no harm.
 int fs_project_lock(FsProject *project, FsError *err);

@@ -42,7 +42,7 @@ def change_pixels(path, new):
     """new(row of the sensor, black taken off) for every row."""
     data = bytearray(path.read_bytes())
     at = struct.unpack_from("<I", data, entry(data, 0x0111) + 8)[0]
-    for y in range(HEIGHT):
+    for _ in range(HEIGHT):
         row = array.array("H", bytes(data[at:at + 2 * WIDTH]))
         new_row = [min(16383, max(0, round(v) + 512)) for v in new([v - 512 for v in row])]
         data[at:at + 2 * WIDTH] = array.array("H", new_row).tobytes()

@@ -357,7 +357,7 @@ class Export(common.FolderTest):
             self.assertEqual(len(rows), n)
             self.assertTrue(all(math.isfinite(v) for row in rows for v in row.values()))
         self.out = out
-        document, values = self.glb("T_F.glb")
+        _, values = self.glb("T_F.glb")
         self.assertTrue(all(math.isfinite(v) for accessor in values for row in accessor for v in row))
         with zipfile.ZipFile(out / "export/T_N.sog") as archive:
             self.assertEqual(json.loads(archive.read("meta.json"), parse_constant=self.fail)["count"], 27)

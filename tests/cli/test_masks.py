@@ -1,43 +1,20 @@
 """Masks that the user gives: what they cover is not used, by COLMAP's names."""
 import json
-import pathlib
 import shutil
-import struct
-import zlib
 
 import common
+import pictures
 from common import FolderTest, run
 
 W, H = 96, 64
 
 
 def png(path, gray):  # rows of bytes
-    chunk = lambda kind, data: struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    rows = b"".join(b"\0" + bytes(row) for row in gray)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", len(gray[0]), len(gray), 8, 0, 0, 0, 0))
-                     + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+    path.write_bytes(pictures.png_of_rows(len(gray[0]), len(gray), map(bytes, gray), grey=True))
 
 
-def values(path):  # of a PNG of 8 bits, grey, as the program writes it
-    data, at, idat = path.read_bytes(), 8, b""
-    while at < len(data):
-        n, kind = struct.unpack(">I4s", data[at:at + 8])
-        if kind == b"IHDR":
-            width, height, bits, color = struct.unpack(">IIBB", data[at + 8:at + 18])
-        idat += data[at + 8:at + 8 + n] if kind == b"IDAT" else b""
-        at += 12 + n
-    assert (bits, color) == (8, 0), path
-    raw, rows, before = zlib.decompress(idat), [], [0] * width
-    for y in range(height):
-        kind, row = raw[y * (width + 1)], list(raw[y * (width + 1) + 1:(y + 1) * (width + 1)])
-        for x in range(width):
-            a, b, c = row[x - 1] if x else 0, before[x], before[x - 1] if x else 0
-            p = a + b - c
-            paeth = a if abs(p - a) <= abs(p - b) and abs(p - a) <= abs(p - c) else b if abs(p - b) <= abs(p - c) else c
-            row[x] = (row[x] + (0, a, b, (a + b) // 2, paeth)[kind]) & 255
-        rows.append(row)
-        before = row
-    return rows
+def values(path):  # of a PNG of 8 bits, grey
+    return [list(row) for row in pictures.read_png(path)]
 
 
 class Masks(FolderTest):

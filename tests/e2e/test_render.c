@@ -14,7 +14,6 @@
 #include "model/cameras_file.h"
 #include "model/scene.h"
 #include "model/rendered_from.h"
-#include "render/render.h"
 
 #define VIEWS 8
 #define WIDTH 48

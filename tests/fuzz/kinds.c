@@ -18,7 +18,6 @@
 #include "image/exif.h"
 #include "image/heif.h"
 #include "image/image.h"
-#include "image/photo.h"
 #include "image/profile.h"
 #include "image/raw.h"
 #include "info/info.h"

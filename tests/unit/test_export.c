@@ -17,7 +17,6 @@
 #include "export/formats.h"
 #include "export/mesh.h"
 #include "export/pane_place.h"
-#include "image/tone.h"
 #include "temp_dir.h"
 
 static const char inria_header[] =

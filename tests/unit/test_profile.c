@@ -11,7 +11,6 @@
 #include "image/exif.h"
 #include "image/photo.h"
 #include "image/profile.h"
-#include "image/tone.h"
 
 enum Made { P3, ADOBE, SRGB, LINEAR, WIDE_LINEAR, GREY, LAB, MADE };
 

@@ -8,7 +8,6 @@
 
 #include "image/fill.h"
 #include "initialise/constants.h"
-#include "initialise/cue.h"
 #include "initialise/first_colors.h"
 #include "initialise/outliers.h"
 #include "initialise/rear.h"
