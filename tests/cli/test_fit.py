@@ -73,7 +73,7 @@ class Fit(FolderTest):
                "--progress-every", 0]
         self.assertGreater(self.least_minutes(*job), 0.01)
         self.assertFalse((self.dir / "out/linear").exists())
-        process = run(*job, "--minutes", 30)  # never more than the preset's
+        process = run(*job, "--minutes", 30, timeout=500)  # never more than the preset's
         self.assertEqual(self.steps_said(process, r"estimate: .* for (\d+) steps"), 6800)
         self.assertEqual(self.steps_said(process, r"train: (\d+) steps in about"), 6800)
         again = [*job, "--long-edge", 80, "--steps", 200]  # what is done anew is said anew
