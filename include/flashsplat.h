@@ -107,7 +107,7 @@ const char *fs_settings_preset(size_t i, const char **help);
 typedef struct FsProject FsProject;
 
 // Opens the folder `out` (made when missing; fs_project_close takes one that was made away again where it is empty).
-// Settings and callbacks are copied.
+// Settings and callbacks are copied. FS_ERR_USAGE where two settings exclude one another.
 int fs_project_open(FsProject **project, const char *out, const FsSettings *settings, const FsCallbacks *callbacks,
                     FsError *err);
 void fs_project_close(FsProject *project);

@@ -169,7 +169,7 @@ int fs_check_run(const char *folder, const FsSettings *settings, const Log *log,
     fs_photos_drop_copies(&photos);
     TRY(fs_findings_make(&findings, &photos, err));
     rc = say(&photos, &findings, log, err);
-    if (*settings->json && rc != FS_ERR_CANCELLED) {
+    if (*settings->json) {
         FsError unwritten = {0};
         if (write_json(settings->json, &photos, &findings, &unwritten) < 0)
             rc = fs_error_set(err, unwritten.code, "%s", unwritten.message);

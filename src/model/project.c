@@ -111,34 +111,30 @@ static bool adds(FsProject *project, const ProjectStage *stage)
     return same;
 }
 
-bool fs_project_is_done(FsProject *project, unsigned stage)
+static bool is_done(FsProject *project, const ProjectStage *stage, bool quiet)
 {
     char what[400], *was;
     project->fingerprint_stage = 0; // anew: files may have changed
-    unsigned differs = mark_differs(project, row_of(stage), &was, what);
-    free(was);
-    return !project->set.force && !differs && is_there(project, row_of(stage));
-}
-
-static bool is_done(FsProject *project, const ProjectStage *stage)
-{
-    char what[400], *was;
     unsigned differs = mark_differs(project, stage, &was, what);
     bool done = !project->set.force && !differs && is_there(project, stage);
     bool goes_on = stage->stage == FS_STAGE_TRAIN && project->set.resume && fs_project_has_checkpoint(project->out);
-    if (done)
+    if (done && !quiet)
         say_done(project, stage->name, was);
-    else if (!project->set.force && !goes_on && fs_file_exists(mark_path(project, stage->stage).text))
+    else if (!quiet && !project->set.force && !goes_on && fs_file_exists(mark_path(project, stage->stage).text))
         fs_log_info(&project->log, "%s: done %s, %s", stage->name,
                     adds(project, stage) ? "beside what is there" : "again", differs ? what : "what it wrote is gone");
     free(was);
     return done;
 }
 
+bool fs_project_is_done(FsProject *project, unsigned stage)
+{
+    return is_done(project, row_of(stage), true);
+}
+
 bool fs_project_done(FsProject *project, unsigned stage)
 {
-    project->fingerprint_stage = 0; // anew: files may have changed
-    bool done = is_done(project, row_of(stage));
+    bool done = is_done(project, row_of(stage), false);
     if (!done) fs_warnings_renew(project->warnings);
     return done;
 }

@@ -110,7 +110,8 @@ static const FsOption table[] = {
         "steps between contact sheets, the first after a fifth of them; 0: none"),
     INT("max-splats", max_splats, TRAIN, "0", 0, 10000000, "N",
         "most Gaussians per cloud; 0: as the size of the photos asks for, 160000 at 1200x800"),
-    BOOL("resume", resume, TRAIN, "go on from the last checkpoint; refuses one made from other settings or inputs"),
+    BOOL("resume", resume, TRAIN,
+         "go on from the last checkpoint; refuses one made from other settings or inputs; with --force it does nothing"),
     ENUM("model", model, INITIALISE | TRAIN, "splats", "splats|field",
          "what scenes are made of: Gaussians, or for comparisons radiance fields: with --separation none NeRF, flashless "
          "NeRFReN, full Flash-NeRF"),

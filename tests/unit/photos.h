@@ -14,8 +14,9 @@
 
 #include "base/file.h"
 #include "image/raw.h"
+#include "temp_dir.h"
 
-static char scratch[64];
+static char *scratch;
 
 static inline char *given(const char *name) // one at a time
 {
@@ -33,16 +34,14 @@ static inline char *temp(const char *name) // one at a time
 
 static inline int make_scratch(void **state)
 {
-    (void)state;
-    strcpy(scratch, "/tmp/flashsplat-test-XXXXXX");
-    return mkdtemp(scratch) ? 0 : -1;
+    if (temp_dir_make(state) < 0) return -1;
+    scratch = *state;
+    return 0;
 }
 
 static inline int drop_scratch(void **state)
 {
-    (void)state;
-    fs_file_remove_tree(scratch);
-    return 0;
+    return temp_dir_remove(state);
 }
 
 static inline int read_whole(const char *path, const double white_balance[3], bool plain, Image picture[2],

@@ -14,8 +14,9 @@
 #include "image/half.h"
 #include "image/sizes.h"
 #include "image/tone.h"
+#include "temp_dir.h"
 
-static char folder[64];
+static char *folder;
 
 static Image noise(int width, int height, int channels, float low, float high)
 {
@@ -271,15 +272,8 @@ static void test_errors(void **state)
 
 static int make_folder(void **state)
 {
-    (void)state;
-    strcpy(folder, "/tmp/flashsplat-image-XXXXXX");
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int drop_folder(void **state)
-{
-    (void)state;
-    fs_file_remove_tree(folder);
+    if (temp_dir_make(state) < 0) return -1;
+    folder = *state;
     return 0;
 }
 
@@ -291,5 +285,5 @@ int main(void)
         cmocka_unit_test(test_tiff),   cmocka_unit_test(test_half),   cmocka_unit_test(test_jpeg),
         cmocka_unit_test(test_errors),
     };
-    return cmocka_run_group_tests(tests, make_folder, drop_folder);
+    return cmocka_run_group_tests(tests, make_folder, temp_dir_remove);
 }

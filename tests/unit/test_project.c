@@ -11,9 +11,10 @@
 #include "base/cpu.h"
 #include "base/file.h"
 #include "model/project.h"
+#include "temp_dir.h"
 
 typedef struct Fixture {
-    char out[64];
+    char *out;
     FsSettings *settings;
     FsProject *project;
     char last_log[2000];
@@ -42,8 +43,9 @@ static void set(Fixture *f, const char *name, const char *value)
 static int setup(void **state)
 {
     Fixture *f = calloc(1, sizeof *f);
-    strcpy(f->out, "/tmp/flashsplat-test-XXXXXX");
-    if (!f || !mkdtemp(f->out)) return -1;
+    void *dir;
+    if (!f || temp_dir_make(&dir) < 0) return -1;
+    f->out = dir;
     f->settings = fs_settings_new();
     if (fs_file_mkdirs(fs_file_at("%s/clouds", f->out).text, NULL) < 0) return -1; // what training leaves
     reopen(f);
@@ -56,7 +58,8 @@ static int teardown(void **state)
     Fixture *f = *state;
     fs_project_close(f->project);
     fs_settings_free(f->settings);
-    fs_file_remove_tree(f->out);
+    void *dir = f->out;
+    temp_dir_remove(&dir);
     free(f);
     return 0;
 }
