@@ -51,9 +51,8 @@ static json_t *settings_of(const FsProject *project, unsigned stage)
 
 #define READ "tif png json ply txt bin npy" // by the stages: not what a file manager leaves about
 // Of a folder for --poses.
-#define MODEL                                                                                                          \
-    "cameras.bin,cameras.txt,images.bin,images.txt,points3D.bin,points3D.txt,transforms.json,cameras.json,poses_"      \
-    "bounds.npy"
+static const char model_files[] = "cameras.bin,cameras.txt,images.bin,images.txt,points3D.bin,points3D.txt,"
+                                  "transforms.json,cameras.json,poses_bounds.npy";
 
 // Names and contents, in the order of the names; only: of these alone. False where there is nothing.
 static bool hash_path(const char *path, int depth, const char *only, uint64_t *hash)
@@ -106,7 +105,7 @@ static json_t *inputs_of(const FsProject *project, const ProjectStage *stage)
         json_object_set_new(inputs, "the photos", *project->photos ? json_string(project->photos) : json_null());
     if (stage->stage == FS_STAGE_POSES && *model) {
         char *place = fs_colmap_model_find(model);
-        put_hash(inputs, "the model of --poses", place ? place : model, 1, MODEL);
+        put_hash(inputs, "the model of --poses", place ? place : model, 1, model_files);
         free(place);
     }
     const char *const clouds[][2] = {{"the cloud of --points", project->set.points},
@@ -121,8 +120,7 @@ static json_t *inputs_of(const FsProject *project, const ProjectStage *stage)
 
 char *fs_fingerprint_make(const FsProject *project, const ProjectStage *stage)
 {
-    json_t *settings = settings_of(project, stage->stage),
-           *inputs = settings ? inputs_of(project, stage) : NULL;
+    json_t *settings = settings_of(project, stage->stage), *inputs = settings ? inputs_of(project, stage) : NULL;
     json_t *root = inputs ? json_pack("{s:o, s:o}", "settings", settings, "inputs", inputs) : NULL;
     char *text = root ? json_dumps(root, JSON_COMPACT) : NULL;
     if (!inputs) json_decref(settings); // json_pack takes both, even where it fails

@@ -381,6 +381,16 @@ class Odd(FolderTest):
         self.assertTrue((self.out / "export/T_N.ply").exists())
         self.works(*job, 8, "-o", self.dir / "field", "--preset", "flash-nerf")
 
+    def test_one_pixel_wide(self):
+        """Halved photos keep their pixel where training is tried for the estimate."""
+        photos = self.dir / "photos"
+        photos.mkdir()
+        for i in range(6):
+            rows = [bytes([(7 * y + 31 * i) % 256] * 3) for y in range(400)]
+            (photos / f"{'FN'[i % 2]}_{i}.png").write_bytes(pictures.png_of_rows(1, 400, rows))
+        process = run("run", photos, "-o", self.dir / "out", *FLASH, "--poses", photos, "--steps", 250, "--threads", 1)
+        self.assertIn("estimate: 6 photos as 1 x 400 pixels", process.stdout, process.stderr)
+
     def test_one_place(self):
         """Though the model has points."""
         more = self.made(64, 48)
