@@ -257,6 +257,11 @@ bool fs_file_is_dir(const char *path)
     return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
 }
 
+bool fs_file_is_read_only(const char *path)
+{
+    return faccessat(AT_FDCWD, path, W_OK, AT_EACCESS) != 0 && (errno == EACCES || errno == EPERM || errno == EROFS);
+}
+
 bool fs_file_is_older(const char *path, const char *than)
 {
     struct stat a, b;

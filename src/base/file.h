@@ -38,6 +38,7 @@ int fs_file_append(const char *path, const char *text, FsError *err); // whole o
 int fs_file_mkdirs(const char *path, FsError *err); // like mkdir -p
 bool fs_file_exists(const char *path);
 bool fs_file_is_dir(const char *path);
+bool fs_file_is_read_only(const char *path);               // is there, and may not be written to
 bool fs_file_is_older(const char *path, const char *than); // where both are there
 void fs_file_remove_tree(const char *path); // whatever it is: for scratch and tests, the rest takes fs_owned_remove
 

@@ -214,6 +214,7 @@ static int remember_again(const FsProject *project, const char *folder, FsError 
         fs_log_warn(&project->log, "%s; `export --clean` needs --originals DIR", why.message);
         return 0;
     }
+    if (rc == FS_ERR_IO && fs_project_is_read_only(project)) return 0; // they are known by their old place
     if (rc < 0 && err) *err = why;
     return rc;
 }

@@ -63,6 +63,12 @@ int fs_project_lock(FsProject *project, FsError *err)
                           project->out);
 }
 
+bool fs_project_is_read_only(const FsProject *project)
+{
+    return fs_file_is_read_only(project->out) ||
+           fs_file_is_read_only(fs_file_at("%s/" FS_OWNED_DIR, project->out).text);
+}
+
 static FilePath mark_path(const FsProject *project, unsigned stage)
 {
     return fs_file_at("%s/done/%s.json", project->out, row_of(stage)->name);
@@ -473,6 +479,7 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
     unsigned from_here = stage | (project->planned & ~(stage - 1)); // the bits are in the order of the stages
     if (rc == 0) rc = check_plan(project, from_here, &names, err);
     if (rc == 0) fs_warnings_settle(project->warnings);
+    project->worked |= rc == 0;
     if (rc == 0 && adds(project, row_of(stage))) {
         rc = write_mark(project, stage, false, err);
     } else if (rc == 0) {

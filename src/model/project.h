@@ -45,6 +45,7 @@ struct FsProject {
     char *fingerprint;          // of the stage that is looked at: fs_project_done takes it before the stage reads
     unsigned fingerprint_stage; // which that is
     unsigned planned;           // FS_STAGE_*: all that are to run, where more than one
+    bool worked;                // a stage began: not all was done already
 };
 
 // The stages of a project in their order, one row each.
@@ -61,6 +62,9 @@ extern const ProjectStage fs_project_stages[PROJECT_STAGES];
 
 // An error where another program works on the folder. Before anything in it is touched; once more does no harm.
 int fs_project_lock(FsProject *project, FsError *err);
+
+// Whether nothing can be written into the folder: a disk that is read-only, or a folder of others.
+bool fs_project_is_read_only(const FsProject *project);
 
 // True when <out>/done/<stage>.json exists, setting "force" is off, and the stage's settings and inputs are those it
 // was made from; logs that the stage is skipped. A change makes it false and says which.

@@ -1,5 +1,6 @@
 """Nobody's files are lost, and results are what their settings say: every layout of folders, links, foreign files with
 our names, edited results, interruptions; other photos, models and settings, with and without --resume."""
+import contextlib
 import hashlib
 import json
 import os
@@ -555,14 +556,41 @@ class Layouts(FolderTest):
         for path in [*self.dir.rglob("*")]:
             path.chmod(0o755 if path.is_dir() and user else 0o555 if path.is_dir() else 0o444)
         try:
-            process = run("evaluate", self.out, truth, "--views", "capture", **user)
+            yield user
         except PermissionError:
             self.skipTest("the program is in a folder of root's")
-        for path in [*self.dir.rglob("*")]:
-            path.chmod(0o755)
+        finally:
+            for path in [*self.dir.rglob("*")]:
+                path.chmod(0o755)
+
+    def test_place_that_is_read_only(self):
+        """It is told before anything is measured."""
+        self.copy()
+        truth = shutil.copytree(self.scene / "truth", self.dir / "truth")
+        with self.read_only() as user:
+            process = run("evaluate", self.out, truth, "--views", "capture", **user)
         self.assert_fails(process, 1, self.out / "evaluate.json", "cannot write")
         self.assertNotIn("T_N", process.stdout)
 
+    def test_finished_and_read_only(self):
+        """All is done, but the page cannot be written anew; what is still to be done cannot be."""
+        out, was = self.copy(), (self.done / "index.html").read_bytes()
+        views = shutil.copy(self.scene / "truth/cameras.json", self.dir)
+        with self.read_only() as user:
+            done = [self.job(**user), run("export", out, **user), run("info", out, **user), run("view", out, **user)]
+            failed = [self.job("--dssim", 0.5, **user), run("render", out, "--layers", "R", **user),
+                      run("render", out, "--cameras", views, **user)]
+        for process in done:
+            self.assertEqual(process.returncode, 0, process.stderr)
+        for process in done[:2]:
+            self.assertIn(f"{out} cannot be written to: the page stays as it is", process.stderr)
+        for process in failed:
+            self.assert_fails(process, 1, "cannot write")
+        self.assertEqual((out / "index.html").read_bytes(), was)
+        (out / "index.html").unlink()
+        with self.read_only() as user:
+            process = self.job(**user)
+        self.assert_fails(process, 1, out, "cannot")
 
     def test_clouds_that_are_gone(self):
         """Are trained again; a page without them would be no result."""
