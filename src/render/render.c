@@ -249,23 +249,40 @@ static void drop_outdated(const Run *run)
                     *elsewhere ? elsewhere : out);
 }
 
-// Depths in another unit than the folder will tell.
+// The folder has depths in another unit than it will tell.
+static bool has_other_units(const Run *run)
+{
+    if (fs_rendered_from_ask(run->project, run->dir.text) != RENDERED_FROM_THESE) return false;
+    const double was = fs_rendered_from_scale(run->dir.text), is = run->scene.metres_per_unit;
+    return !(fabs(was - is) <= 1e-9 * is);
+}
+
 static void drop_other_units(const Run *run)
 {
-    if (fs_rendered_from_ask(run->project, run->dir.text) != RENDERED_FROM_THESE) return;
-    const double was = fs_rendered_from_scale(run->dir.text), is = run->scene.metres_per_unit;
-    if (fabs(was - is) <= 1e-9 * is) return;
+    if (!has_other_units(run)) return;
     const RenderLayer depths[] = {RENDER_DEPTH_T, RENDER_DEPTH_R};
     for (int i = 0; i < 2; i++)
         fs_owned_remove(fs_file_at("%s/%s", run->dir.text, fs_render_layers[depths[i]].name).text);
 }
 
+// The stage's own pictures get others under the same names, or go. Views of other names go beside them.
+static bool replaces(const Run *run, const Walk *walk)
+{
+    if (walk->films && is_own_place(run) && stage_has_films(run)) return true;
+    if (!walk->files || !is_photos_place(run)) return false;
+    for (int i = 0; i < walk->views->n; i++)
+        if (fs_dataset_find(&run->photos, walk->views->view[i].name) >= 0) return true;
+    return has_other_units(run);
+}
+
 // Makes the folder that the layers go to one of this scene.
-static int open_dir(const Run *run, FsError *err)
+static int open_dir(const Run *run, const Walk *walk, FsError *err)
 {
     if (*run->project->set.output) MUST(fs_owned_open(run->dir.text, "renders", err));
-    if (is_photos_place(run) || (is_own_place(run) && stage_has_films(run)))
-        fs_project_unmark(run->project, FS_STAGE_RENDER); // other pictures under the same names
+    if (replaces(run, walk))
+        fs_project_unmark(run->project, FS_STAGE_RENDER);
+    else if (is_photos_place(run))
+        fs_project_unmark(run->project, FS_STAGE_EVALUATE); // may have been of the views that come now
     drop_outdated(run);
     drop_other_units(run);
     MUST(fs_file_mkdirs(run->dir.text, err));
@@ -277,7 +294,7 @@ static int walk_views(Run *run, const Walk *walk, FsError *err)
     Films *films = NULL;
     int rc = 0;
     if (walk->files) TRY(check_files(run, walk->views, err));
-    TRY(open_dir(run, err));
+    TRY(open_dir(run, walk, err));
     if (walk->films) {
         const Camera *first = &walk->views->view[0].camera;
         TRY(check_film_sizes(run, walk->views, err));

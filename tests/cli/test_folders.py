@@ -545,10 +545,26 @@ class Layouts(FolderTest):
         self.assertEqual(process.returncode, 0, process.stderr)
         self.assertIn("rendered as they are", process.stderr)
 
-    def test_place_that_is_read_only(self):
-        """It is told before anything is measured."""
-        self.copy()
-        truth = shutil.copytree(self.scene / "truth", self.dir / "truth")
+    def test_views_beside_the_photos(self):
+        """Views of other names leave the stage done; those of the photos' own do not, nor do depths in another unit."""
+        out, model = self.copy(), json.loads((self.scene / "truth/cameras.json").read_text())
+        all_views, place = model["images"], self.dir / "beside.json"
+        cases = ((lambda view: view["held_out"], [], True), (lambda view: view["held_out"], ["--video"], True),
+                 (lambda view: True, [], False), (lambda view: view["held_out"], ["--metres-per-unit", 3], False))
+        for chosen, more, done in cases:
+            model["images"] = [view for view in all_views if chosen(view)]
+            place.write_text(json.dumps(model))
+            self.assertEqual(run("evaluate", out, self.scene / "truth", "--views", "capture").returncode, 0)
+            process = run("render", out, "--cameras", place, *more)
+            self.assertEqual(process.returncode, 0, process.stderr)
+            self.assertRegex(run("info", out).stdout, f"(?m)render +{'done' if done else 'begun'}")
+            self.assertFalse((out / "done/evaluate.json").exists())  # they may have been of the views before
+            self.assertEqual("render: done already" in self.job().stdout, done)
+        self.assertTrue((out / "renders/T_N/TEST_01.png").exists())
+
+    @contextlib.contextmanager
+    def read_only(self):
+        """All that is there can only be read, by who is to be the program's user."""
         user = {}
         if os.geteuid() == 0:  # whom nothing is read-only to
             user["user"] = 65534
