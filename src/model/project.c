@@ -12,7 +12,7 @@
 #include "base/json_file.h"
 #include "base/owned.h"
 #include "model/fingerprint.h"
-#include "model/layers.h"
+#include "model/outputs.h"
 
 #define MAX_MARK_BYTES (1 << 20)
 
@@ -20,6 +20,7 @@
 #define POSES (INGEST | FS_STAGE_POSES)
 #define INITIALISE (POSES | FS_STAGE_INITIALISE)
 #define TRAIN (INITIALISE | FS_STAGE_TRAIN)
+#define COUNTED (FS_STAGE_RENDER | FS_STAGE_EXPORT) // their marks say how many files they left
 
 // clang-format off
 const ProjectStage fs_project_stages[PROJECT_STAGES] = {
@@ -100,7 +101,7 @@ static unsigned mark_differs(FsProject *project, const ProjectStage *stage, char
 }
 
 // What people look at, and the clouds, may have been removed to have it made again.
-static bool is_there(const FsProject *project, const ProjectStage *stage)
+static bool has_folder(const FsProject *project, const ProjectStage *stage)
 {
     const char *pattern = stage->output[0] + (*stage->output[0] == '=');
     FilePath first = fs_file_at("%s/%.*s", project->out, (int)strcspn(pattern, "/"), pattern);
@@ -111,10 +112,21 @@ static bool is_there(const FsProject *project, const ProjectStage *stage)
 static bool adds(FsProject *project, const ProjectStage *stage)
 {
     char what[400], *was;
-    if (stage->stage != FS_STAGE_EXPORT || project->set.force || !is_there(project, stage)) return false;
+    if (stage->stage != FS_STAGE_EXPORT || project->set.force || !has_folder(project, stage)) return false;
     bool same = !(mark_differs(project, stage, &was, what) & FINGERPRINT_INPUTS);
     free(was);
     return same;
+}
+
+// Single files may, too, but of a training, whose pictures and checkpoints nobody needs.
+static bool is_whole(const FsProject *project, const ProjectStage *stage, const char *mark)
+{
+    if (!has_folder(project, stage)) return false;
+    if (!(stage->stage & COUNTED)) return true;
+    json_t *was = mark ? json_loads(mark, 0, NULL) : NULL;
+    bool whole = fs_outputs_are_there(project->out, stage->output, json_object_get(was, "files"));
+    json_decref(was);
+    return whole;
 }
 
 static bool is_done(FsProject *project, const ProjectStage *stage, bool quiet)
@@ -122,13 +134,16 @@ static bool is_done(FsProject *project, const ProjectStage *stage, bool quiet)
     char what[400], *was;
     project->fingerprint_stage = 0; // anew: files may have changed
     unsigned differs = mark_differs(project, stage, &was, what);
-    bool done = !project->set.force && !differs && is_there(project, stage);
+    bool done = !project->set.force && !differs && is_whole(project, stage, was);
     bool goes_on = stage->stage == FS_STAGE_TRAIN && project->set.resume && fs_project_has_checkpoint(project->out);
     if (done && !quiet)
         say_done(project, stage->name, was);
     else if (!quiet && !project->set.force && !goes_on && fs_file_exists(mark_path(project, stage->stage).text))
         fs_log_info(&project->log, "%s: done %s, %s", stage->name,
-                    adds(project, stage) ? "beside what is there" : "again", differs ? what : "what it wrote is gone");
+                    differs && adds(project, stage) ? "beside what is there" : "again",
+                    differs                      ? what
+                    : has_folder(project, stage) ? "some of what it wrote is gone"
+                                                 : "what it wrote is gone");
     free(was);
     return done;
 }
@@ -233,11 +248,17 @@ bool fs_project_take_steps(FsProject *project)
 static int write_mark(FsProject *project, unsigned stage, bool whole, FsError *err)
 {
     int rc = 0;
-    const char *name = row_of(stage)->name, *now = fs_project_fingerprint(project, stage);
-    json_t *mark = json_pack("{s:s, s:s}", "stage", name, "version", fs_version());
+    const ProjectStage *row = row_of(stage);
+    const char *now = fs_project_fingerprint(project, stage);
+    json_t *mark = json_pack("{s:s, s:s}", "stage", row->name, "version", fs_version());
     json_t *fingerprint = now ? json_loads(now, 0, NULL) : NULL;
     if (!mark || json_object_update(mark, fingerprint) < 0) TRY(fs_error_memory(err));
     if (!whole && json_object_set_new(mark, "settings", json_object()) < 0) TRY(fs_error_memory(err));
+    if (whole && (row->stage & COUNTED)) {
+        json_t *files = fs_outputs_count(project->out, row->output, err);
+        if (!files) TRY(FS_ERR_MEMORY);
+        if (json_object_set_new(mark, "files", files) < 0) TRY(fs_error_memory(err));
+    }
     if (fs_error_memory_failures() != project->memory_failures) // something may have been left out for it
         TRY(fs_error_memory(err));
     TRY(fs_file_mkdirs(fs_file_at("%s/done", project->out).text, err));
@@ -275,59 +296,6 @@ void fs_project_unmark(const FsProject *project, unsigned stage)
 }
 
 // ---- before a stage touches anything ----
-
-typedef struct Names {
-    const char *const *view;
-    int n;
-} Names;
-
-static int check_one(const char *dir, const char *before, int n_before, const char *name, const char *after,
-                     FsError *err)
-{
-    return fs_owned_check(fs_file_at("%s/%.*s%s%s", dir, n_before, before, name, after).text, err);
-}
-
-// The files of a folder that a pattern without folder means.
-static int check_files(const char *dir, const char *leaf, const Names *names, FsError *err)
-{
-    int rc = 0, at = (int)strcspn(leaf, "%&*");
-    FileList list = {0};
-    const char *after = leaf + at + (leaf[at] != 0);
-    if (leaf[at] == '%') {
-        for (int i = 0; i < names->n && rc == 0; i++) rc = check_one(dir, leaf, at, names->view[i], after, err);
-    } else if (leaf[at] == '&') {
-        for (int l = 0; l < LAYERS && rc == 0; l++) rc = check_one(dir, leaf, at, fs_layers[l].name, after, err);
-    } else {
-        rc = check_one(dir, leaf, at, leaf + at, "", err); // of a pattern: whether a folder is a link
-        if (leaf[at] && fs_file_list(dir, &list, NULL) < 0) list.n = 0;
-        for (int i = 0; i < list.n && rc == 0; i++) {
-            size_t n = strlen(list.name[i]), m = strlen(after);
-            if (n >= m + (size_t)at && strncmp(list.name[i], leaf, (size_t)at) == 0 &&
-                strcmp(list.name[i] + n - m, after) == 0)
-                rc = check_one(dir, list.name[i], (int)n, "", "", err);
-        }
-        fs_file_list_free(&list);
-    }
-    return rc;
-}
-
-static int check_output(const FsProject *project, const char *pattern, const Names *names, FsError *err)
-{
-    pattern += *pattern == '=';
-    const char *leaf = fs_file_name(pattern), *star = strstr(pattern, "*/");
-    size_t n = (size_t)((star ? star : leaf) - pattern);
-    FilePath dir = fs_file_at("%s%s%.*s", project->out, n ? "/" : "", (int)(n ? n - 1 : 0), pattern);
-    FileList list = {0};
-    if (!star) return check_files(dir.text, leaf, names, err);
-    int rc = check_one(dir.text, star, 1, "", "", err);
-    if (rc == 0 && fs_file_list(dir.text, &list, NULL) < 0) list.n = 0;
-    for (int i = 0; i < list.n && rc == 0; i++) {
-        FilePath folder = fs_file_at("%s/%s", dir.text, list.name[i]);
-        if (fs_file_is_dir(folder.text)) rc = check_files(folder.text, leaf, names, err);
-    }
-    fs_file_list_free(&list);
-    return rc;
-}
 
 // What earlier versions left would be taken for the user's, file by file.
 static int check_marks(const FsProject *project, FsError *err)
@@ -399,7 +367,7 @@ int fs_project_missing(const char *out, unsigned stage, const char *name, FsErro
                           out, name, made, photos, out);
 }
 
-static int check_plan(const FsProject *project, unsigned stages, const Names *names, FsError *err)
+static int check_plan(const FsProject *project, unsigned stages, const OutputNames *names, FsError *err)
 {
     MUST(check_marks(project, err));
     if ((stages & FS_STAGE_POSES) && *project->set.poses)
@@ -407,11 +375,11 @@ static int check_plan(const FsProject *project, unsigned stages, const Names *na
     const char *const clouds[] = {project->set.points, project->set.flash_points, project->set.noflash_points};
     for (size_t i = 0; i < sizeof clouds / sizeof *clouds; i++)
         if ((stages & FS_STAGE_INITIALISE) && *clouds[i]) MUST(fs_project_check_input(project, clouds[i], err));
-    for (int i = 0; i < N_SHARED; i++) MUST(check_output(project, shared_output[i], names, err));
+    for (int i = 0; i < N_SHARED; i++) MUST(fs_outputs_check(project->out, shared_output[i], names, err));
     for (int i = 0; i < PROJECT_STAGES; i++)
         for (int k = 0; k < PROJECT_OUTPUTS && fs_project_stages[i].output[k]; k++)
             if (fs_project_stages[i].stage & stages)
-                MUST(check_output(project, fs_project_stages[i].output[k], names, err));
+                MUST(fs_outputs_check(project->out, fs_project_stages[i].output[k], names, err));
     return 0;
 }
 
@@ -460,22 +428,11 @@ int fs_project_check_earlier(const FsProject *project, unsigned stage, FsError *
 
 int fs_project_begin(FsProject *project, unsigned stage, const char *const *view, int n, FsError *err)
 {
-    Names names = {view, n};
-    const char **ingested = NULL;
-    FilePath path = fs_file_at("%s/ingest.json", project->out);
-    json_t *root = view ? NULL : json_load_file(path.text, 0, NULL), *photos = json_object_get(root, "photos");
+    OutputNames names = {.view = view, .n = n};
     int rc = fs_project_check_earlier(project, stage, err);
     if (rc == 0) rc = check_resume(project, row_of(stage), err);
     if (rc == 0) rc = fs_owned_open(project->out, "project", err);
-    if (rc == 0 && json_array_size(photos)) {
-        ingested = calloc(json_array_size(photos), sizeof *ingested);
-        for (size_t i = 0; ingested && i < json_array_size(photos); i++) {
-            const char *name = json_string_value(json_object_get(json_array_get(photos, i), "name"));
-            if (name) ingested[names.n++] = name;
-        }
-        names.view = ingested;
-        if (!ingested) rc = fs_error_memory(err);
-    }
+    if (rc == 0 && !view) rc = fs_outputs_names(&names, project->out, err);
     unsigned from_here = stage | (project->planned & ~(stage - 1)); // the bits are in the order of the stages
     if (rc == 0) rc = check_plan(project, from_here, &names, err);
     if (rc == 0) fs_warnings_settle(project->warnings);
@@ -486,7 +443,6 @@ int fs_project_begin(FsProject *project, unsigned stage, const char *const *view
         fs_project_unmark(project, stage);
         clear(project, row_of(stage));
     }
-    json_decref(root);
-    free(ingested);
+    fs_outputs_free(&names);
     return rc;
 }

@@ -617,6 +617,27 @@ class Layouts(FolderTest):
         self.assertTrue((self.out / "clouds/T_N.ply").exists())
         self.assertIn("scene.js", (self.out / "index.html").read_text())
 
+    def test_single_results_that_are_gone(self):
+        """Are made again, as they were; what nobody would make again does not ask for more."""
+        out, known = self.copy(), contents(self.done)
+        for name, stage in (("renders/T_F/IMG_0002.png", "render"), ("sheet.png", "render"), ("export/T_N.spz", "export"),
+                            ("renders/R_scene", "render")):
+            gone = out / name
+            shutil.rmtree(gone) if gone.is_dir() else gone.unlink()
+            process = self.job()
+            self.assertEqual(process.returncode, 0, process.stderr)
+            self.assertIn(f"{stage}: done again, some of what it wrote is gone", process.stdout)
+            for path in [gone, *gone.rglob("*")]:
+                self.assertEqual(look(path), known[self.done / path.relative_to(out)])
+            self.assertNotIn("done again", self.job().stdout)
+        self.assertEqual(run("export", out, "--formats", "ply,glb").returncode, 0)
+        (out / "export/T_N.glb").unlink()
+        self.assertIn("export: done beside", self.job().stdout)
+        self.assertNotIn("export: done again", self.job().stdout)
+        self.assertTrue((out / "export/T_F.glb").exists())
+        (out / "progress").rename(self.dir / "progress")
+        self.assertIn("train: done already", self.job().stdout)
+
     def test_unfinished_export(self):
         """Is not done, and says why it is made again."""
         path = self.copy() / "done/export.json"
