@@ -140,6 +140,11 @@ int fs_colmap_check(const FsProject *project, FsError *err)
                               "%s: program not found; install COLMAP (Debian: apt-get install colmap), name it with "
                               "--colmap, or give a model with poses and points with --poses",
                               program);
+    if (strchr(project->out, '\\')) // it takes them for slashes
+        return fs_error_input(err,
+                              "%s: COLMAP cannot work in a folder with a backslash in its name: let the results go to "
+                              "another, or give a model with poses and points with --poses",
+                              project->out);
     return 0;
 }
 

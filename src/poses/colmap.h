@@ -23,7 +23,7 @@ typedef struct Colmap {
 
 // The longer side of the pictures in which features are looked for, at most, for a working image of such a one.
 int fs_colmap_feature_edge(const FsProject *project, int long_edge);
-int fs_colmap_check(const FsProject *project, FsError *err); // that there is such a program
+int fs_colmap_check(const FsProject *project, FsError *err); // that there is such a program, and OUT is a place for it
 // Checks that, starts its folder and enters the photos.
 int fs_colmap_open(Colmap *colmap, const FsProject *project, const Capture *capture, FsError *err);
 void fs_colmap_close(Colmap *colmap);

@@ -59,6 +59,14 @@ class Failures(FolderTest):
             self.assert_fails(process, 1, "stand-in mapper failed (exit status 3)", "colmap/log.txt")
             self.assertNotIn("has no pose", process.stderr)
 
+    def test_backslash(self):
+        """COLMAP takes it for a slash."""
+        self.out = self.out.rename(self.dir / "out\\")
+        self.assert_fails(self.poses("", 0), 1, self.out, "backslash", "another", "--poses")
+        process = run("run", self.dir / "photos", "-o", self.dir / "b\\c/d", "--colmap", self.dir / "stand-in")
+        self.assert_fails(process, 1, self.dir / "b\\c/d", "backslash")
+        self.assertFalse((self.dir / "b\\c").exists())
+
     def test_mapper_that_finds_nothing(self):
         process = self.poses("ERROR: failed to create sparse model", 1)
         self.assert_fails(process, 1, "only 0 of 8 photos could be posed", "N_03", "overlap")
