@@ -245,6 +245,17 @@ int fs_file_mkdirs(const char *path, FsError *err)
     return rc;
 }
 
+size_t fs_file_missing(const char *path)
+{
+    if (fs_file_exists(path)) return 0;
+    size_t n = 0;
+    do {
+        n += strspn(path + n, "/");
+        n += strcspn(path + n, "/");
+    } while (path[n] && fs_file_exists(fs_file_at("%.*s", (int)n, path).text));
+    return n;
+}
+
 bool fs_file_exists(const char *path)
 {
     struct stat st;

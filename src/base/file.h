@@ -36,6 +36,8 @@ int fs_file_link(const char *from, const char *path, FsError *err);
 int fs_file_append(const char *path, const char *text, FsError *err); // whole or not at all
 
 int fs_file_mkdirs(const char *path, FsError *err); // like mkdir -p
+// The length of path up to the first folder of it that is not there; 0 where all is.
+size_t fs_file_missing(const char *path);
 bool fs_file_exists(const char *path);
 bool fs_file_is_dir(const char *path);
 bool fs_file_is_read_only(const char *path);               // is there, and may not be written to

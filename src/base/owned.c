@@ -486,8 +486,9 @@ static void take_mark_away(const char *dir, Lock *lock)
     free(list);
 }
 
-void fs_owned_leave(const char *dir, bool made, Lock *lock)
+void fs_owned_leave(const char *dir, size_t made, Lock *lock)
 {
     take_mark_away(dir, lock);
-    if (made) rmdir(dir); // an empty one
+    for (size_t n = strlen(dir); made && n >= made; n--)
+        if (!dir[n] || dir[n] == '/') rmdir(fs_file_at("%.*s", (int)n, dir).text); // empty ones
 }

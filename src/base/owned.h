@@ -19,9 +19,9 @@
 int fs_owned_open(const char *dir, const char *kind, FsError *err);
 // For who writes into a project: false where another program does. Clears away what programs that are gone left half.
 bool fs_owned_lock(const char *dir, Lock *lock);
-// Takes the mark away again where nothing was written, and nobody else is about to; and the folder, where it was made
-// for this. The lock is to be released after.
-void fs_owned_leave(const char *dir, bool made, Lock *lock);
+// Takes the mark away again where nothing was written, and nobody else is about to; and the folders that were made for
+// this, which begin at that length of dir (0: none). The lock is to be released after.
+void fs_owned_leave(const char *dir, size_t made, Lock *lock);
 // 0 when path may be written: nothing is there, or a file of ours. Else an error that says what is in the way.
 int fs_owned_check(const char *path, FsError *err);
 // A file that the user names by itself, by a command: only what that command wrote may be replaced. Signed once it is

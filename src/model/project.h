@@ -37,7 +37,7 @@ struct FsProject {
     char *out;
     Settings set;
     Log log;
-    bool made_out;              // out was not there
+    size_t made_out;            // the length of out up to what was not there before; 0: it was
     Lock lock;                  // held from the first call that may write into out
     unsigned memory_failures;   // of the process, when the stage began
     Warnings *warnings;         // what log keeps for the report; NULL: nothing is kept

@@ -281,6 +281,19 @@ class Layouts(FolderTest):
             self.assertEqual(first.wait(), 0)
         self.works(run(*words[:3], "--photos", 4, "--width", 32, "--height", 32), False)
 
+    def test_refused(self):
+        """Nothing is left of folders that were made for it, and what was there before stays."""
+        (self.dir / "there").mkdir()
+        self.keep()
+        for place in ("a/b/c", "a//b/./c/", "there/b/c", "a/../b/c", "there"):
+            self.refuses(run("ingest", self.dir / "none", "-o", self.dir / place), "none")
+            self.refuses(self.job("--masks", self.dir / "none", out=self.dir / place), "none")
+            self.refuses(run("ingest", self.photos, "-o", self.dir / place / ("n" * 300)), "n" * 300)
+            self.assertEqual(contents(self.dir).keys(), self.users.keys())
+            process = run("ingest", "none", "-o", place, cwd=self.dir)
+            self.refuses(process, "none")
+            self.assertEqual(contents(self.dir).keys(), self.users.keys())
+
     def test_single_files(self):
         flash, other = sorted(self.photos.iterdir())[:2]
         path = self.put(self.dir / "figures.json")

@@ -159,26 +159,26 @@ static void test_many_threads(void **state)
 static void test_unused_mark_goes(void **state)
 {
     Lock lock = {0}, other = {0};
-    fs_owned_leave(*state, false, &lock);
+    fs_owned_leave(*state, 0, &lock);
     fs_lock_release(&lock);
     assert_false(fs_file_exists(in(state, FS_OWNED_DIR)));
     assert_true(fs_owned_lock(*state, &lock)); // nothing that could be locked
     assert_false(lock.held);
     assert_int_equal(fs_owned_open(*state, "project", NULL), 0);
     assert_true(fs_owned_lock(*state, &other));
-    fs_owned_leave(*state, false, &lock); // somebody else is about to write
+    fs_owned_leave(*state, 0, &lock); // somebody else is about to write
     assert_true(fs_file_exists(in(state, FS_OWNED_DIR "/made")));
     fs_lock_release(&other);
-    fs_owned_leave(*state, false, &lock);
+    fs_owned_leave(*state, 0, &lock);
     assert_false(fs_file_exists(in(state, FS_OWNED_DIR)));
     fs_lock_release(&lock);
     assert_int_equal(fs_owned_open(*state, "project", NULL), 0);
     ours(in(state, "a"), "1");
-    fs_owned_leave(*state, true, &lock);
+    fs_owned_leave(*state, strlen(*state), &lock);
     assert_int_equal(fs_owned_check(in(state, "a"), NULL), 0);
     fs_lock_release(&lock);
     fs_owned_remove(in(state, "."));
-    fs_owned_leave(*state, true, &lock);
+    fs_owned_leave(*state, strlen(*state), &lock);
     assert_false(fs_file_exists(*state));
     fs_lock_release(&lock);
 }
