@@ -1,5 +1,6 @@
 // The program `flashsplat`: finds the command, reads its options, calls the library, turns errors into exit codes.
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -116,11 +117,46 @@ static void fill_standard_files(void)
     if (fd >= 0) close(fd);
 }
 
+// ---- a stack of the usual size where `ulimit -s` gives next to none ----
+
+#define LITTLE_STACK ((size_t)2 << 20) // bytes
+#define USUAL_STACK ((size_t)8 << 20)
+
+typedef struct Words {
+    int argc;
+    char **argv;
+    int code;
+} Words;
+
+static void *dispatch_aside(void *user)
+{
+    Words *words = user;
+    words->code = dispatch(words->argc, words->argv);
+    return NULL;
+}
+
+static int dispatch_with_room(int argc, char **argv)
+{
+    Words words = {argc, argv, EXIT_FAILED};
+    pthread_attr_t attr;
+    pthread_t thread;
+    size_t size = USUAL_STACK;
+    bool aside = false;
+    if (pthread_attr_init(&attr) != 0) return dispatch(argc, argv);
+    pthread_attr_getstacksize(&attr, &size); // what threads get by themselves follows from the limit
+    if (size < LITTLE_STACK && pthread_attr_setstacksize(&attr, USUAL_STACK) == 0) {
+        pthread_setattr_default_np(&attr); // for the threads to come, too
+        aside = pthread_create(&thread, &attr, dispatch_aside, &words) == 0 && pthread_join(thread, NULL) == 0;
+    }
+    pthread_attr_destroy(&attr);
+    return aside ? words.code : dispatch(argc, argv);
+}
+
 int main(int argc, char **argv)
 {
     fill_standard_files();
     signal(SIGXFSZ, SIG_IGN); // a file that grows beyond the limit is one that cannot be written
-    int code = dispatch(argc, argv);
+    int code = dispatch_with_room(argc, argv);
     int lost = cli_terminal_close();
     if (!lost) return code;
     fprintf(stderr, "flashsplat: cannot write to standard output: %s\n", strerror(lost));

@@ -310,6 +310,16 @@ class FullDisk(FolderTest):
         self.assertFalse((out / "done" / "ingest.json").exists())
         self.assertEqual([p for p in out.rglob("*") if ".part" in p.name], [])
 
+    def test_little_stack(self):
+        """As `ulimit -s 100` has it."""
+        def limited():
+            resource.setrlimit(resource.RLIMIT_STACK, (100 << 10, 100 << 10))
+        photos, out = pictures.photos(self.dir / "photos", 6), self.dir / "out"
+        self.assert_fails(run("check", self.dir / "none", preexec_fn=limited), 1, "none")
+        process = run("ingest", photos, "-o", out, *FLASH, preexec_fn=limited)
+        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assertEqual(run("info", out, preexec_fn=limited).returncode, 0)
+
     def test_writes_that_fail(self):
         out = self.dir / "out"
         for limit in (0, 100, 4096):
