@@ -31,6 +31,18 @@ static const char *flash_text(int fired)
     return fired < 0 ? "flash unknown" : fired ? "flash" : "no flash";
 }
 
+// A copy that was broken off has its header all the same; of RAW files and .npy the header tells the length.
+static int check_picture(const char *path, FsError *err)
+{
+    Image image = {0};
+    PhotoKind kind = fs_photo_kind_inside(path);
+    int rc = kind == PHOTO_RAW || kind == PHOTO_NPY ? 0
+             : kind == PHOTO_JPEG                   ? fs_jpeg_read_small(path, 1, &image, err)
+                                                    : fs_photo_read_stored(path, &image, err);
+    fs_image_free(&image);
+    return rc;
+}
+
 int fs_info_photo(const char *path, const Log *log, FsError *err)
 {
     ExifInfo exif;
@@ -67,7 +79,7 @@ int fs_info_photo(const char *path, const Log *log, FsError *err)
         fs_log_info(log, "  neutral in camera RGB: %.4g %.4g %.4g", exif.neutral[0], exif.neutral[1], exif.neutral[2]);
     else if (white_balance[1] > 0)
         fs_log_info(log, "  white balance: %.4g %.4g %.4g", white_balance[0], white_balance[1], white_balance[2]);
-    return 0;
+    return check_picture(path, err);
 }
 
 int fs_info_photos(const char *folder, const Log *log, FsError *err)

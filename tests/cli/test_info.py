@@ -92,6 +92,11 @@ class Info(FolderTest):
         npy = b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode() + bytes(20 * 30 * 3 * 2)
         self.assertIn("30x20", self.info(self.write("a.npy", npy)))
         self.assertIn("1/125 s, ISO 400, f/5.6", self.info(given / "rgb.jpg"))
+        for part in 0.6, 0.9:  # its header is whole
+            data = (given / "rgb.jpg").read_bytes()
+            cut = self.write("cut.jpg", data[:-int((1 - part) * (len(data) - data.rindex(b"\xff\xda")))])
+            self.refuses(cut, "Premature end")
+            self.assertIn("1/125 s, ISO 400, f/5.6", run("info", cut).stdout)
         self.assertIn("flash: fired", self.info(self.write("a.tif", (given / "rgb.jpg").read_bytes())))
         for name in ("flash.dng", "ambient.dng", "rgb.jpg"):
             self.write("photos/DCIM/" + name, (given / name).read_bytes())
