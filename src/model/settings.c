@@ -355,9 +355,19 @@ static int check_choices(const FsOption *option, const char *value, FsError *err
     return 0;
 }
 
+// A comma too many is a slip, or a variable that is not set.
+static int check_items(const FsOption *option, const char *value, FsError *err)
+{
+    bool list = strcmp(option->argument, "LIST") == 0 || strstr(option->argument, "...");
+    size_t n = strlen(value);
+    if (!list || !n || (*value != ',' && value[n - 1] != ',' && !strstr(value, ",,"))) return 0;
+    return fs_error_set(err, FS_ERR_USAGE, "--%s: '%s' has an empty item: one comma too many", option->name, value);
+}
+
 static int set_text(Settings *settings, const FsOption *option, const char *value, FsError *err)
 {
     MUST(check_choices(option, value, err));
+    MUST(check_items(option, value, err));
     json_t *as_json = json_string(value); // what stages ran with is kept as JSON
     char *copy = as_json ? strdup(value) : NULL;
     json_decref(as_json);

@@ -122,6 +122,17 @@ class Usage(FolderTest):
         self.assert_fails(run("train", self.dir, "--no-bars=1"), 2, "--no-bars", "no value")
         self.assert_fails(run("train", self.dir, "--no-force=true"), 2, "--no-force")
 
+    def test_lists_with_empty_items(self):
+        given = {"render OUT --layers": "T_N,R", "export OUT --formats": "ply,spz", "export OUT --clean": "jpeg,dng",
+                 "synth -o OUT --hard": "frame,dark", "synth -o OUT --field": "drift=0.1,tint",
+                 "evaluate OUT OUT --method": "a=OUT,b=OUT"}
+        for words, value in given.items():
+            option = words.rsplit(maxsplit=1)[-1]
+            for wrong in (value + ",", "," + value, value.replace(",", ",,"), ","):
+                process = run(*words.replace("OUT", str(self.dir)).split(), wrong)
+                self.assert_fails(process, 2, option)
+        self.assertEqual(list(self.dir.iterdir()), [])
+
     def test_faults_are_told(self):
         """Every fault that synth knows is in its help and in docs/synth.md."""
         process = run("synth", "-o", self.dir / "x", "--field", "fog")

@@ -96,6 +96,8 @@ static void test_lists_and_ways(void **state)
     assert_int_equal(fs_settings_set(s, "formats", "", &err), FS_ERR_USAGE);
     assert_int_equal(fs_settings_set(s, "formats", "ply,,spz", &err), FS_ERR_USAGE);
     assert_int_equal(fs_settings_set(s, "formats", ",", &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_set(s, "formats", "spz,ply,", &err), FS_ERR_USAGE);
+    assert_int_equal(fs_settings_set(s, "hard", "frame,", &err), FS_ERR_USAGE);
     assert_int_equal(fs_settings_set(s, "clean", ",", &err), FS_ERR_USAGE);
     assert_int_equal(fs_settings_set(s, "formats", "ply,pl", &err), FS_ERR_USAGE);
     assert_non_null(strstr(err.message, "'pl'"));
@@ -130,7 +132,7 @@ static void test_words_of_lists(void **state)
     strcpy(names, "all");
     for (int l = 0; l < RENDER_LAYERS; l++) sprintf(names + strlen(names), "|%s", fs_render_layers[l].name);
     assert_string_equal(choices_of("layers"), names);
-    set(s, "formats", "spz,ply,");
+    set(s, "formats", "spz,ply");
     for (int f = 0; f < FORMATS; f++)
         assert_int_equal(fs_settings_has_word(s->formats, fs_formats[f].name),
                          !strcmp(fs_formats[f].name, "ply") || !strcmp(fs_formats[f].name, "spz"));
