@@ -48,6 +48,7 @@ int fs_project_open(FsProject **project, const char *out, const FsSettings *sett
     if (!p->out) TRY(fs_error_memory(err));
     for (size_t n = strlen(p->out); n > 1 && p->out[n - 1] == '/'; n--) p->out[n - 1] = 0;
     p->made_out = fs_file_missing(p->out);
+    TRY(fs_owned_check_place(p->out, err));
     TRY(fs_file_mkdirs(p->out, err));
     fs_owned_open(p->out, "project", NULL); // what is only read need not be ours; a stage that writes asks again
     TRY(fs_warnings_new(&p->warnings, p->out, callbacks, &p->log, err));

@@ -341,8 +341,15 @@ static int check_foreign(const char *own, FsError *err)
     return foreign ? fs_error_input(err, "%s: is in the way: flashsplat did not make it; move it", own) : 0;
 }
 
+int fs_owned_check_place(const char *dir, FsError *err)
+{
+    if (strcmp(fs_file_whole(dir).text, "/") != 0) return 0;
+    return fs_error_input(err, "%s: is the root of all folders: let the results go into a folder of their own", dir);
+}
+
 int fs_owned_open(const char *dir, const char *kind, FsError *err)
 {
+    MUST(fs_owned_check_place(dir, err));
     Place above = {0};
     FilePath own = fs_file_at("%s/" FS_OWNED_DIR, dir), path = fs_file_at("%s/" LIST, dir);
     char first[64], *list = NULL;

@@ -14,6 +14,8 @@
 
 #define FS_OWNED_DIR ".flashsplat"
 
+// An error for "/": all files of the machine would be below a folder of ours.
+int fs_owned_check_place(const char *dir, FsError *err);
 // Makes dir a folder of ours, of a kind: "project", "capture", "renders" (a folder inside one of ours, but not inside a
 // capture, will do for renders). An error when it is one of another kind.
 int fs_owned_open(const char *dir, const char *kind, FsError *err);

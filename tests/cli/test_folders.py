@@ -281,6 +281,12 @@ class Layouts(FolderTest):
             self.assertEqual(first.wait(), 0)
         self.works(run(*words[:3], "--photos", 4, "--width", 32, "--height", 32), False)
 
+    def test_root(self):
+        """Of all folders: refused for that, before it is seen that there are no photos."""
+        for place in ("/", "//", "/.", f"{self.dir}/{'../' * len(self.dir.parts)}"):
+            self.refuses(run("ingest", self.dir / "none", "-o", place), "root of all folders")
+            self.refuses(run("render", self.dir / "none", "-o", place), "none")
+
     def test_refused(self):
         """Nothing is left of folders that were made for it, and what was there before stays."""
         (self.dir / "there").mkdir()
