@@ -61,8 +61,7 @@ int fs_tiff_write_half(const char *path, const Image *image, FsError *err);
 int fs_jpeg_read(const char *path, Image *image, FsError *err);
 // The same made smaller while it is decoded, by 2, 4 or 8, as long as the longer side stays at least `enough`.
 int fs_jpeg_read_small(const char *path, int enough, Image *image, FsError *err);
-// What goes along, each may be NULL: exif, a TIFF block ("II*" or "MM", with or without "Exif\0\0" before it); icc, a
-// colour profile.
+// What goes along, each may be NULL: exif, a TIFF block ("II*" or "MM" first); icc, a colour profile.
 typedef struct JpegExtras {
     const void *exif;
     size_t exif_size;

@@ -34,6 +34,7 @@ size_t fs_tags_value_size(uint16_t type); // bytes; 0: no type of TIFF 6
 int fs_tags_put(Tags *tags, const Tag *tag, const void *value, FsError *err);
 int fs_tags_put_number(Tags *tags, TagFolder folder, uint16_t id, uint16_t type, uint32_t value, FsError *err);
 int fs_tags_put_text(Tags *tags, TagFolder folder, uint16_t id, const char *text, FsError *err);
+int fs_tags_put_ratio(Tags *tags, TagFolder folder, uint16_t id, uint32_t above, uint32_t below, FsError *err);
 // (n) as fractions; type: TAG_RATIONAL (of what is at least 0) or TAG_SRATIONAL.
 int fs_tags_put_fractions(Tags *tags, uint16_t id, uint16_t type, const double *value, int n, FsError *err);
 int fs_tags_copy(Tags *to, const Tags *from, FsError *err);

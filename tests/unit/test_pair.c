@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -11,6 +12,7 @@
 
 #include "base/rng.h"
 #include "image/image.h"
+#include "image/tags.h"
 #include "pair/pair.h"
 #include "temp_dir.h"
 
@@ -98,35 +100,31 @@ static void test_difference(void **state)
     free(f), free(n), free(out), free(tif);
 }
 
-// A TIFF block with exposure time 1/shutter, ISO, and the Flash field.
-static size_t make_exif(unsigned char *block, uint32_t shutter, uint16_t iso, uint16_t flash)
+// Writes and frees them: a JPEG that says so of itself.
+static void write_said(const char *path, const Image *image, Tags *tags)
 {
-    const uint16_t exif_tag = 0x8769, time_tag = 0x829a, iso_tag = 0x8827, flash_tag = 0x9209;
-    memset(block, 0, 128);
-    memcpy(block, "II*\0\x08\0\0\0", 8);
-    uint16_t one = 1, three = 3, long_type = 4, rational = 5, short_type = 3;
-    uint32_t count = 1, exif_at = 26, time_at = 68;
-    memcpy(block + 8, &one, 2);
-    memcpy(block + 10, &exif_tag, 2), memcpy(block + 12, &long_type, 2), memcpy(block + 14, &count, 4);
-    memcpy(block + 18, &exif_at, 4);
-    memcpy(block + 26, &three, 2);
-    const uint16_t tags[3] = {time_tag, iso_tag, flash_tag}, types[3] = {rational, short_type, short_type};
-    for (int i = 0; i < 3; i++) {
-        unsigned char *e = block + 28 + 12 * i;
-        memcpy(e, &tags[i], 2), memcpy(e + 2, &types[i], 2), memcpy(e + 4, &count, 4);
-    }
-    memcpy(block + 36, &time_at, 4), memcpy(block + 48, &iso, 2), memcpy(block + 60, &flash, 2);
-    uint32_t numerator = 1;
-    memcpy(block + 68, &numerator, 4), memcpy(block + 72, &shutter, 4);
-    return 76;
+    unsigned char *exif;
+    size_t size;
+    assert_int_equal(fs_tags_build(tags, 8, &exif, &size, NULL), 0);
+    assert_int_equal(fs_jpeg_write(path, image, 100, &(JpegExtras){.exif = exif, .exif_size = size}, NULL), 0);
+    free(exif);
+    fs_tags_free(tags);
 }
 
-// A TIFF block with the tag of orientation alone.
-static size_t make_turned(unsigned char *block, unsigned char orientation)
+static void write_exposed(const char *path, const Image *image, uint32_t shutter, uint32_t iso, uint32_t flash)
 {
-    memcpy(block, "II*\0\10\0\0\0\1\0\x12\1\3\0\1\0\0\0\0\0\0\0\0\0\0\0", 26);
-    block[18] = orientation;
-    return 26;
+    Tags tags = {0};
+    assert_int_equal(fs_tags_put_ratio(&tags, TAGS_EXIF, 0x829a, 1, shutter, NULL), 0);
+    assert_int_equal(fs_tags_put_number(&tags, TAGS_EXIF, 0x8827, TAG_SHORT, iso, NULL), 0);
+    assert_int_equal(fs_tags_put_number(&tags, TAGS_EXIF, 0x9209, TAG_SHORT, flash, NULL), 0);
+    write_said(path, image, &tags);
+}
+
+static void write_turned(const char *path, const Image *image, uint32_t orientation)
+{
+    Tags tags = {0};
+    assert_int_equal(fs_tags_put_number(&tags, TAGS_MAIN, 0x0112, TAG_SHORT, orientation, NULL), 0);
+    write_said(path, image, &tags);
 }
 
 static float decode_srgb(float v)
@@ -137,16 +135,12 @@ static float decode_srgb(float v)
 static void test_exposure(void **state)
 {
     char *f = in(state, "f.jpg"), *n = in(state, "n.jpg"), *out = in(state, "e.png"), *tif = in(state, "e.tif");
-    unsigned char exif[128];
     Image a, b, linear;
     Said said;
     make(&a, 32, 32, 1, 0.8f, 0.8f);
     make(&b, 32, 32, 2, 0.4f, 0.4f);
-    JpegExtras extras = {.exif = exif};
-    extras.exif_size = make_exif(exif, 50, 400, 9);
-    assert_int_equal(fs_jpeg_write(f, &a, 100, &extras, NULL), 0);
-    extras.exif_size = make_exif(exif, 100, 200, 16);
-    assert_int_equal(fs_jpeg_write(n, &b, 100, &extras, NULL), 0);
+    write_exposed(f, &a, 50, 400, 9);
+    write_exposed(n, &b, 100, 200, 16);
     assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
     assert_non_null(strstr(said.text, "multiplied by 4"));
     assert_non_null(strstr(said.text, "not RAW"));
@@ -166,20 +160,18 @@ static void test_exposure(void **state)
 static void test_turned(void **state)
 {
     char *f = in(state, "tf.jpg"), *n = in(state, "tn.jpg"), *out = in(state, "t.png"), *tif = in(state, "t.tif");
-    unsigned char exif[32];
     Image a, b, linear, turned;
     Said said;
     make(&a, 32, 16, 1, 0.8f, 0.8f);
     make(&b, 32, 16, 2, 0.4f, 0.4f);
     for (int i = 0; i < 8 * 32 * 3; i++) a.px[i] = 0.6f, b.px[i] = 0.2f; // the upper half is dark
-    JpegExtras extras = {.exif = exif, .exif_size = make_turned(exif, 1)};
-    assert_int_equal(fs_jpeg_write(f, &a, 100, &extras, NULL) | fs_jpeg_write(n, &b, 100, &extras, NULL), 0);
+    write_turned(f, &a, 1);
+    write_turned(n, &b, 1);
     assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
     assert_null(strstr(said.text, "turned"));
     assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
     for (int k = 0; k < 2; k++) { // half a turn, then a quarter
-        extras.exif_size = make_turned(exif, k ? 6 : 3);
-        assert_int_equal(fs_jpeg_write(n, &b, 100, &extras, NULL), 0);
+        write_turned(n, &b, k ? 6 : 3);
         unlink(out), unlink(tif);
         assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
         assert_non_null(strstr(said.text, "both are turned as that one"));
