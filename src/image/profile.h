@@ -33,6 +33,8 @@ void fs_profile_linearise(const Profile *profile, float *rgb, size_t n);
 
 // ---- for what is written ----
 
+extern const double fs_profile_srgb_from_xyz[9]; // (3, 3) linear light in sRGB's primaries of XYZ under D65
+
 typedef enum ProfileSpace { PROFILE_SRGB, PROFILE_P3 } ProfileSpace; // Display P3; both with sRGB's curve
 // The ICC profile of a space, the same bytes each time. Free it.
 int fs_profile_make(ProfileSpace space, void **icc, size_t *size, FsError *err);
