@@ -20,7 +20,7 @@ fi
 
 flags="-std=c17 -O1 -Wall -Wextra -Werror -Wno-psabi -Wno-missing-field-initializers -D_GNU_SOURCE -ffp-contract=fast -I$root/include -I$root/src"
 objects=
-for source in "$root"/src/base/cpu.c "$root"/src/base/error.c "$root"/src/kernels/*.c "$root"/src/engine/gain_graph.c; do
+for source in "$root"/src/base/cpu.c "$root"/src/base/error.c "$root"/src/base/order.c "$root"/src/kernels/*.c "$root"/src/engine/gain_graph.c; do
     case $source in
     *_avx2.c | *_avx512.c) continue ;;
     esac
