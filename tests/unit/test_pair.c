@@ -14,25 +14,15 @@
 #include "image/image.h"
 #include "image/tags.h"
 #include "pair/pair.h"
+#include "said.h"
 #include "temp_dir.h"
 
-typedef struct Said {
-    char text[8192];
-} Said;
-
-static void on_log(void *user, FsLogLevel level, const char *message)
-{
-    Said *said = user;
-    size_t n = strlen(said->text);
-    snprintf(said->text + n, sizeof said->text - n, "%s%s\n", level == FS_LOG_WARN ? "warning: " : "", message);
-}
-
-static int pair(const char *flash, const char *noflash, const char *out, bool linear, const char *long_edge, Said *said,
+static int pair(const char *flash, const char *noflash, const char *out, bool linear, const char *long_edge,
                 FsError *err)
 {
     FsSettings *set = fs_settings_new();
-    said->text[0] = 0;
-    Log log = {.log = on_log, .user = said};
+    said_forget();
+    Log log = {.log = said_keep};
     set->linear = linear;
     if (long_edge) assert_int_equal(fs_settings_set(set, "long-edge", long_edge, NULL), 0);
     int rc = fs_pair_run(flash, noflash, out, set, &log, err);
@@ -56,21 +46,20 @@ static void test_difference(void **state)
 {
     char *f = in(state, "f.tif"), *n = in(state, "n.tif"), *out = in(state, "d.png"), *tif = in(state, "d.tif");
     Image a, b, linear, shown;
-    Said said;
     make(&a, 31, 17, 1, 0.1f, 0.9f);
     make(&b, 31, 17, 2, -0.01f, 0.3f);
     assert_int_equal(fs_tiff_write_float(f, &a, NULL) | fs_tiff_write_float(n, &b, NULL), 0);
-    assert_int_equal(pair(f, n, out, false, NULL, &said, NULL), 0);
+    assert_int_equal(pair(f, n, out, false, NULL, NULL), 0);
     assert_false(fs_file_exists(tif));
     FsError err = {0};
     FILE *edited = fopen(out, "ab");
     assert_int_equal(fputc(0, edited), 0);
     assert_int_equal(fclose(edited), 0);
-    assert_int_equal(pair(f, n, out, true, NULL, &said, &err), FS_ERR_INPUT); // not as it was written
+    assert_int_equal(pair(f, n, out, true, NULL, &err), FS_ERR_INPUT); // not as it was written
     assert_non_null(strstr(err.message, out));
     unlink(out);
-    assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
-    assert_non_null(strstr(said.text, "taken to be the same"));
+    assert_int_equal(pair(f, n, out, true, NULL, NULL), 0);
+    assert_non_null(strstr(said, "taken to be the same"));
     assert_int_equal(fs_tiff_read(tif, &linear, NULL) | fs_png_read(out, &shown, NULL), 0);
     for (int i = 0; i < 31 * 17 * 3; i++) {
         float d = a.px[i] - b.px[i];
@@ -81,12 +70,12 @@ static void test_difference(void **state)
     // The light added is said: sums over all pixels.
     double sum_a = 0, sum_b = 0, gain;
     for (int i = 0; i < 31 * 17 * 3; i++) sum_a += a.px[i], sum_b += b.px[i];
-    assert_int_equal(sscanf(said.text + (strstr(said.text, "added ") - said.text), "added %lf times", &gain), 1);
+    assert_int_equal(sscanf(said + (strstr(said, "added ") - said), "added %lf times", &gain), 1);
     assert_true(fabs(gain / (sum_a / sum_b - 1) - 1) < 5e-3);
     // At a smaller size: the mean of the difference stays.
     fs_image_free(&linear);
     unlink(out), unlink(tif);
-    assert_int_equal(pair(f, n, out, true, "10", &said, NULL), 0);
+    assert_int_equal(pair(f, n, out, true, "10", NULL), 0);
     assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
     assert_int_equal(linear.width, 10);
     double small = 0;
@@ -94,14 +83,14 @@ static void test_difference(void **state)
     assert_true(fabs(small / (linear.width * linear.height * 3) - (sum_a - sum_b) / (31 * 17 * 3)) < 1e-4);
     // The wrong way round: said so.
     unlink(out);
-    assert_int_equal(pair(n, f, out, false, NULL, &said, NULL), 0);
-    assert_non_null(strstr(said.text, "hardly brighter"));
+    assert_int_equal(pair(n, f, out, false, NULL, NULL), 0);
+    assert_non_null(strstr(said, "hardly brighter"));
     fs_image_free(&a), fs_image_free(&b), fs_image_free(&linear), fs_image_free(&shown);
     free(f), free(n), free(out), free(tif);
 }
 
 // Writes and frees them: a JPEG that says so of itself.
-static void write_said(const char *path, const Image *image, Tags *tags)
+static void write_with(const char *path, const Image *image, Tags *tags)
 {
     unsigned char *exif;
     size_t size;
@@ -117,14 +106,14 @@ static void write_exposed(const char *path, const Image *image, uint32_t shutter
     assert_int_equal(fs_tags_put_ratio(&tags, TAGS_EXIF, 0x829a, 1, shutter, NULL), 0);
     assert_int_equal(fs_tags_put_number(&tags, TAGS_EXIF, 0x8827, TAG_SHORT, iso, NULL), 0);
     assert_int_equal(fs_tags_put_number(&tags, TAGS_EXIF, 0x9209, TAG_SHORT, flash, NULL), 0);
-    write_said(path, image, &tags);
+    write_with(path, image, &tags);
 }
 
 static void write_turned(const char *path, const Image *image, uint32_t orientation)
 {
     Tags tags = {0};
     assert_int_equal(fs_tags_put_number(&tags, TAGS_MAIN, 0x0112, TAG_SHORT, orientation, NULL), 0);
-    write_said(path, image, &tags);
+    write_with(path, image, &tags);
 }
 
 static float decode_srgb(float v)
@@ -136,22 +125,21 @@ static void test_exposure(void **state)
 {
     char *f = in(state, "f.jpg"), *n = in(state, "n.jpg"), *out = in(state, "e.png"), *tif = in(state, "e.tif");
     Image a, b, linear;
-    Said said;
     make(&a, 32, 32, 1, 0.8f, 0.8f);
     make(&b, 32, 32, 2, 0.4f, 0.4f);
     write_exposed(f, &a, 50, 400, 9);
     write_exposed(n, &b, 100, 200, 16);
-    assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
-    assert_non_null(strstr(said.text, "multiplied by 4"));
-    assert_non_null(strstr(said.text, "not RAW"));
-    assert_null(strstr(said.text, "EXIF says"));
+    assert_int_equal(pair(f, n, out, true, NULL, NULL), 0);
+    assert_non_null(strstr(said, "multiplied by 4"));
+    assert_non_null(strstr(said, "not RAW"));
+    assert_null(strstr(said, "EXIF says"));
     assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
     float expected = decode_srgb(0.8f) - 4 * decode_srgb(0.4f);
     assert_true(fabsf(linear.px[500] - expected) < 5e-3f);
     unlink(out), unlink(tif);
-    assert_int_equal(pair(n, f, out, true, NULL, &said, NULL), 0); // swapped
-    assert_non_null(strstr(said.text, "EXIF says that the flash did not fire"));
-    assert_non_null(strstr(said.text, "EXIF says that the flash fired"));
+    assert_int_equal(pair(n, f, out, true, NULL, NULL), 0); // swapped
+    assert_non_null(strstr(said, "EXIF says that the flash did not fire"));
+    assert_non_null(strstr(said, "EXIF says that the flash fired"));
     fs_image_free(&a), fs_image_free(&b), fs_image_free(&linear);
     free(f), free(n), free(out), free(tif);
 }
@@ -161,20 +149,19 @@ static void test_turned(void **state)
 {
     char *f = in(state, "tf.jpg"), *n = in(state, "tn.jpg"), *out = in(state, "t.png"), *tif = in(state, "t.tif");
     Image a, b, linear, turned;
-    Said said;
     make(&a, 32, 16, 1, 0.8f, 0.8f);
     make(&b, 32, 16, 2, 0.4f, 0.4f);
     for (int i = 0; i < 8 * 32 * 3; i++) a.px[i] = 0.6f, b.px[i] = 0.2f; // the upper half is dark
     write_turned(f, &a, 1);
     write_turned(n, &b, 1);
-    assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
-    assert_null(strstr(said.text, "turned"));
+    assert_int_equal(pair(f, n, out, true, NULL, NULL), 0);
+    assert_null(strstr(said, "turned"));
     assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
     for (int k = 0; k < 2; k++) { // half a turn, then a quarter
         write_turned(n, &b, k ? 6 : 3);
         unlink(out), unlink(tif);
-        assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
-        assert_non_null(strstr(said.text, "both are turned as that one"));
+        assert_int_equal(pair(f, n, out, true, NULL, NULL), 0);
+        assert_non_null(strstr(said, "both are turned as that one"));
         assert_int_equal(fs_tiff_read(tif, &turned, NULL), 0);
         assert_memory_equal(turned.px, linear.px, fs_image_values(&linear) * sizeof(float));
         fs_image_free(&turned);
@@ -193,7 +180,6 @@ static void test_errors(void **state)
 {
     char *a = in(state, "a.tif"), *b = in(state, "b.tif"), *out = in(state, "x.png"), *bad = in(state, "bad.dng");
     Image image;
-    Said said;
     FsError err;
     make(&image, 40, 20, 1, 0, 1);
     assert_int_equal(fs_tiff_write_float(a, &image, NULL), 0);
@@ -201,19 +187,19 @@ static void test_errors(void **state)
     make(&image, 20, 10, 1, 0, 1); // the same proportions, which a small --long-edge would hide
     assert_int_equal(fs_tiff_write_float(b, &image, NULL), 0);
     fs_image_free(&image);
-    assert_int_equal(pair(a, b, out, false, "10", &said, &err), FS_ERR_INPUT);
+    assert_int_equal(pair(a, b, out, false, "10", &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "20 x 10 pixels"));
     FsSettings *set = fs_settings_new();
     assert_int_equal(fs_pair_run(a, a, out, set, &(Log){.cancelled = stop}, &err), FS_ERR_CANCELLED);
     assert_false(fs_file_exists(out));
     fs_settings_free(set);
-    assert_int_equal(pair(a, "/nonexistent.png", out, false, NULL, &said, &err), FS_ERR_INPUT);
+    assert_int_equal(pair(a, "/nonexistent.png", out, false, NULL, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "/nonexistent.png"));
-    assert_int_equal(pair(a, a, a, false, NULL, &said, &err), FS_ERR_USAGE);
+    assert_int_equal(pair(a, a, a, false, NULL, &err), FS_ERR_USAGE);
     assert_int_equal(fs_file_write(bad, "II*\0", 4, NULL), 0);
-    assert_int_equal(pair(bad, a, out, false, NULL, &said, &err), FS_ERR_INPUT);
+    assert_int_equal(pair(bad, a, out, false, NULL, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, bad));
-    assert_int_equal(pair(a, a, "/nonexistent/x.png", false, NULL, &said, &err), FS_ERR_IO);
+    assert_int_equal(pair(a, a, "/nonexistent/x.png", false, NULL, &err), FS_ERR_IO);
     free(a), free(b), free(out), free(bad);
 }
 
