@@ -28,6 +28,8 @@
 // noise kept; masks are 8-bit grey PNG, 255 where the pixel may be trusted, 0 where clipped or outside the photo.
 #pragma once
 
+#include <jansson.h>
+
 #include "base/lock.h"
 #include "base/log.h"
 #include "model/settings.h"
@@ -66,6 +68,8 @@ int fs_project_lock(FsProject *project, FsError *err);
 // was made from; logs that the stage is skipped. A change makes it false and says which.
 bool fs_project_done(FsProject *project, unsigned stage);
 bool fs_project_is_done(FsProject *project, unsigned stage); // the same, without a word
+// What the mark of a stage says, by the stage's name; the caller's. NULL: there is none that can be read.
+json_t *fs_project_mark(const char *out, const char *stage);
 // Whether a stage's mark says that it was done with this text of an option.
 bool fs_project_done_with(const FsProject *project, unsigned stage, const char *option, const char *value);
 int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err);
