@@ -3,7 +3,6 @@
 #ifndef FS_ENGINE_VOLUME_MARCH_H
 #define FS_ENGINE_VOLUME_MARCH_H
 
-#include "base/rng.h"
 #include "model/radiance.h"
 
 typedef struct VolumeMarch {

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "base/json_file.h"
 #include "export/clean.h"
 #include "export/clean_trial.h"
 #include "export/colors.h"

@@ -12,8 +12,6 @@
 
 #include "base/rng.h"
 #include "engine/engine.h"
-#include "kernels/pane.h"
-#include "kernels/shade.h"
 #include "model/settings.h"
 
 enum { W = 26, H = 37, N = 14 };

@@ -9,7 +9,6 @@
 #include <cmocka.h>
 #include <jansson.h>
 
-#include "base/rng.h"
 #include "evaluate/evaluate.h"
 #include "evaluate/metrics.h"
 #include "evaluate/truth.h"
