@@ -68,8 +68,9 @@ typedef struct JpegExtras {
     const void *icc;
     size_t icc_size;
 } JpegExtras;
+// 1 or 3 channels of encoded values, clamped to 0..1. quality: 1..100; from 90 on colours keep their full resolution.
 int fs_jpeg_write(const char *path, const Image *image, int quality, const JpegExtras *extras, FsError *err);
-// What the file says of its values (profile.h).
+// What the file says of its values (profile.h); the caller's (fs_profile_tag_free).
 typedef struct LightTag LightTag;
 int fs_png_read_tag(const char *path, LightTag *tag, FsError *err);
 int fs_tiff_read_tag(const char *path, LightTag *tag, FsError *err);

@@ -27,6 +27,7 @@ typedef enum ProfileSource {
     PROFILE_UNTOLD, // nothing says so, yet deep values are taken for linear light, as RAW converters write them
     PROFILE_UNREAD, // there is an ICC profile that cannot be read: what else the file says, or sRGB
 } ProfileSource;
+// The profile of the values of such a file, and how it is known.
 ProfileSource fs_profile_of_tag(Profile *profile, const LightTag *tag);
 // A row of n pixels in place; values outside 0..1 are taken for the nearest.
 void fs_profile_linearise(const Profile *profile, float *rgb, size_t n);

@@ -72,9 +72,9 @@ bool fs_project_is_done(FsProject *project, unsigned stage); // the same, withou
 json_t *fs_project_mark(const char *out, const char *stage);
 // Whether a stage's mark says that it was done with this text of an option.
 bool fs_project_done_with(const FsProject *project, unsigned stage, const char *option, const char *value);
-int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err);
-void fs_project_unmark(const FsProject *project, unsigned stage); // and the stages that read its results
-bool fs_project_has_checkpoint(const char *out);                  // of a training
+int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err); // last, when all of it is on the disk
+void fs_project_unmark(const FsProject *project, unsigned stage);           // and the stages that read its results
+bool fs_project_has_checkpoint(const char *out);                            // of a training
 // Refuses where what the stage reads is of other photos, poses or settings than those that are there now.
 int fs_project_check_earlier(const FsProject *project, unsigned stage, FsError *err);
 // At the start of a stage's work, before it touches anything: checks that the stages whose results it reads were done

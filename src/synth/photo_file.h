@@ -29,5 +29,6 @@ typedef struct ShotInfo {
 #define SHOT_SOFTWARE "flashsplat synth"
 void fs_photo_file_time(const ShotInfo *info, char text[20]); // "2024:03:16 10:00:06"
 
+// A mosaic as a DNG; a picture, display-coded, as a JPEG.
 int fs_dng_write(const char *path, const Mosaic *mosaic, const ShotInfo *info, FsError *err);
 int fs_photo_file_write_jpeg(const char *path, const Image *picture, const ShotInfo *info, FsError *err);
