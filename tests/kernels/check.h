@@ -47,7 +47,7 @@ __attribute__((unused)) static Planes random_planes(int width, int height, int c
     p.px = aligned_alloc(64, n * sizeof(float));
     if (!p.px) abort();
     for (size_t i = 0; i < n; i++)
-        p.px[i] = (int)(i % (size_t)p.stride) < width ? lo + (hi - lo) * fs_rng_uniform(rng) : (i & 1 ? 1e30f : -1e30f);
+        p.px[i] = (int)(i % (size_t)p.stride) < width ? fs_rng_range(rng, lo, hi) : (i & 1 ? 1e30f : -1e30f);
     return p;
 }
 __attribute__((unused)) static Planes copy_planes(const Planes *from)

@@ -39,7 +39,7 @@ static void make(Image *image, int width, int height, uint64_t seed, float low, 
 {
     Rng rng = fs_rng_new(seed);
     assert_int_equal(fs_image_new(image, width, height, 3, NULL), 0);
-    for (int i = 0; i < width * height * 3; i++) image->px[i] = low + (high - low) * fs_rng_uniform(&rng);
+    for (int i = 0; i < width * height * 3; i++) image->px[i] = fs_rng_range(&rng, low, high);
 }
 
 static void test_difference(void **state)
