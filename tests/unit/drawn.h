@@ -6,7 +6,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-
 enum { DRAWN_MOST = 32 }; // Gaussians of a cloud
 
 typedef struct Drawn {
