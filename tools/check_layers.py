@@ -10,7 +10,7 @@ import re
 import sys
 
 MOST_PARAMETERS = 7
-ENGINE_FOR_TRAIN = {"engine/engine.h", "engine/dirt.h"}
+ENGINE_FOR_TRAIN = {"engine/engine.h", "engine/dirt.h", "engine/made_scene.h"}
 
 MACHINERY = {
     "base": set(),

@@ -59,7 +59,7 @@ typedef struct FileList {
     char **name; // sorted names without folder, "." and hidden ones left out
     int n;
 } FileList;
-int fs_file_list(const char *dir, FileList *list, FsError *err);
+int fs_file_list(const char *dir, FileList *list, FsError *err); // the caller's (fs_file_list_free)
 // The whole path of a name, which may lead nowhere: without links as far as it is there.
 FilePath fs_file_whole(const char *name);
 void fs_file_list_free(FileList *list);

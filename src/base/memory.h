@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 
-unsigned fs_memory_begin(void);
+unsigned fs_memory_begin(void);                          // returns how often memory has run out so far
 int fs_memory_end(unsigned begun, int rc, FsError *err); // rc, or FS_ERR_MEMORY where memory ran out since `begun`
 
 // Room for one more at the end of an array (given by its address) of n elements, which grows at powers of two.

@@ -28,6 +28,11 @@ static inline float fs_rng_uniform(Rng *rng) // [0, 1)
     return (float)(fs_rng_u32(rng) >> 8) * 0x1p-24f;
 }
 
+static inline float fs_rng_range(Rng *rng, float low, float high) // [low, high)
+{
+    return low + (high - low) * fs_rng_uniform(rng);
+}
+
 static inline int fs_rng_below(Rng *rng, int n) // 0 .. n-1
 {
     return (int)(((uint64_t)fs_rng_u32(rng) * (uint64_t)n) >> 32);

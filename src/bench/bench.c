@@ -2,8 +2,8 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/json_file.h"
 #include "base/order.h"
 #include "bench/case.h"
@@ -53,26 +53,19 @@ static const BenchCase cases[] = {
     {"train/40k/600x400", "splat", fs_case_train_open, fs_case_train_call, fs_case_train_close, 40000, 600, 400},
 };
 
-static double seconds(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 enum { ROUNDS_MIN = 5, ROUNDS_MAX = 200 };
 
 // Medians over the calls that fit into about half a second, at least ROUNDS_MIN.
 static void time_case(const BenchCase *what, void *state, BenchResult *r)
 {
-    double wall[ROUNDS_MAX], cpu[ROUNDS_MAX], start = seconds(CLOCK_MONOTONIC);
+    double wall[ROUNDS_MAX], cpu[ROUNDS_MAX], start = fs_clock_seconds();
     int n = 0;
     r->work = what->call(state);
-    while (n < ROUNDS_MIN || (n < ROUNDS_MAX && seconds(CLOCK_MONOTONIC) - start < 0.5)) {
-        double w = seconds(CLOCK_MONOTONIC), c = seconds(CLOCK_PROCESS_CPUTIME_ID);
+    while (n < ROUNDS_MIN || (n < ROUNDS_MAX && fs_clock_seconds() - start < 0.5)) {
+        double w = fs_clock_seconds(), c = fs_clock_of(CLOCK_PROCESS_CPUTIME_ID);
         what->call(state);
-        wall[n] = seconds(CLOCK_MONOTONIC) - w;
-        cpu[n++] = seconds(CLOCK_PROCESS_CPUTIME_ID) - c;
+        wall[n] = fs_clock_seconds() - w;
+        cpu[n++] = fs_clock_of(CLOCK_PROCESS_CPUTIME_ID) - c;
     }
     r->ms = 1e3 * fs_order_median(wall, (size_t)n);
     r->cpu_ms = 1e3 * fs_order_median(cpu, (size_t)n);

@@ -4,7 +4,6 @@
 #include "base/threads.h"
 #include "bench/result.h"
 #include "kernels/kernels.h"
-#include "model/cloud.h"
 
 typedef struct BenchMachine {
     Kernels kernels;

@@ -7,7 +7,7 @@
 #include "bench/case.h"
 #include "engine/raster_pass.h"
 #include "engine/scratch.h"
-#include "model/made_scene.h"
+#include "engine/made_scene.h"
 
 enum { STRIP = 32, CHUNK = 2048 };
 

@@ -5,26 +5,12 @@
 
 #include "base/rng.h"
 #include "bench/case.h"
-#include "engine/engine.h"
-#include "model/made_scene.h"
+#include "engine/made_scene.h"
 
 typedef struct TrainCase {
     Engine *engine;
     StepArgs args;
 } TrainCase;
-
-static int load_photos(Engine *engine, const Camera *camera)
-{
-    Image photo = {0}, mask = {0};
-    int rc;
-    TRY(fs_made_scene_photo(camera, &photo, &mask, NULL));
-    for (int flash = 0; flash < 2; flash++)
-        TRY(fs_engine_load_view(engine, &(EngineView){camera, flash, &photo, &mask}, NULL));
-fail:
-    fs_image_free(&photo);
-    fs_image_free(&mask);
-    return rc;
-}
 
 static int load_scene(Engine *engine, int n, Scene *scene)
 {
@@ -67,7 +53,7 @@ void *fs_case_train_open(const BenchMachine *machine, const BenchCase *what)
         rc = fs_engine_new(&s->engine, "cpu", fs_cpu_name(machine->kernels.level), fs_threads_count(machine->threads),
                            NULL);
     if (rc == 0) rc = load_scene(s->engine, what->n, &scene);
-    if (rc == 0) rc = load_photos(s->engine, &camera);
+    if (rc == 0) rc = fs_made_scene_load(s->engine, &camera, NULL);
     if (rc == 0) rc = make_args(&scene, &s->args);
     fs_scene_free(&scene);
     if (rc == 0) return s;

@@ -2,7 +2,8 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
+
+#include "base/clock.h"
 
 enum { CHAINS = 16, COPY_FLOATS = 1 << 24, ROUNDS = 7 };
 
@@ -37,13 +38,6 @@ static const PeakLoops *loops_at(CpuLevel level)
     }
 }
 
-static double cpu_seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 int fs_peak_measure(CpuLevel level, Peak *peak, FsError *err)
 {
     const PeakLoops *loops = loops_at(level);
@@ -51,18 +45,18 @@ int fs_peak_measure(CpuLevel level, Peak *peak, FsError *err)
     volatile float keep = 0;
     *peak = (Peak){0};
     for (int i = 0; i < ROUNDS; i++) { // the best round: a peak is what was reached undisturbed
-        double start = cpu_seconds();
+        double start = fs_clock_of(CLOCK_THREAD_CPUTIME_ID);
         keep = keep + loops->fma(rounds);
-        double rate = 1e-9 * loops->flops_per_round * (double)rounds / (cpu_seconds() - start);
+        double rate = 1e-9 * loops->flops_per_round * (double)rounds / (fs_clock_of(CLOCK_THREAD_CPUTIME_ID) - start);
         if (rate > peak->fma_gflops) peak->fma_gflops = rate;
     }
     float *memory = aligned_alloc(64, 2 * sizeof(float) * COPY_FLOATS);
     if (!memory) return fs_error_memory(err);
     memset(memory, 1, 2 * sizeof(float) * COPY_FLOATS);
     for (int i = 0; i < ROUNDS; i++) {
-        double start = cpu_seconds();
+        double start = fs_clock_of(CLOCK_THREAD_CPUTIME_ID);
         loops->copy(memory + COPY_FLOATS, memory, COPY_FLOATS);
-        double rate = 1e-9 * 2 * sizeof(float) * COPY_FLOATS / (cpu_seconds() - start);
+        double rate = 1e-9 * 2 * sizeof(float) * COPY_FLOATS / (fs_clock_of(CLOCK_THREAD_CPUTIME_ID) - start);
         if (rate > peak->copy_gbs) peak->copy_gbs = rate;
     }
     free(memory);

@@ -16,4 +16,5 @@ typedef struct Peak {
     double fma_gflops; // one core, multiply and add counted as two
     double copy_gbs;   // one core, bytes read and bytes written, far beyond the caches
 } Peak;
+// The best of several rounds on the thread that calls; a second or so.
 int fs_peak_measure(CpuLevel level, Peak *peak, FsError *err);

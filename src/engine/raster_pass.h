@@ -74,7 +74,7 @@ static inline int fs_raster_pass_features(const RasterTask *task)
 {
     return task->colors + (task->depth || task->cover);
 }
-void fs_raster_pass_add(RasterPass *pass, RasterTask *task);
+void fs_raster_pass_add(RasterPass *pass, RasterTask *task); // at most RASTER_TASKS_MAX
 void fs_raster_pass_free_task(RasterTask *task);
 
 // ---- what both rasterisers do per Gaussian ----
@@ -93,8 +93,8 @@ typedef struct RasterWork {
     float *records;
 } RasterWork;
 
-enum { RASTER_CHUNK = 1024 }; // Gaussians per job
-int fs_raster_pass_chunk_end(const RasterWork *work, int chunk);
+enum { RASTER_CHUNK = 1024 };                                    // Gaussians per job
+int fs_raster_pass_chunk_end(const RasterWork *work, int chunk); // of its Gaussians, behind the last
 // Memory for a pass from the task's arena; check arena.failed afterwards.
 void fs_raster_pass_set_up(RasterTask *task, const RasterPass *pass);
 void fs_raster_pass_project(RasterTask *task, const Kernels *kernels, int chunk);   // fills splats and `seen`

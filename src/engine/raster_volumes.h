@@ -21,7 +21,7 @@ typedef struct VolumesWork {
 
 int fs_raster_volumes_open(VolumesWork *work, Radiance *field, FsError *err); // field: stays the caller's
 void fs_raster_volumes_close(VolumesWork *work);
-int fs_raster_volumes_need_gradients(VolumesWork *work, FsError *err);
+int fs_raster_volumes_need_gradients(VolumesWork *work, FsError *err); // before the first pass that trains
 extern const Rasteriser fs_raster_volumes;
 
 #endif

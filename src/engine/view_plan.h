@@ -34,7 +34,7 @@ typedef struct ViewPlan {
     CalibrationView calibration;
 } ViewPlan;
 
-ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash);
+ViewPlan fs_view_plan(const Scene *scene, const Camera *camera, bool flash); // of a render; borrows the scene
 // Of a photo: with its light, and what the camera made of it. learn: LEARN_*
 // exposure: what its values were multiplied with; 0: 1. flash: factors on the flash's light on T and R.
 void fs_view_plan_photo(ViewPlan *plan, const Scene *scene, const Camera *camera, const PhotoState *photo,

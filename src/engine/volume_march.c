@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/rng.h"
+
 #define EMPTY 0.02f // optical thickness of a step that is not worth a sample
 
 VolumeMarch fs_volume_march(const Radiance *field, const Camera *camera, const uint32_t *occupied, uint64_t jitter,

@@ -3,7 +3,6 @@
 #ifndef FS_ENGINE_VOLUME_MARCH_H
 #define FS_ENGINE_VOLUME_MARCH_H
 
-#include "base/rng.h"
 #include "model/radiance.h"
 
 typedef struct VolumeMarch {
@@ -22,6 +21,7 @@ typedef struct VolumePlaces {
     float *at[3], *z, *s;
 } VolumePlaces;
 
+// occupied: bits as fs_volume_march_occupied makes them, borrowed; jitter, every: as in VolumeMarch.
 VolumeMarch fs_volume_march(const Radiance *field, const Camera *camera, const uint32_t *occupied, uint64_t jitter,
                             int every);
 // The samples of the ray of a pixel; returns how many. places NULL: only that.

@@ -30,7 +30,7 @@ typedef struct VolumeSamples {
 } VolumeSamples;
 
 VolumeNet fs_volume_net(const Kernels *kernels, const Radiance *field, Volume volume, int every); // VolumeMarch
-size_t fs_volume_net_stride(int n);
+size_t fs_volume_net_stride(int n); // floats of a row of n samples, padded as the kernels want
 size_t fs_volume_net_floats(const RadianceShape *shape, size_t stride); // for samples of that stride
 // Arrays for n samples in memory of that many floats, 64-byte aligned.
 VolumeSamples fs_volume_net_samples(const RadianceShape *shape, int n, float *memory);

@@ -9,9 +9,10 @@ typedef enum LpipsNet { LPIPS_ALEX, LPIPS_VGG, LPIPS_NETS } LpipsNet;
 
 typedef struct Lpips Lpips;
 
+// FS_ERR_INPUT names what of the file is not as docs/lpips.md has it.
 int fs_lpips_read(Lpips **lpips, const char *path, FsError *err);
-void fs_lpips_free(Lpips *lpips);
-bool fs_lpips_has(const Lpips *lpips, LpipsNet net);
+void fs_lpips_free(Lpips *lpips);                    // accepts NULL
+bool fs_lpips_has(const Lpips *lpips, LpipsNet net); // of a file; NULL has none
 // a, b: tone-mapped RGB of one size, 0..1. NAN where they are too small for the network.
 int fs_lpips_distance(const Lpips *lpips, LpipsNet net, const Image *a, const Image *b, Threads *threads, double *value,
                       FsError *err);

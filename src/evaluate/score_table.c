@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "base/json_file.h"
-#include "model/layers.h"
 
 // The three ways a layer is measured.
 static const struct {

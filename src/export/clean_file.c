@@ -47,8 +47,6 @@ fail:
 // Of a photo that is no RAW: a camera that sees in sRGB's primaries.
 static int describe_camera(const CleanPicture *p, char name[140], DngCamera *camera, FsError *err)
 {
-    static const double srgb_from_xyz[9] = {3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108,
-                                            0.0415560, 0.0556434,  -0.2040259, 1.0572252};
     RawInfo raw = {0};
     const ExifInfo *exif = &p->photo.exif;
     if (p->photo.kind == PHOTO_RAW) MUST(fs_raw_read_info(p->path.text, &raw, err));
@@ -60,7 +58,7 @@ static int describe_camera(const CleanPicture *p, char name[140], DngCamera *cam
         camera->neutral[c] = wb > 1e-3 ? 1 / wb : 1 / p->white_balance[c];
         for (int k = 0; k < 3; k++)
             camera->camera_from_xyz[3 * c + k] =
-                known ? raw.camera_from_xyz[3 * c + k] : camera->neutral[c] * srgb_from_xyz[3 * c + k];
+                known ? raw.camera_from_xyz[3 * c + k] : camera->neutral[c] * fs_profile_srgb_from_xyz[3 * c + k];
     }
     return 0;
 }

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 
 #include "model/preview.h"
+#include "model/project.h"
 #include "model/scene.h"
 
 // The one development of a scene, the same for all its layers.
@@ -13,6 +14,14 @@ typedef struct Development {
     double eye[3]; // mean centre of the photos' cameras: where a pane's beta is taken from, and where the flash is
     bool room;     // R is the mirrored room itself, before the pane dims it
 } Development;
+
+// What is exported of a scene as a whole, borrowed.
+typedef struct ExportArgs {
+    const FsProject *project;
+    const Scene *scene;
+    const Dataset *photos;
+    const Development *development;
+} ExportArgs;
 
 // The cloud a layer is shown by (T_F of shared geometry: T_N's, where the flash makes a difference); NULL when
 // the scene has none for it.

@@ -31,7 +31,7 @@ static void find_ranges(const Splats *splats, size_t from, int n, Chunk *chunk)
     for (int what = 0; what < 3; what++)
         for (int a = 0; a < 3; a++) {
             float range[2];
-            fs_splats_range(array[what] + 3 * from + a, n, 3, range);
+            fs_splats_range(array[what] + 3 * from + a, n, range);
             for (int end = 0; end < 2; end++) {
                 float v = range[end];
                 if (what == 1) v = v < -SIZE ? -SIZE : v > SIZE ? SIZE : v;

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "base/json_file.h"
 #include "export/clean.h"
 #include "export/clean_trial.h"
 #include "export/colors.h"
@@ -261,11 +260,10 @@ int fs_export_run(FsProject *project, FsError *err)
     if (project->set.unmirror) TRY(export_room(&x, err));
     if (fs_radiance_is(&x.scene.field))
         fs_log_info(&project->log, "export: radiance fields have no Gaussians to write");
-    const SurfaceArgs surface = {project, &x.scene, &x.photos, &x.development};
+    const ExportArgs args = {project, &x.scene, &x.photos, &x.development};
     for (int f = 0; f < FORMATS; f++)
-        if (x.wanted[f] && !fs_formats[f].write) TRY(fs_surface_run(&surface, fs_formats[f].ending, err));
-    const TrainerArgs trainer = {project, &x.scene, &x.photos, &x.development};
-    if (project->set.dataset) TRY(fs_trainer_dataset_run(&trainer, err));
+        if (x.wanted[f] && !fs_formats[f].write) TRY(fs_surface_run(&args, fs_formats[f].ending, err));
+    if (project->set.dataset) TRY(fs_trainer_dataset_run(&args, err));
     const CleanArgs clean = {project, &x.scene, &x.photos, &x.originals, &x.development, x.clean};
     if (*project->set.clean) TRY(fs_clean_run(&clean, err));
     fs_log_progress(&project->log, "export", LAYERS, LAYERS, "done");

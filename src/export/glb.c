@@ -94,7 +94,7 @@ static void set_range(const Parts *parts, int index, const float *xyz, int n)
     json_t *accessor = json_array_get(parts->accessors, (size_t)index), *least = json_array(), *most = json_array();
     for (int a = 0; a < 3; a++) {
         float range[2];
-        fs_splats_range(xyz + a, n, 3, range);
+        fs_splats_range(xyz + a, n, range);
         json_array_append_new(least, json_real((double)range[0]));
         json_array_append_new(most, json_real((double)range[1]));
     }

@@ -41,7 +41,7 @@ static int make_codebooks(Sog *sog, FsError *err)
     free(dc);
     for (int a = 0; a < 3; a++) {
         float range[2];
-        fs_splats_range(sog->splats->mean + a, sog->splats->n, 3, range);
+        fs_splats_range(sog->splats->mean + a, sog->splats->n, range);
         sog->least[a] = in_log(range[0]), sog->greatest[a] = in_log(range[1]);
     }
     return rc;

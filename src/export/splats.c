@@ -174,11 +174,11 @@ void fs_splats_mirror(Splats *splats, const double normal[3], double distance)
 
 // ---- order ----
 
-void fs_splats_range(const float *value, int n, int stride, float range[2])
+void fs_splats_range(const float *value, int n, float range[2])
 {
     range[0] = range[1] = n ? value[0] : 0;
     for (size_t i = 0; i < (size_t)n; i++) {
-        float v = value[i * (size_t)stride];
+        float v = value[3 * i];
         if (v < range[0]) range[0] = v;
         if (v > range[1]) range[1] = v;
     }

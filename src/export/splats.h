@@ -46,8 +46,8 @@ double fs_splats_opacity(const Splats *splats, size_t i); // 0..1
 int fs_splats_reach(const Splats *splats, double share, double *reach, FsError *err);
 // Half of the longest side of the box that holds, along each axis, the middle `share` of them.
 int fs_splats_spread(const Splats *splats, double share, double *spread, FsError *err);
-// Least and greatest of values `stride` apart; 0 and 0 of none.
-void fs_splats_range(const float *value, int n, int stride, float range[2]);
+// Least and greatest of the first of each of n triples; 0 and 0 of none.
+void fs_splats_range(const float *value, int n, float range[2]);
 // v rounded, 0..most; 0 where it is no number.
 static inline unsigned fs_splats_level(double v, unsigned most)
 {

@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "base/order.h"
 #include "engine/engine.h"
+#include "export/mesh.h"
 #include "export/splats.h"
 
 #define MOST_VIEWS 64    // of those of the photos, spread over them
@@ -20,7 +21,7 @@
 #define SMALLEST 0.005   // piece, as a share of all
 
 typedef struct Fusion {
-    const SurfaceArgs *args;
+    const ExportArgs *args;
     Engine *engine;
     Threads *threads;
     Renders renders;
@@ -196,7 +197,7 @@ static int make_mesh(Fusion *f, FsError *err)
     return each_view(f, EDGE, gather_light, NULL, err);
 }
 
-int fs_surface_run(const SurfaceArgs *args, const char *ending, FsError *err)
+int fs_surface_run(const ExportArgs *args, const char *ending, FsError *err)
 {
     const Settings *set = &args->project->set;
     Fusion f = {.args = args};

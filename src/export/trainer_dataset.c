@@ -15,7 +15,7 @@
 #define MOST_POINTS 100000
 
 typedef struct Trainer {
-    const TrainerArgs *args;
+    const ExportArgs *args;
     bool photos;    // as they are
     Engine *engine; // of T
     Renders renders;
@@ -173,7 +173,7 @@ static int write_photos(Trainer *t, FsError *err)
     return 0;
 }
 
-int fs_trainer_dataset_run(const TrainerArgs *args, FsError *err)
+int fs_trainer_dataset_run(const ExportArgs *args, FsError *err)
 {
     const Settings *set = &args->project->set;
     const Cloud *cloud = fs_colors_cloud(args->scene, LAYER_T_N);

@@ -3,7 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/linalg.h"
 #include "base/order.h"
+#include "image/profile.h"
 #include "image/tone.h"
 
 // Inverse of CIELAB's f.
@@ -15,11 +17,9 @@ static double lab_inverse(double t)
 static void lab_to_srgb(double l, double a, double b, float rgb[3])
 {
     double fy = (l + 16) / 116;
-    double x = 0.95047 * lab_inverse(fy + a / 500), y = lab_inverse(fy), z = 1.08883 * lab_inverse(fy - b / 200);
-    double linear[3] = {3.2404542 * x - 1.5371385 * y - 0.4985314 * z, -0.9692660 * x + 1.8760108 * y + 0.0415560 * z,
-                        0.0556434 * x - 0.2040259 * y + 1.0572252 * z};
+    const double xyz[3] = {0.95047 * lab_inverse(fy + a / 500), lab_inverse(fy), 1.08883 * lab_inverse(fy - b / 200)};
     for (int c = 0; c < 3; c++) {
-        float v = fs_tone_srgb_encode((float)fmax(linear[c], 0));
+        float v = fs_tone_srgb_encode((float)fmax(v3_dot(fs_profile_srgb_from_xyz + 3 * c, xyz), 0));
         rgb[c] = v > 1 ? 1 : v;
     }
 }

@@ -61,16 +61,16 @@ int fs_tiff_write_half(const char *path, const Image *image, FsError *err);
 int fs_jpeg_read(const char *path, Image *image, FsError *err);
 // The same made smaller while it is decoded, by 2, 4 or 8, as long as the longer side stays at least `enough`.
 int fs_jpeg_read_small(const char *path, int enough, Image *image, FsError *err);
-// What goes along, each may be NULL: exif, a TIFF block ("II*" or "MM", with or without "Exif\0\0" before it); icc, a
-// colour profile.
+// What goes along, each may be NULL: exif, a TIFF block ("II*" or "MM" first); icc, a colour profile.
 typedef struct JpegExtras {
     const void *exif;
     size_t exif_size;
     const void *icc;
     size_t icc_size;
 } JpegExtras;
+// 1 or 3 channels of encoded values, clamped to 0..1. quality: 1..100; from 90 on colours keep their full resolution.
 int fs_jpeg_write(const char *path, const Image *image, int quality, const JpegExtras *extras, FsError *err);
-// What the file says of its values (profile.h).
+// What the file says of its values (profile.h); the caller's (fs_profile_tag_free).
 typedef struct LightTag LightTag;
 int fs_png_read_tag(const char *path, LightTag *tag, FsError *err);
 int fs_tiff_read_tag(const char *path, LightTag *tag, FsError *err);

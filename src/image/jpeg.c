@@ -154,12 +154,10 @@ int fs_jpeg_read_tag(const char *path, LightTag *tag, FsError *err)
 static void write_exif(Jpeg *s, const void *exif, size_t size)
 {
     static const char head[6] = "Exif\0"; // and a second 0
-    bool has_head = size >= sizeof head && memcmp(exif, head, sizeof head) == 0;
-    size_t total = size + (has_head ? 0 : sizeof head);
-    if (total > 65533)
+    if (size > 65533 - sizeof head)
         stop(s, fs_error_set(s->err, FS_ERR_USAGE, "%s: an EXIF block of %zu bytes, at most 65527 fit", s->path, size));
-    jpeg_write_m_header(&s->out, JPEG_APP0 + 1, (unsigned)total);
-    for (size_t i = 0; !has_head && i < sizeof head; i++) jpeg_write_m_byte(&s->out, head[i]);
+    jpeg_write_m_header(&s->out, JPEG_APP0 + 1, (unsigned)(size + sizeof head));
+    for (size_t i = 0; i < sizeof head; i++) jpeg_write_m_byte(&s->out, head[i]);
     for (size_t i = 0; i < size; i++) jpeg_write_m_byte(&s->out, ((const unsigned char *)exif)[i]);
 }
 

@@ -17,7 +17,7 @@ typedef struct NpyArray {
     const char *data;
 } NpyArray;
 
-int fs_npy_read(const char *path, NpyArray *array, FsError *err);
+int fs_npy_read(const char *path, NpyArray *array, FsError *err); // the caller's (fs_npy_free)
 void fs_npy_free(NpyArray *array);
 double fs_npy_value(const NpyArray *array, const char *at); // at: data and so many strides
 
@@ -26,5 +26,6 @@ double fs_npy_value(const NpyArray *array, const char *at); // at: data and so m
 typedef struct SensorLevels {
     double gain[3], black, white;
 } SensorLevels;
+// From the header. memory: bytes that reading it takes; may be NULL.
 int fs_npy_photo_size(const char *path, int *width, int *height, double *memory, FsError *err);
 int fs_npy_read_photo(const char *path, const SensorLevels *levels, PhotoSizes *sizes, FsError *err);

@@ -16,8 +16,10 @@ static const double known_colors[][9] = {
     [COLORS_2020] = {0.6734241, 0.1656411, 0.1251286, 0.2790177, 0.6753402, 0.0456377, -0.0019300, 0.0299784,
                      0.7973330},
 };
-static const double srgb_from_xyz[9] = {3.1338561, -1.6168667, -0.4906146, -0.9787684, 1.9161415,
-                                        0.0334540, 0.0719453,  -0.2289914, 1.4052427};
+static const double srgb_from_xyz_d50[9] = {3.1338561, -1.6168667, -0.4906146, -0.9787684, 1.9161415,
+                                            0.0334540, 0.0719453,  -0.2289914, 1.4052427};
+const double fs_profile_srgb_from_xyz[9] = {3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108,
+                                            0.0415560, 0.0556434,  -0.2040259, 1.0572252};
 #define ADOBE_GAMMA 2.19921875
 #define WILDEST 4.0       // entry of the matrix; the widest profiles in use have 2
 #define SAME_COLORS 0.004 // of an entry of the matrix
@@ -43,7 +45,7 @@ static bool set_colors(Profile *p, const double xyz_from_rgb[9])
         double row[3], sum = 0;
         for (int c = 0; c < 3; c++) {
             row[c] = 0;
-            for (int k = 0; k < 3; k++) row[c] += srgb_from_xyz[3 * r + k] * xyz_from_rgb[3 * k + c];
+            for (int k = 0; k < 3; k++) row[c] += srgb_from_xyz_d50[3 * r + k] * xyz_from_rgb[3 * k + c];
             sum += row[c];
         }
         if (!(fabs(sum - 1) < 0.05)) return false;

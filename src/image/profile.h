@@ -27,11 +27,14 @@ typedef enum ProfileSource {
     PROFILE_UNTOLD, // nothing says so, yet deep values are taken for linear light, as RAW converters write them
     PROFILE_UNREAD, // there is an ICC profile that cannot be read: what else the file says, or sRGB
 } ProfileSource;
+// The profile of the values of such a file, and how it is known.
 ProfileSource fs_profile_of_tag(Profile *profile, const LightTag *tag);
 // A row of n pixels in place; values outside 0..1 are taken for the nearest.
 void fs_profile_linearise(const Profile *profile, float *rgb, size_t n);
 
 // ---- for what is written ----
+
+extern const double fs_profile_srgb_from_xyz[9]; // (3, 3) linear light in sRGB's primaries of XYZ under D65
 
 typedef enum ProfileSpace { PROFILE_SRGB, PROFILE_P3 } ProfileSpace; // Display P3; both with sRGB's curve
 // The ICC profile of a space, the same bytes each time. Free it.

@@ -19,11 +19,12 @@ typedef struct PhotoSizes {
 } PhotoSizes;
 
 void fs_sizes_clear(PhotoSizes *sizes); // no pictures yet, whatever was there; what is wanted stays
+// With the size as read; fs_sizes_end must follow, even where the photo fails.
 int fs_sizes_begin(PhotoSizes *sizes, int width, int height, FsError *err);
 // The next row from the top: rgb (width, 3), clipped (width) or NULL where none is.
 void fs_sizes_row(PhotoSizes *sizes, const float *rgb, const float *clipped);
-// The clipped pixels of a row, before it is handed over: of what is white all colours are clipped, and the white balance
-// lifts red and blue above green, magenta. What is known is known up to `white`.
+// The clipped pixels of a row, before it is handed over: of what is white all colours are clipped, and the white
+// balance lifts red and blue above green, magenta. What is known is known up to `white`.
 void fs_sizes_whiten(const PhotoSizes *sizes, float *rgb, const float *clipped);
 void fs_sizes_end(PhotoSizes *sizes); // after the last row, or where the photo fails
 void fs_sizes_free(PhotoSizes *sizes);

@@ -72,6 +72,14 @@ int fs_tags_put_text(Tags *tags, TagFolder folder, uint16_t id, const char *text
     return fs_tags_put(tags, &tag, text, err);
 }
 
+int fs_tags_put_ratio(Tags *tags, TagFolder folder, uint16_t id, uint32_t above, uint32_t below, FsError *err)
+{
+    unsigned char bytes[8];
+    put(bytes, above, 4);
+    put(bytes + 4, below, 4);
+    return fs_tags_put(tags, &(Tag){.folder = folder, .id = id, .type = TAG_RATIONAL, .count = 1}, bytes, err);
+}
+
 int fs_tags_put_fractions(Tags *tags, uint16_t id, uint16_t type, const double *value, int n, FsError *err)
 {
     unsigned char bytes[8 * 16];

@@ -32,12 +32,14 @@ void fs_tags_free(Tags *tags);
 size_t fs_tags_value_size(uint16_t type); // bytes; 0: no type of TIFF 6
 // value: count values, little-endian; replaces one that is there. FS_ERR_USAGE where it is larger than all EXIF may be.
 int fs_tags_put(Tags *tags, const Tag *tag, const void *value, FsError *err);
+// One value: SHORT or LONG; a text with its 0; a RATIONAL.
 int fs_tags_put_number(Tags *tags, TagFolder folder, uint16_t id, uint16_t type, uint32_t value, FsError *err);
 int fs_tags_put_text(Tags *tags, TagFolder folder, uint16_t id, const char *text, FsError *err);
+int fs_tags_put_ratio(Tags *tags, TagFolder folder, uint16_t id, uint32_t above, uint32_t below, FsError *err);
 // (n) as fractions; type: TAG_RATIONAL (of what is at least 0) or TAG_SRATIONAL.
 int fs_tags_put_fractions(Tags *tags, uint16_t id, uint16_t type, const double *value, int n, FsError *err);
-int fs_tags_copy(Tags *to, const Tags *from, FsError *err);
-void fs_tags_drop(Tags *tags, TagFolder folder, uint16_t id);
+int fs_tags_copy(Tags *to, const Tags *from, FsError *err);   // `to` is made anew; {0} after a failure
+void fs_tags_drop(Tags *tags, TagFolder folder, uint16_t id); // where it is there
 // The directories one after the other, as they lie at `start` of a TIFF file; for start 8 the file's head is before
 // them. Free the block.
 int fs_tags_build(const Tags *tags, uint32_t start, unsigned char **block, size_t *size, FsError *err);

@@ -4,6 +4,7 @@
 #include "base/log.h"
 #include "base/error.h"
 
+// FS_ERR_INPUT where it is none of these.
 int fs_info_run(const char *path, const Log *log, FsError *err);
 
 // The pictures and files of a project that a person would open first, one log line each.

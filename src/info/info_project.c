@@ -12,7 +12,6 @@
 #include "model/scene.h"
 
 #define MAX_DEPTH 8
-#define MAX_MARK (1 << 20)
 
 typedef struct Usage {
     double bytes;
@@ -38,8 +37,7 @@ static void describe_stage(const char *out, const ProjectStage *stage, const Log
     Usage usage = {0};
     char size[32];
     const char *before = "";
-    json_t *mark;
-    fs_json_file_read(fs_file_at("%s/done/%s.json", out, stage->name).text, MAX_MARK, &mark, NULL);
+    json_t *mark = fs_project_mark(out, stage->name);
     json_t *settings = json_object_get(mark, "settings");
     bool done = mark && (!settings || json_object_size(settings) > 0); // none: it was not finished
     json_decref(mark);

@@ -25,6 +25,7 @@ typedef struct SweepPhotos {
     Image *fine;             // (views->n)
 } SweepPhotos;
 
+// Makes `fine`; views is borrowed. Fails for want of memory alone.
 int fs_plane_sweep_prepare(const SmallViews *views, SweepAim aim, SweepPhotos *photos, Threads *threads, FsError *err);
 void fs_plane_sweep_photos_free(SweepPhotos *photos);
 

@@ -12,7 +12,7 @@ typedef struct PointList {
     int alone;  // the last so many: no surface is carried on from them
 } PointList;
 
-int fs_points_append(PointList *list, const float xyz[3], FsError *err);
+int fs_points_append(PointList *list, const float xyz[3], FsError *err); // world
 void fs_points_list_free(PointList *list);
 
 typedef enum PointKind { POINT_UNSURE = 0, POINT_TRANSMITTED = 1, POINT_REFLECTED = 2 } PointKind;
@@ -33,7 +33,7 @@ typedef struct SparsePoints {
     int (*sightings)[2]; // (n) photos that found it, without the flash and with it; where depth_cue.h asks for them
 } SparsePoints;
 
-int fs_points_new(SparsePoints *points, int n, FsError *err);
+int fs_points_new(SparsePoints *points, int n, FsError *err); // n, all of them 0
 void fs_points_free(SparsePoints *points);
 
 #endif

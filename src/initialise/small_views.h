@@ -24,6 +24,7 @@ typedef struct SmallViews {
     double lift;                          // of the photos' light (fs_dataset_lift)
 } SmallViews;
 
+// The photos of OUT/images that are trained on, with a longer side of long_edge pixels at most.
 int fs_small_views_load(SmallViews *views, const char *out, const Dataset *dataset, int long_edge, FsError *err);
 // Fills in what follows from the cameras (centres, mean orientation, extent) once `view` is filled.
 void fs_small_views_finish(SmallViews *views);

@@ -37,7 +37,7 @@ typedef struct PearsonFit {
     double mean_x, mean_y;
     double a, bx, by; // dL/dx_i = a (y_i - mean_y) + bx (x_i - mean_x); dL/dy_i likewise
 } PearsonFit;
-PearsonFit fs_pearson_fit(const PearsonSums *total);
+PearsonFit fs_pearson_fit(const PearsonSums *total); // of the sums over all of the image
 
 // The gradient of an image u against the other one, v: a (v - mean_v) + b (u - mean_u).
 typedef struct PearsonLine {

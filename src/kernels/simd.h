@@ -1,5 +1,5 @@
-// One vocabulary for the SIMD twins of the kernels. A twin's file (<k>_avx2.c, <k>_avx512.c, <k>_neon.c) is compiled
-// for its instruction set and includes <k>_simd.h, written once in these words.
+// One vocabulary for the SIMD twins of the kernels. Their files, <k>_simd.c, are written
+// once in these words and compiled for each instruction set.
 //
 //   VW       floats in a vector            vf, vi   vectors of float, int32
 //   vm       mask (one truth per lane)     + - * /  work on vf and vi as they are

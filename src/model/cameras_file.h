@@ -20,5 +20,6 @@ typedef struct PosedView { // of a file, in any order
     int image;
 } PosedView;
 
+// FS_ERR_INPUT names the file, and what was expected of it. `file` is {0} after a failure.
 int fs_cameras_file_read(const char *path, CamerasFile *file, FsError *err);
 void fs_cameras_file_free(CamerasFile *file);

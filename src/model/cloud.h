@@ -32,8 +32,8 @@ typedef struct Cloud {
 int fs_cloud_new(Cloud *cloud, int n, int color_width, int gain_width, FsError *err); // n zeroed Gaussians
 int fs_cloud_new_like(Cloud *cloud, const Cloud *like, int n, FsError *err);          // of the same widths
 void fs_cloud_free(Cloud *cloud);
-int fs_cloud_resize(Cloud *cloud, int n, FsError *err); // new ones zeroed
-int fs_cloud_copy(Cloud *to, const Cloud *from, FsError *err);
+int fs_cloud_resize(Cloud *cloud, int n, FsError *err);         // new ones zeroed
+int fs_cloud_copy(Cloud *to, const Cloud *from, FsError *err);  // `to` is made anew
 int fs_cloud_covers(Cloud *cloud, bool wanted, FsError *err);   // has them from now on, all 0 if new; or not
 void fs_cloud_compact(Cloud *cloud, const unsigned char *keep); // keep (N): drops the Gaussians with 0
 

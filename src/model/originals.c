@@ -103,8 +103,7 @@ static int find_photos(Originals *o, const Dataset *views, const json_t *ingeste
 // Those of .npy photos that ingest ran with.
 static void find_levels(const FsProject *project, SensorLevels *levels)
 {
-    json_t *root = NULL;
-    fs_json_file_read(fs_file_at("%s/done/ingest.json", project->out).text, MAX_BYTES, &root, NULL);
+    json_t *root = fs_project_mark(project->out, "ingest");
     const json_t *settings = json_object_get(root, "settings");
     const json_t *black = json_object_get(settings, "npy-black"), *white = json_object_get(settings, "npy-white");
     if (json_is_number(black)) levels->black = json_number_value(black);

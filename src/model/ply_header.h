@@ -29,5 +29,6 @@ typedef struct PlyHeader {
     long bytes; // of the header
 } PlyHeader;
 
+// Counts are as the file says them: who reads the rest checks them against its size.
 int fs_ply_header_read(const char *path, PlyHeader *ply, FsError *err);
-size_t fs_ply_header_bytes(PlyType type);
+size_t fs_ply_header_bytes(PlyType type); // of a number; 0 of PLY_NONE

@@ -160,10 +160,16 @@ bool fs_project_done(FsProject *project, unsigned stage)
     return done;
 }
 
+json_t *fs_project_mark(const char *out, const char *stage)
+{
+    json_t *mark;
+    fs_json_file_read(fs_file_at("%s/done/%s.json", out, stage).text, MAX_MARK_BYTES, &mark, NULL);
+    return mark;
+}
+
 bool fs_project_done_with(const FsProject *project, unsigned stage, const char *option, const char *value)
 {
-    json_t *root;
-    fs_json_file_read(mark_path(project, stage).text, MAX_MARK_BYTES, &root, NULL);
+    json_t *root = fs_project_mark(project->out, row_of(stage)->name);
     const char *was = json_string_value(json_object_get(json_object_get(root, "settings"), option));
     bool same = was && strcmp(was, value) == 0;
     json_decref(root);

@@ -28,6 +28,8 @@
 // noise kept; masks are 8-bit grey PNG, 255 where the pixel may be trusted, 0 where clipped or outside the photo.
 #pragma once
 
+#include <jansson.h>
+
 #include "base/lock.h"
 #include "base/log.h"
 #include "model/settings.h"
@@ -70,11 +72,13 @@ bool fs_project_is_read_only(const FsProject *project);
 // was made from; logs that the stage is skipped. A change makes it false and says which.
 bool fs_project_done(FsProject *project, unsigned stage);
 bool fs_project_is_done(FsProject *project, unsigned stage); // the same, without a word
+// What the mark of a stage says, by the stage's name; the caller's. NULL: there is none that can be read.
+json_t *fs_project_mark(const char *out, const char *stage);
 // Whether a stage's mark says that it was done with this text of an option.
 bool fs_project_done_with(const FsProject *project, unsigned stage, const char *option, const char *value);
-int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err);
-void fs_project_unmark(const FsProject *project, unsigned stage); // and the stages that read its results
-bool fs_project_has_checkpoint(const char *out);                  // of a training
+int fs_project_mark_done(FsProject *project, unsigned stage, FsError *err); // last, when all of it is on the disk
+void fs_project_unmark(const FsProject *project, unsigned stage);           // and the stages that read its results
+bool fs_project_has_checkpoint(const char *out);                            // of a training
 // Refuses where what the stage reads is of other photos, poses or settings than those that are there now.
 int fs_project_check_earlier(const FsProject *project, unsigned stage, FsError *err);
 // At the start of a stage's work, before it touches anything: checks that the stages whose results it reads were done

@@ -71,6 +71,7 @@ typedef struct Scene {
 } Scene;
 
 void fs_scene_free(Scene *scene);
+// What OUT/start and OUT/clouds hold (project.h): clouds or field, model.json, the veil. Reading checks all of it.
 int fs_scene_write(const Scene *scene, const char *dir, FsError *err);
 int fs_scene_read(Scene *scene, const char *dir, FsError *err);
 // Light that a response (kernels/calibration.h; FS_OPTICS_KNOTS) brings to the photos' white, at least 1: scenes hold

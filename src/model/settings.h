@@ -55,7 +55,7 @@ typedef struct FsSettings {
 } Settings;
 
 int fs_settings_copy(Settings *to, const Settings *from, FsError *err); // deep; to clear even after a failure
-void fs_settings_clear(Settings *settings);
+void fs_settings_clear(Settings *settings);                             // frees its texts
 // Whether the values go together; a usage error else.
 int fs_settings_check(const Settings *settings, FsError *err);
 bool fs_settings_was_set(const Settings *settings, const char *name);  // by the user, not by default or preset

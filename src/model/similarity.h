@@ -17,6 +17,6 @@ int fs_similarity_fit_cameras(const Camera *from, const Camera *to, int n, Simil
 int fs_similarity_fit_robust(const double (*from)[3], const double (*to)[3], int n, double tolerance,
                              Similarity *similarity, int *inliers, FsError *err);
 
-void fs_similarity_apply(const Similarity *similarity, const double x[3], double y[3]);
+void fs_similarity_apply(const Similarity *similarity, const double x[3], double y[3]); // y = scale R x + t
 // The camera after its world moved by the similarity: sees y where it saw x.
 Camera fs_similarity_camera(const Similarity *similarity, const Camera *camera);

@@ -12,6 +12,7 @@ void fs_database_close(Database *database);
 // Databases of COLMAP 3.12 and later know rigs and frames; photos must then be entered by COLMAP itself. 1 or 0.
 int fs_database_has_frames(Database *database, FsError *err);
 
+// focal_known: COLMAP's prior_focal_length.
 int fs_database_add_camera(Database *database, int id, const Lens *lens, bool focal_known, FsError *err);
 int fs_database_add_image(Database *database, int id, const char *name, int camera_id, FsError *err);
 // Number of a photo by its file name; 0 when missing.

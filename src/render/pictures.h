@@ -18,11 +18,12 @@ int fs_pictures_sheet_begin(PictureSheet **sheet, const Dataset *photos, FsError
 bool fs_pictures_sheet_wants(const PictureSheet *sheet, int view); // index in photos
 int fs_pictures_sheet_add(PictureSheet *sheet, const Look *look, const Image *photo, const View *view,
                           const Renders *renders, FsError *err);
-int fs_pictures_sheet_write(PictureSheet *sheet, const char *path, FsError *err);
-void fs_pictures_sheet_free(PictureSheet *sheet); // accepts NULL
+int fs_pictures_sheet_write(PictureSheet *sheet, const char *path, FsError *err); // PNG
+void fs_pictures_sheet_free(PictureSheet *sheet);                                 // accepts NULL
 
 // The films composite.mp4, T.mp4, R.mp4 and side_by_side.mp4 of a camera path.
 typedef struct Films Films;
+// Into dir, with frames of width x height pixels.
 int fs_pictures_films_begin(Films **films, const char *dir, int width, int height, const Log *log, FsError *err);
 int fs_pictures_films_add(Films *films, const Look *look, const Renders *renders, FsError *err);
 int fs_pictures_films_finish(Films *films, FsError *err); // frees either way

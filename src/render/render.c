@@ -20,7 +20,6 @@
 #include "render/verdict.h"
 #include "render/view_list.h"
 
-#define MAX_MARK (1 << 20)
 #define PROBE_VIEWS 5
 #define PROBE_EDGE 200
 
@@ -214,8 +213,7 @@ static bool is_photos_place(const Run *run)
 // The stage as it stands made films, where those of a path go, too.
 static bool stage_has_films(const Run *run)
 {
-    json_t *mark;
-    fs_json_file_read(fs_file_at("%s/done/render.json", run->project->out).text, MAX_MARK, &mark, NULL);
+    json_t *mark = fs_project_mark(run->project->out, "render");
     bool films = json_is_true(json_object_get(json_object_get(mark, "settings"), "video"));
     json_decref(mark);
     return films;

@@ -8,7 +8,7 @@
 #include "base/json_file.h"
 
 #define MAX_FIGURES (64 << 20) // bytes
-#define MAX_MARK (1 << 20)
+#define MAX_MODEL (1 << 20)
 
 // ---- head ----
 
@@ -46,7 +46,7 @@ static int count_splats(const Page *page)
     json_t *root, *value;
     const char *key;
     json_int_t n = 0;
-    fs_json_file_read(fs_file_at("%s/clouds/model.json", page->project->out).text, MAX_MARK, &root, NULL);
+    fs_json_file_read(fs_file_at("%s/clouds/model.json", page->project->out).text, MAX_MODEL, &root, NULL);
     json_object_foreach(json_object_get(root, "clouds"), key, value) n += json_integer_value(value);
     json_decref(root);
     return (int)n;
@@ -318,9 +318,7 @@ static json_t *read_marks(const Page *page)
 {
     json_t *all = json_object();
     for (int i = PROJECT_STAGES - 1; i >= 0; i--) { // what an early stage ran with counts
-        FilePath path = fs_file_at("%s/done/%s.json", page->project->out, fs_project_stages[i].name);
-        json_t *mark;
-        fs_json_file_read(path.text, MAX_MARK, &mark, NULL);
+        json_t *mark = fs_project_mark(page->project->out, fs_project_stages[i].name);
         json_object_update(all, json_object_get(mark, "settings"));
         json_decref(mark);
     }

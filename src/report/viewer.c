@@ -13,7 +13,6 @@
 #define VERSION 1
 #define PHOTO_EDGE 640
 #define PHOTO_QUALITY 80
-#define MAX_MARK (1 << 20)
 
 // ---- what stands in words ----
 

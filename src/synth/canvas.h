@@ -24,7 +24,7 @@ void fs_canvas_gradient(Canvas *canvas, float x, float y, float w, float h, Colo
 void fs_canvas_disc(Canvas *canvas, float x, float y, float radius, Color color);
 void fs_canvas_ring(Canvas *canvas, float x, float y, float radius, float thick, Color color);
 void fs_canvas_line(Canvas *canvas, float x0, float y0, float x1, float y1, float thick, Color color);
-void fs_canvas_triangle(Canvas *canvas, const float xy[6], Color color);
+void fs_canvas_triangle(Canvas *canvas, const float xy[6], Color color); // (3, 2)
 // Upper-case letters, digits, blanks; height of the capitals in cm. Returns the width.
 float fs_canvas_text(Canvas *canvas, float x, float y, float height, float thick, const char *text, Color color);
 float fs_canvas_text_width(const char *text, float height);

@@ -2,18 +2,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "image/profile.h"
 #include "image/tiff_file.h"
 #include "synth/photo_file.h"
-
-// XYZ (D65) to the sensor's primaries: those of sRGB, times SENSOR_NEUTRAL.
-static const double xyz_to_srgb[9] = {3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108,
-                                      0.0415560, 0.0556434,  -0.2040259, 1.0572252};
 
 static bool write_picture(TIFF *tif, const Mosaic *m, const float chosen[3])
 {
     const double neutral[3] = SENSOR_NEUTRAL;
     float matrix[9], balance[3], exposure = 0.0f;
-    for (int i = 0; i < 9; i++) matrix[i] = (float)(xyz_to_srgb[i] * neutral[i / 3]);
+    for (int i = 0; i < 9; i++) matrix[i] = (float)(fs_profile_srgb_from_xyz[i] * neutral[i / 3]);
     for (int i = 0; i < 3; i++) balance[i] = (float)neutral[i] / chosen[i];
     const float black[1] = {SENSOR_BLACK};
     const uint32_t white[1] = {SENSOR_WHITE}, area[4] = {0, 0, (uint32_t)m->height, (uint32_t)m->width};

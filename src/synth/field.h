@@ -30,5 +30,5 @@ typedef struct Field {
     float strength[FIELD_FAULTS]; // 0: without this fault
 } Field;
 
-int fs_field_read(Field *field, const char *list, FsError *err);
-const char *fs_field_name(FieldFault fault);
+int fs_field_read(Field *field, const char *list, FsError *err); // FS_ERR_USAGE where a name is none
+const char *fs_field_name(FieldFault fault);                     // "flash-jitter"

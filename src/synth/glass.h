@@ -10,6 +10,8 @@ typedef struct GlassShare {
     float through;
 } GlassShare;
 
+// By Fresnel's equations for light that is not polarised, of both faces of a sheet: 2 r / (1 + r). cosine: of the angle
+// to the normal.
 GlassShare fs_glass_share(const Layout *layout, float refraction, float cosine);
 float fs_glass_refraction(const Layout *layout, float f0); // index at which f0 of the light is mirrored head-on
 // How much of the pane dirt covers at a place of it (metres), as a share of the mean.

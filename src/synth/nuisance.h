@@ -14,8 +14,8 @@ typedef struct PhotoNuisance {
     float blur_px, blur_degrees;              // smear of what the ambient light shows
     float focus_m;                            // distance that is sharp; 0: all are
     Figure figure[2];                         // who stands in the mirrored room
-    float flash_px[3];                        // x, y, radius of the flash's mirror image, in the photo or beside it; radius 0: behind the camera
-    double clipped;                           // share of the sensor's pixels that are full
+    float flash_px[3]; // x, y, radius of the flash's mirror image, in the photo or beside it; radius 0: behind the camera
+    double clipped;    // share of the sensor's pixels that are full
 } PhotoNuisance;
 
 typedef struct Nuisance {
@@ -31,6 +31,7 @@ typedef struct Nuisance {
     int n;
 } Nuisance;
 
+// shot: those of the spec's photos. The same numbers for the same seed.
 int fs_nuisance_draw(Nuisance *nuisance, const Spec *spec, const Layout *layout, const Shot *shot, FsError *err);
 void fs_nuisance_free(Nuisance *nuisance);
 // How light gets to the photo's sensor where that needs tracing; NULL: as a pinhole camera sees it.

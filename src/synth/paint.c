@@ -34,7 +34,7 @@ static void poster(Canvas *c, float hue, Rng *rng)
     for (int k = 0; k < columns; k++) {
         float x = m + (float)k * (w / (float)columns), yy = y;
         while (yy < c->h - 3 * m) {
-            float h = fminf(c->h * fs_paint_parts_range(rng, 0.12f, 0.26f), c->h - m - yy);
+            float h = fminf(c->h * fs_rng_range(rng, 0.12f, 0.26f), c->h - m - yy);
             switch (fs_rng_below(rng, 5)) {
             case 0: fs_paint_parts_chart(c, (Rect){x, yy, cw, h}, &p, rng); break;
             case 1:
@@ -97,8 +97,7 @@ static void label(Canvas *c, float hue, Rng *rng)
 {
     Palette p = fs_paint_parts_palette(hue, rng);
     fs_canvas_fill(c, p.main);
-    float w = c->w, h = c->h, band = h * fs_paint_parts_range(rng, 0.3f, 0.5f),
-          y = h * fs_paint_parts_range(rng, 0.1f, 0.4f);
+    float w = c->w, h = c->h, band = h * fs_rng_range(rng, 0.3f, 0.5f), y = h * fs_rng_range(rng, 0.1f, 0.4f);
     if (fs_rng_below(rng, 2))
         for (int i = 0; i < 24; i++)
             fs_canvas_disc(c, w * fs_rng_uniform(rng), h * (float)i / 24, 0.05f * w,
@@ -121,7 +120,7 @@ static void label(Canvas *c, float hue, Rng *rng)
 
 static void carton(Canvas *c, float hue, Rng *rng)
 {
-    Color board = fs_canvas_hsv(0.085f + 0.02f * (hue < 0 ? 0.5f : hue), 0.4f, fs_paint_parts_range(rng, 0.55f, 0.7f));
+    Color board = fs_canvas_hsv(0.085f + 0.02f * (hue < 0 ? 0.5f : hue), 0.4f, fs_rng_range(rng, 0.55f, 0.7f));
     Color ink = fs_canvas_mix(board, vec(0.1f, 0.08f, 0.06f), 0.75f);
     fs_canvas_fill(c, board);
     fs_canvas_noise(c, 30.0f, 0.35f, 2, 0.035f, WHITE, rng);
@@ -138,10 +137,9 @@ static void books(Canvas *c, float hue, Rng *rng)
     (void)hue;
     fs_canvas_fill(c, vec(0.12f, 0.1f, 0.09f));
     for (float x = 0.2f; x < c->w;) {
-        float w = fminf(fs_paint_parts_range(rng, 1.6f, 4.5f), c->w - x),
-              h = c->h * fs_paint_parts_range(rng, 0.7f, 0.97f);
+        float w = fminf(fs_rng_range(rng, 1.6f, 4.5f), c->w - x), h = c->h * fs_rng_range(rng, 0.7f, 0.97f);
         Palette p = fs_paint_parts_palette(-1, rng);
-        Color cloth = fs_canvas_mix(p.main, p.ink, fs_paint_parts_range(rng, 0.0f, 0.5f));
+        Color cloth = fs_canvas_mix(p.main, p.ink, fs_rng_range(rng, 0.0f, 0.5f));
         fs_canvas_rect(c, x, c->h - h, 0.94f * w, h, cloth);
         fs_canvas_rect(c, x, c->h - 0.88f * h, 0.94f * w, 0.03f * h, p.accent);
         fs_canvas_rect(c, x, c->h - 0.2f * h, 0.94f * w, 0.05f * h, p.paper);
@@ -156,7 +154,7 @@ static void books(Canvas *c, float hue, Rng *rng)
 static void fabric(Canvas *c, float hue, Rng *rng)
 {
     Palette p = fs_paint_parts_palette(hue, rng);
-    float cell = fs_paint_parts_range(rng, 6.0f, 11.0f);
+    float cell = fs_rng_range(rng, 6.0f, 11.0f);
     fs_canvas_fill(c, p.main);
     for (int axis = 0; axis < 2; axis++)
         for (float t = 0; t < (axis ? c->h : c->w); t += cell) {
@@ -179,8 +177,8 @@ static void floral(Canvas *c, float hue, Rng *rng)
     fs_canvas_fill(c, fs_canvas_mix(p.main, p.ink, 0.3f));
     for (float y = 2; y < c->h; y += 5.5f)
         for (float x = 2; x < c->w; x += 5.5f) {
-            float cx = x + fs_paint_parts_range(rng, -1.2f, 1.2f), cy = y + fs_paint_parts_range(rng, -1.2f, 1.2f);
-            float r = fs_paint_parts_range(rng, 0.8f, 1.5f), turn = fs_paint_parts_range(rng, 0, 1.2f);
+            float cx = x + fs_rng_range(rng, -1.2f, 1.2f), cy = y + fs_rng_range(rng, -1.2f, 1.2f);
+            float r = fs_rng_range(rng, 0.8f, 1.5f), turn = fs_rng_range(rng, 0, 1.2f);
             Color petal = fs_rng_below(rng, 2) ? p.paper : p.second;
             for (int i = 0; i < 5; i++)
                 fs_canvas_disc(c, cx + r * cosf(turn + 1.2566f * (float)i), cy + r * sinf(turn + 1.2566f * (float)i),
@@ -192,7 +190,7 @@ static void floral(Canvas *c, float hue, Rng *rng)
 
 static void wood(Canvas *c, float hue, Rng *rng)
 {
-    float h = hue < 0 ? fs_paint_parts_range(rng, 0.05f, 0.1f) : 0.04f + 0.07f * hue;
+    float h = hue < 0 ? fs_rng_range(rng, 0.05f, 0.1f) : 0.04f + 0.07f * hue;
     fs_canvas_fill(c, tone(rng, h, 0.35f, 0.55f, 0.42f, 0.62f));
     fs_canvas_noise(c, 1.2f, 26.0f, 4, 0.22f, vec(1, 0.85f, 0.7f), rng);
     fs_canvas_noise(c, 0.3f, 7.0f, 2, 0.1f, WHITE, rng);
@@ -211,12 +209,11 @@ static void stained(Canvas *c, float hue, Rng *rng)
     plaster(c, hue < 0 ? 0.1f : hue, rng);
     fs_canvas_noise(c, 18.0f, 25.0f, 5, 0.2f, vec(0.8f, 0.95f, 1.0f), rng);
     for (int i = 0; i < 9; i++) { // cracks
-        float x = fs_paint_parts_range(rng, 0, c->w), y = fs_paint_parts_range(rng, 0, c->h),
-              a = fs_paint_parts_range(rng, 0, 6.28f);
+        float x = fs_rng_range(rng, 0, c->w), y = fs_rng_range(rng, 0, c->h), a = fs_rng_range(rng, 0, 6.28f);
         for (int k = 0; k < 14; k++) {
             float nx = x + 4 * cosf(a), ny = y + 4 * sinf(a);
             fs_canvas_line(c, x, y, nx, ny, 0.22f, vec(0.3f, 0.27f, 0.24f));
-            a += fs_paint_parts_range(rng, -0.7f, 0.7f);
+            a += fs_rng_range(rng, -0.7f, 0.7f);
             x = nx;
             y = ny;
         }
@@ -225,10 +222,10 @@ static void stained(Canvas *c, float hue, Rng *rng)
 
 static void panels(Canvas *c, float hue, Rng *rng)
 {
-    float base = fs_paint_parts_range(rng, 0.64f, 0.78f), h = hue < 0 ? 0.1f : hue;
+    float base = fs_rng_range(rng, 0.64f, 0.78f), h = hue < 0 ? 0.1f : hue;
     for (float y = 0; y < c->h; y += 40.0f)
         for (float x = 0; x < c->w; x += 60.0f)
-            fs_canvas_rect(c, x, y, 60, 40, fs_canvas_hsv(h, 0.12f, base + fs_paint_parts_range(rng, -0.05f, 0.05f)));
+            fs_canvas_rect(c, x, y, 60, 40, fs_canvas_hsv(h, 0.12f, base + fs_rng_range(rng, -0.05f, 0.05f)));
     fs_canvas_noise(c, 9.0f, 9.0f, 5, 0.13f, vec(1, 0.95f, 0.9f), rng);
     for (float y = 0; y < c->h; y += 40.0f) fs_canvas_rect(c, 0, y, c->w, 0.8f, vec(0.28f, 0.26f, 0.25f));
     for (float x = 0; x < c->w; x += 60.0f) fs_canvas_rect(c, x, 0, 0.8f, c->h, vec(0.28f, 0.26f, 0.25f));
@@ -253,7 +250,7 @@ static void tiles(Canvas *c, float hue, Rng *rng)
     Palette p = fs_paint_parts_palette(hue, rng);
     for (float y = 0; y < c->h; y += 20.0f)
         for (float x = 0; x < c->w; x += 20.0f) {
-            Color color = fs_canvas_mix(p.paper, p.main, fs_paint_parts_range(rng, 0.05f, 0.35f));
+            Color color = fs_canvas_mix(p.paper, p.main, fs_rng_range(rng, 0.05f, 0.35f));
             fs_canvas_rect(c, x, y, 20, 20, color);
             fs_canvas_ring(c, x + 10, y + 10, 6, 0.6f, fs_canvas_mix(color, p.ink, 0.25f));
         }
@@ -271,11 +268,10 @@ static void carpet(Canvas *c, float hue, Rng *rng)
 
 static void stone(Canvas *c, float hue, Rng *rng)
 {
-    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? 0.6f : hue, 0.06f, fs_paint_parts_range(rng, 0.46f, 0.56f)));
+    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? 0.6f : hue, 0.06f, fs_rng_range(rng, 0.46f, 0.56f)));
     fs_canvas_noise(c, 5.0f, 5.0f, 5, 0.22f, WHITE, rng);
     for (int i = 0, n = (int)(c->w * c->h * 0.25f); i < n; i++) {
-        float x = fs_paint_parts_range(rng, 0, c->w), y = fs_paint_parts_range(rng, 0, c->h),
-              r = fs_paint_parts_range(rng, 0.08f, 0.35f);
+        float x = fs_rng_range(rng, 0, c->w), y = fs_rng_range(rng, 0, c->h), r = fs_rng_range(rng, 0.08f, 0.35f);
         fs_canvas_disc(c, x, y, r, tone(rng, 0.6f, 0.08f, 0.08f, 0.22f, 0.78f));
     }
 }
@@ -285,7 +281,7 @@ static void stripes(Canvas *c, float hue, Rng *rng)
     Palette p = fs_paint_parts_palette(hue, rng);
     const Color colors[4] = {p.main, p.paper, p.second, p.ink};
     for (float y = 0; y < c->h;) {
-        float h = fs_paint_parts_range(rng, 1.0f, 5.0f);
+        float h = fs_rng_range(rng, 1.0f, 5.0f);
         fs_canvas_rect(c, 0, y, c->w, h, colors[fs_rng_below(rng, 4)]);
         y += h;
     }
@@ -306,11 +302,11 @@ static void checker(Canvas *c, float hue, Rng *rng)
 
 static void metal(Canvas *c, float hue, Rng *rng)
 {
-    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? 0.6f : hue, 0.07f, fs_paint_parts_range(rng, 0.55f, 0.68f)));
+    fs_canvas_fill(c, fs_canvas_hsv(hue < 0 ? 0.6f : hue, 0.07f, fs_rng_range(rng, 0.55f, 0.68f)));
     fs_canvas_noise(c, 20.0f, 0.2f, 3, 0.09f, WHITE, rng);
     for (int i = 0; i < 25; i++) {
-        float x = fs_paint_parts_range(rng, 0, c->w), y = fs_paint_parts_range(rng, 0, c->h);
-        float dx = fs_paint_parts_range(rng, -3, 3), dy = fs_paint_parts_range(rng, -1, 1);
+        float x = fs_rng_range(rng, 0, c->w), y = fs_rng_range(rng, 0, c->h);
+        float dx = fs_rng_range(rng, -3, 3), dy = fs_rng_range(rng, -1, 1);
         fs_canvas_line(c, x, y, x + dx, y + dy, 0.06f, vec(0.35f, 0.35f, 0.36f));
     }
 }
@@ -318,7 +314,7 @@ static void metal(Canvas *c, float hue, Rng *rng)
 static void door(Canvas *c, float hue, Rng *rng)
 {
     Palette p = fs_paint_parts_palette(hue, rng);
-    Color leaf = fs_canvas_mix(p.paper, p.main, fs_paint_parts_range(rng, 0.0f, 0.7f)),
+    Color leaf = fs_canvas_mix(p.paper, p.main, fs_rng_range(rng, 0.0f, 0.7f)),
           dark = fs_canvas_mix(leaf, p.ink, 0.45f);
     fs_canvas_fill(c, leaf);
     int rows = 2 + fs_rng_below(rng, 3);
@@ -344,8 +340,8 @@ static void notes(Canvas *c, float hue, Rng *rng)
     fs_canvas_noise(c, 0.5f, 0.5f, 2, 0.2f, vec(1, 0.9f, 0.8f), rng);
     for (int i = 0; i < 16; i++) {
         Palette p = fs_paint_parts_palette(-1, rng);
-        float w = c->w * fs_paint_parts_range(rng, 0.12f, 0.24f), h = w * fs_paint_parts_range(rng, 0.7f, 1.4f);
-        float x = fs_paint_parts_range(rng, 0, c->w - w), y = fs_paint_parts_range(rng, 0, fmaxf(c->h - h, 0.01f));
+        float w = c->w * fs_rng_range(rng, 0.12f, 0.24f), h = w * fs_rng_range(rng, 0.7f, 1.4f);
+        float x = fs_rng_range(rng, 0, c->w - w), y = fs_rng_range(rng, 0, fmaxf(c->h - h, 0.01f));
         fs_canvas_rect(c, x, y, w, h, fs_rng_below(rng, 3) ? p.paper : p.second);
         if (fs_rng_below(rng, 3))
             fs_paint_parts_column(c, (Rect){x + 0.08f * w, y + 0.12f * h, 0.84f * w, 0.8f * h}, fmaxf(0.06f * h, 0.5f),
@@ -363,7 +359,7 @@ static void basket(Canvas *c, float hue, Rng *rng)
     int row = 0;
     for (float y = 0; y < c->h; y += 1.2f, row++)
         for (float x = row & 1 ? -1.2f : 0; x < c->w; x += 2.4f) {
-            Color color = fs_canvas_hsv(h, 0.45f, fs_paint_parts_range(rng, 0.42f, 0.68f));
+            Color color = fs_canvas_hsv(h, 0.45f, fs_rng_range(rng, 0.42f, 0.68f));
             fs_canvas_gradient(c, x, y, 1.3f, 1.1f, color, fs_canvas_mix(color, vec(0.1f, 0.07f, 0.04f), 0.5f));
             fs_canvas_rect(c, x + 1.3f, y, 1.1f, 1.1f, fs_canvas_hsv(h, 0.5f, 0.25f));
         }

@@ -12,7 +12,6 @@ typedef struct Palette {
 } Palette;
 
 Palette fs_paint_parts_palette(float hue, Rng *rng);
-float fs_paint_parts_range(Rng *rng, float low, float high);
 // A random colour between two HSV colours. (Draws in a fixed order: an argument list has none, and the same seed should
 // make the same scene with every compiler.)
 Color fs_paint_parts_color(Rng *rng, Vec low_hsv, Vec high_hsv);

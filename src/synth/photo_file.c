@@ -1,58 +1,27 @@
-// EXIF for JPEG: two little-endian TIFF directories, made from tables.
+// JPEG with EXIF, which is made from a table.
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
+#include <stdlib.h>
 
+#include "image/tags.h"
 #include "synth/photo_file.h"
 
-enum { BYTE = 1, ASCII = 2, SHORT = 3, LONG = 4, RATIONAL = 5, UNDEFINED = 7 };
-
 typedef struct Entry {
-    unsigned tag, type;
-    const char *text;      // ASCII, UNDEFINED (4 bytes)
-    unsigned value, below; // numbers; below: denominator
+    TagFolder folder;
+    uint16_t id, type;
+    const char *text;      // TAG_ASCII, TAG_UNDEFINED (4 bytes)
+    uint32_t value, below; // numbers; below: denominator
 } Entry;
 
-typedef struct Block {
-    unsigned char *data; // starts at the TIFF header
-    size_t used;
-} Block;
-
-static void put(unsigned char *at, unsigned value, int bytes)
+static int put(Tags *tags, const Entry *e, FsError *err)
 {
-    for (int i = 0; i < bytes; i++) at[i] = (unsigned char)(value >> (8 * i));
-}
-
-// Writes a directory at b->used, long values after it; returns where it starts.
-static size_t directory(Block *b, const Entry *entry, int n)
-{
-    size_t start = b->used, long_values = start + 2 + 12 * (size_t)n + 4;
-    put(b->data + start, (unsigned)n, 2);
-    for (int i = 0; i < n; i++) {
-        const Entry *e = &entry[i];
-        unsigned char *at = b->data + start + 2 + 12 * (size_t)i;
-        size_t count = e->type == ASCII ? strlen(e->text) + 1 : e->type == UNDEFINED ? 4 : 1;
-        put(at, e->tag, 2);
-        put(at + 2, e->type, 2);
-        put(at + 4, (unsigned)count, 4);
-        if ((e->type == ASCII && count > 4) || e->type == RATIONAL) {
-            put(at + 8, (unsigned)long_values, 4);
-            if (e->type == RATIONAL) {
-                put(b->data + long_values, e->value, 4);
-                put(b->data + long_values + 4, e->below, 4);
-                long_values += 8;
-            } else {
-                memcpy(b->data + long_values, e->text, count);
-                long_values += count + (count & 1);
-            }
-        } else if (e->type == ASCII || e->type == UNDEFINED) {
-            memcpy(at + 8, e->text, count);
-        } else {
-            put(at + 8, e->value, e->type == SHORT ? 2 : 4);
-        }
+    const Tag four = {.folder = e->folder, .id = e->id, .type = e->type, .count = 4};
+    switch (e->type) {
+    case TAG_ASCII: return fs_tags_put_text(tags, e->folder, e->id, e->text, err);
+    case TAG_UNDEFINED: return fs_tags_put(tags, &four, e->text, err);
+    case TAG_RATIONAL: return fs_tags_put_ratio(tags, e->folder, e->id, e->value, e->below, err);
+    default: return fs_tags_put_number(tags, e->folder, e->id, e->type, e->value, err);
     }
-    b->used = long_values;
-    return start;
 }
 
 void fs_photo_file_time(const ShotInfo *info, char text[20])
@@ -61,42 +30,52 @@ void fs_photo_file_time(const ShotInfo *info, char text[20])
     snprintf(text, 20, "2024:03:16 %02u:%02u:%02u", 10 + s / 3600 % 12, s / 60 % 60, s % 60);
 }
 
-size_t fs_photo_file_exif(const ShotInfo *info, unsigned char block[FS_PHOTO_FILE_EXIF])
+static int make_tags(const ShotInfo *info, Tags *tags, FsError *err)
 {
     char time[20];
     fs_photo_file_time(info, time);
-    memset(block, 0, FS_PHOTO_FILE_EXIF);
-    memcpy(block, "Exif\0\0II*\0\10\0\0\0", 14);
-    Block b = {block + 6, 8};
-    Entry main[] = {
-        {0x010f, ASCII, SHOT_MAKE, 0, 0},     {0x0110, ASCII, SHOT_MODEL, 0, 0}, {0x0112, SHORT, NULL, 1, 0},
-        {0x011a, RATIONAL, NULL, 72, 1},      {0x011b, RATIONAL, NULL, 72, 1},   {0x0128, SHORT, NULL, 2, 0},
-        {0x0131, ASCII, SHOT_SOFTWARE, 0, 0}, {0x0132, ASCII, time, 0, 0},       {0x8769, LONG, NULL, 0, 0},
+    const Entry entry[] = {
+        {TAGS_MAIN, 0x010f, TAG_ASCII, SHOT_MAKE},
+        {TAGS_MAIN, 0x0110, TAG_ASCII, SHOT_MODEL},
+        {TAGS_MAIN, 0x0112, TAG_SHORT, NULL, 1},
+        {TAGS_MAIN, 0x011a, TAG_RATIONAL, NULL, 72, 1},
+        {TAGS_MAIN, 0x011b, TAG_RATIONAL, NULL, 72, 1},
+        {TAGS_MAIN, 0x0128, TAG_SHORT, NULL, 2},
+        {TAGS_MAIN, 0x0131, TAG_ASCII, SHOT_SOFTWARE},
+        {TAGS_MAIN, 0x0132, TAG_ASCII, time},
+        {TAGS_EXIF, 0x829a, TAG_RATIONAL, NULL, 1, (unsigned)info->exposure.shutter},
+        {TAGS_EXIF, 0x829d, TAG_RATIONAL, NULL, (unsigned)lround(10 * info->exposure.f_number), 10},
+        {TAGS_EXIF, 0x8822, TAG_SHORT, NULL, 1}, // exposure set by hand
+        {TAGS_EXIF, 0x8827, TAG_SHORT, NULL, (unsigned)info->exposure.iso},
+        {TAGS_EXIF, 0x9000, TAG_UNDEFINED, "0230"},
+        {TAGS_EXIF, 0x9003, TAG_ASCII, time},
+        {TAGS_EXIF, 0x9004, TAG_ASCII, time},
+        {TAGS_EXIF, 0x9101, TAG_UNDEFINED, "\1\2\3\0"},
+        {TAGS_EXIF, 0x9209, TAG_SHORT, NULL, info->flash ? 9 : 16}, // fired, compulsory; or suppressed
+        {TAGS_EXIF, 0x920a, TAG_RATIONAL, NULL, (unsigned)lround(100 * info->focal_mm), 100},
+        {TAGS_EXIF, 0xa000, TAG_UNDEFINED, "0100"},
+        {TAGS_EXIF, 0xa001, TAG_SHORT, NULL, 1},
+        {TAGS_EXIF, 0xa002, TAG_LONG, NULL, (unsigned)info->width},
+        {TAGS_EXIF, 0xa003, TAG_LONG, NULL, (unsigned)info->height},
+        {TAGS_EXIF, 0xa402, TAG_SHORT, NULL, 1},
+        {TAGS_EXIF, 0xa403, TAG_SHORT, NULL, !info->exposure.automatic},
+        {TAGS_EXIF, 0xa405, TAG_SHORT, NULL, (unsigned)info->focal_35mm},
     };
-    const Entry shot[] = {
-        {0x829a, RATIONAL, NULL, 1, (unsigned)info->exposure.shutter},
-        {0x829d, RATIONAL, NULL, (unsigned)lround(10 * info->exposure.f_number), 10},
-        {0x8822, SHORT, NULL, 1, 0}, // exposure set by hand
-        {0x8827, SHORT, NULL, (unsigned)info->exposure.iso, 0},
-        {0x9000, UNDEFINED, "0230", 0, 0},
-        {0x9003, ASCII, time, 0, 0},
-        {0x9004, ASCII, time, 0, 0},
-        {0x9101, UNDEFINED, "\1\2\3\0", 0, 0},
-        {0x9209, SHORT, NULL, info->flash ? 9 : 16, 0}, // fired, compulsory; or suppressed
-        {0x920a, RATIONAL, NULL, (unsigned)lround(100 * info->focal_mm), 100},
-        {0xa000, UNDEFINED, "0100", 0, 0},
-        {0xa001, SHORT, NULL, 1, 0},
-        {0xa002, LONG, NULL, (unsigned)info->width, 0},
-        {0xa003, LONG, NULL, (unsigned)info->height, 0},
-        {0xa402, SHORT, NULL, 1, 0},
-        {0xa403, SHORT, NULL, !info->exposure.automatic, 0},
-        {0xa405, SHORT, NULL, (unsigned)info->focal_35mm, 0},
-    };
-    const int n = (int)(sizeof main / sizeof *main);
-    directory(&b, main, n);
-    main[n - 1].value = (unsigned)b.used; // now known: where the second directory starts
-    b.used = 8;
-    directory(&b, main, n);
-    directory(&b, shot, (int)(sizeof shot / sizeof *shot));
-    return b.used + 6;
+    for (size_t i = 0; i < sizeof entry / sizeof *entry; i++) MUST(put(tags, &entry[i], err));
+    return 0;
+}
+
+int fs_photo_file_write_jpeg(const char *path, const Image *picture, const ShotInfo *info, FsError *err)
+{
+    Tags tags = {0};
+    unsigned char *exif = NULL;
+    size_t size;
+    int rc;
+    TRY(make_tags(info, &tags, err));
+    TRY(fs_tags_build(&tags, 8, &exif, &size, err));
+    TRY(fs_jpeg_write(path, picture, 95, &(JpegExtras){.exif = exif, .exif_size = size}, err));
+fail:
+    fs_tags_free(&tags);
+    free(exif);
+    return rc;
 }

@@ -29,7 +29,6 @@ typedef struct ShotInfo {
 #define SHOT_SOFTWARE "flashsplat synth"
 void fs_photo_file_time(const ShotInfo *info, char text[20]); // "2024:03:16 10:00:06"
 
+// A mosaic as a DNG; a picture, display-coded, as a JPEG.
 int fs_dng_write(const char *path, const Mosaic *mosaic, const ShotInfo *info, FsError *err);
-// The EXIF block of a JPEG, "Exif\0\0" first; returns its size.
-#define FS_PHOTO_FILE_EXIF 1024
-size_t fs_photo_file_exif(const ShotInfo *info, unsigned char block[FS_PHOTO_FILE_EXIF]);
+int fs_photo_file_write_jpeg(const char *path, const Image *picture, const ShotInfo *info, FsError *err);

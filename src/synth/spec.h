@@ -27,4 +27,5 @@ typedef struct Spec {
     bool pose_noise;     // truth/sparse carries the usual error of structure-from-motion
 } Spec;
 
+// FS_ERR_USAGE where `hard` or `field` name what there is not, or the photos would be too large.
 int fs_spec_read(Spec *spec, const FsSettings *settings, FsError *err);

@@ -4,24 +4,19 @@
 
 #include "image/tone.h"
 
-static float within(Rng *rng, float low, float high)
-{
-    return low + (high - low) * fs_rng_uniform(rng);
-}
-
 CameraStyle fs_style_draw(float strength, Rng rng)
 {
     CameraStyle s = {.own = true};
-    s.lift = strength * within(&rng, 0.4f, 1.6f);
-    s.contrast = strength * within(&rng, 2.0f, 4.0f);
-    s.middle = within(&rng, 0.4f, 0.52f);
-    s.sharpen = strength * within(&rng, 0.3f, 0.8f);
-    float stronger = strength * within(&rng, 0.03f, 0.15f); // colours
+    s.lift = strength * fs_rng_range(&rng, 0.4f, 1.6f);
+    s.contrast = strength * fs_rng_range(&rng, 2.0f, 4.0f);
+    s.middle = fs_rng_range(&rng, 0.4f, 0.52f);
+    s.sharpen = strength * fs_rng_range(&rng, 0.3f, 0.8f);
+    float stronger = strength * fs_rng_range(&rng, 0.03f, 0.15f); // colours
     static const float luma[3] = {0.2126f, 0.7152f, 0.0722f};
     for (int i = 0; i < 3; i++) {
         float sum = 0;
         for (int j = 0; j < 3; j++) {
-            float twist = i == j ? 0 : strength * within(&rng, -0.02f, 0.02f);
+            float twist = i == j ? 0 : strength * fs_rng_range(&rng, -0.02f, 0.02f);
             s.matrix[3 * i + j] = (i == j ? 1 + stronger : 0) - stronger * luma[j] + twist;
             sum += s.matrix[3 * i + j];
         }

@@ -14,6 +14,6 @@ typedef struct CameraStyle {
     float sharpen;   // how much of what differs from the surroundings is added
 } CameraStyle;
 
-CameraStyle fs_style_draw(float strength, Rng rng);          // one out of the range of real cameras
-float fs_style_curve(const CameraStyle *style, float light); // coded value, both 0..1
-int fs_style_apply(const CameraStyle *style, Image *image, FsError *err);
+CameraStyle fs_style_draw(float strength, Rng rng);                       // one out of the range of real cameras
+float fs_style_curve(const CameraStyle *style, float light);              // coded value, both 0..1
+int fs_style_apply(const CameraStyle *style, Image *image, FsError *err); // 3 channels, in place

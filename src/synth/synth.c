@@ -28,8 +28,8 @@ typedef struct Synth {
 static int prepare(Synth *s, FsError *err)
 {
     MUST(fs_layout_build(&s->layout, &s->spec, err));
-    fs_log_info(s->log, "synth: seed %u: behind the pane a %s, mirrored another room (%s); %d and %d shapes", s->spec.seed, s->layout.name,
-                s->layout.room_name, s->layout.behind.n, s->layout.room.n);
+    fs_log_info(s->log, "synth: seed %u: behind the pane a %s, mirrored another room (%s); %d and %d shapes",
+                s->spec.seed, s->layout.name, s->layout.room_name, s->layout.behind.n, s->layout.room.n);
     MUST(fs_bake_ambient(&s->layout.behind, s->threads, err));
     MUST(fs_bake_ambient(&s->layout.room, s->threads, err));
     MUST(fs_path_plan(&s->layout, &s->spec, &s->shot, err));
@@ -68,14 +68,12 @@ static int write_photo(Synth *s, int number, const Image *light, FsError *err)
                      23.9,
                      (int)(36.0 * shot->camera.fx / side + 0.5),
                      s->nuisance.photo[number].exposure};
-    unsigned char exif[FS_PHOTO_FILE_EXIF];
     TRY(fs_sensor_expose(light, info.exposure.iso, fs_rng_new(s->spec.seed * 100003ull + (unsigned)number), &mosaic,
                          err));
     TRY(fs_dng_write(fs_file_at("%s/capture/raw/%s.DNG", s->out, shot->name).text, &mosaic, &info, err));
     s->nuisance.photo[number].clipped = fs_sensor_clipped(&mosaic);
     TRY(fs_sensor_develop(&mosaic, info.exposure.balance, &s->nuisance.style, &picture, err));
-    const JpegExtras extras = {.exif = exif, .exif_size = fs_photo_file_exif(&info, exif)};
-    TRY(fs_jpeg_write(fs_file_at("%s/capture/jpeg/%s.JPG", s->out, shot->name).text, &picture, 95, &extras, err));
+    TRY(fs_photo_file_write_jpeg(fs_file_at("%s/capture/jpeg/%s.JPG", s->out, shot->name).text, &picture, &info, err));
 fail:
     fs_sensor_mosaic_free(&mosaic);
     fs_image_free(&picture);

@@ -5,7 +5,7 @@
 
 float fs_things_range(World *world, float low, float high)
 {
-    return fs_paint_parts_range(&world->rng, low, high);
+    return fs_rng_range(&world->rng, low, high);
 }
 
 int fs_things_pick(World *world, int n)

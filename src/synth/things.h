@@ -4,8 +4,8 @@
 
 #include "synth/world.h"
 
-float fs_things_range(World *world, float low, float high);
-int fs_things_pick(World *world, int n); // 0 .. n-1
+float fs_things_range(World *world, float low, float high); // random
+int fs_things_pick(World *world, int n);                    // 0 .. n-1
 
 // The surfaces that several things share, painted once per world.
 typedef struct Stock {

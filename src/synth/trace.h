@@ -44,6 +44,7 @@ typedef struct TraceRequest {
     unsigned want;        // bit mask of 1 << TraceLayer
     int number;           // tells views apart: random numbers depend on it
 } TraceRequest;
+// The layers that the request wants; the caller's (fs_trace_free).
 int fs_trace_view(const Layout *layout, const Spec *spec, const Lighting *lighting, TraceRequest request,
                   Threads *threads, Traced *traced, FsError *err);
 // 1 where a photo shows one of the figures, at pixel centres.

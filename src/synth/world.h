@@ -86,6 +86,7 @@ typedef struct Sheet {
     const void *context;
 } Sheet;
 void fs_world_sheet(World *world, Frame f, Sheet sheet, int surface);
+// A parallelogram that shines; one more than there is room for is left out.
 void fs_world_light(World *world, Frame f, Vec corner, Vec edge_a, Vec edge_b, Vec radiance);
 
 int fs_world_finish(World *world, FsError *err);                   // builds the hierarchy

@@ -17,9 +17,9 @@ typedef struct Edit {
 
 int fs_cloud_edit_begin(Edit *edit, Cloud *cloud, FsError *err); // cloud is borrowed and changed in place
 void fs_cloud_edit_free(Edit *edit);
-int fs_cloud_edit_append(Edit *edit, int n, FsError *err); // n rows, zeroed, without moments
-void fs_cloud_edit_copy(Edit *edit, int to, int from);     // parameters only
-void fs_cloud_edit_compact(Edit *edit, const unsigned char *keep);
+int fs_cloud_edit_append(Edit *edit, int n, FsError *err);         // n rows, zeroed, without moments
+void fs_cloud_edit_copy(Edit *edit, int to, int from);             // parameters only
+void fs_cloud_edit_compact(Edit *edit, const unsigned char *keep); // keep (N): drops the rows with 0
 
 // densify.c: dead Gaussians of a cloud move beside live ones, and the cloud grows to `grown` (at least its size).
 // Negative with FS_ERR_NUMERIC when all are dead.

@@ -20,6 +20,7 @@ typedef struct RegionRule {
     int gap, least;
     bool one;
 } RegionRule;
+// cells (height, width), of the size that is in `region`.
 void fs_region_find(Region *region, const float *cells, const RegionRule *rule);
 // Every column goes on down to so many widths below the top; upwards: up, above the bottom.
 void fs_region_complete(Region *region, double height, bool upwards);

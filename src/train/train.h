@@ -9,7 +9,7 @@ int fs_train_run(FsProject *project, FsError *err);
 
 // ---- what it will take (train_cost.c) ----
 
-double fs_train_bytes(const Settings *set, const RunSize *size);
+double fs_train_bytes(const Settings *set, const RunSize *size); // at most, of the program
 
 typedef struct TrainPace {              // seconds on this machine, by trials
     int splats[2];                      // Gaussians per cloud: at the start, and when full
@@ -17,6 +17,7 @@ typedef struct TrainPace {              // seconds on this machine, by trials
     double render;                      // all layers of a view at the end
 } TrainPace;
 int fs_train_time(const FsProject *project, const RunSize *size, TrainPace *pace, FsError *err);
+// Of so many steps, the looks before them and what is done between steps; not of the pictures at the end.
 double fs_train_seconds(const Settings *set, const RunSize *size, const TrainPace *pace, int steps);
 // The most steps that fit into so many seconds: at most those of the settings, and at least the fewest that are worth
 // it, whether they fit or not.

@@ -6,7 +6,7 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/order.h"
-#include "model/made_scene.h"
+#include "engine/made_scene.h"
 #include "train/train.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
@@ -38,19 +38,6 @@ enum {
 // at, with the search for dirt.
 #define PHOTOGRAPHER_STEP 0.68
 #define PANE_STEP 1.5
-
-static int load_photos(Engine *engine, const Camera *camera, FsError *err)
-{
-    Image photo = {0}, mask = {0};
-    int rc;
-    TRY(fs_made_scene_photo(camera, &photo, &mask, err));
-    for (int flash = 0; flash < 2; flash++)
-        TRY(fs_engine_load_view(engine, &(EngineView){camera, flash, &photo, &mask}, err));
-fail:
-    fs_image_free(&photo);
-    fs_image_free(&mask);
-    return rc;
-}
 
 static bool is_field(const Settings *set)
 {
@@ -121,7 +108,7 @@ static int time_step(const FsProject *project, const RunSize *size, int n, const
     int rc, steps = 0;
     TRY(fs_engine_new(&engine, set->device, set->cpu, set->threads, err));
     TRY(make_scene(engine, set, n, &scene, err));
-    TRY(load_photos(engine, &camera, err));
+    TRY(fs_made_scene_load(engine, &camera, err));
     fs_schedule_step(set, &scene, set->steps / 2, &args);
     for (int f = 0; f < CLOUD_FIELDS; f++) args.rate[f] = 1e-9; // the clouds stay as they are
     args.settle = 0;

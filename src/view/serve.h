@@ -14,5 +14,5 @@ typedef struct Server {
 } Server;
 
 int fs_serve_open(Server *server, const char *dir, int port, FsError *err); // port 0: any free one
-void fs_serve_until_cancelled(const Server *server, const Log *log);
+void fs_serve_until_cancelled(const Server *server, const Log *log);        // log->cancelled
 void fs_serve_close(Server *server);

@@ -32,13 +32,19 @@ def need(*modules, also=None):
         sys.exit(77)
 
 
-class FolderTest(unittest.TestCase):
-    """A test with an empty folder of its own, self.dir."""
-
-    def setUp(self):
+class ProgramTest(unittest.TestCase):
+    @classmethod
+    def shared_folder(cls):
+        """An empty one for all tests of the class."""
         holder = tempfile.TemporaryDirectory(prefix="flashsplat-cli-")
-        self.addCleanup(holder.cleanup)
-        self.dir = pathlib.Path(holder.name)
+        cls.addClassCleanup(holder.cleanup)
+        return pathlib.Path(holder.name)
+
+    @staticmethod
+    def assert_works(process):
+        if process.returncode:
+            raise AssertionError(f"{process.args}: {process.returncode}\n{process.stdout}{process.stderr}")
+        return process
 
     def assert_fails(self, process, code, *words):
         """One line on standard error that holds all the words, and the exit code."""
@@ -46,6 +52,15 @@ class FolderTest(unittest.TestCase):
         line = next((l for l in process.stderr.splitlines() if l.startswith("flashsplat: ")), "")
         for word in words:
             self.assertIn(str(word), line, process.stderr)
+
+
+class FolderTest(ProgramTest):
+    """A test with an empty folder of its own, self.dir."""
+
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory(prefix="flashsplat-cli-")
+        self.addCleanup(holder.cleanup)
+        self.dir = pathlib.Path(holder.name)
 
 
 def main():

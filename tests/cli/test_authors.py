@@ -1,10 +1,8 @@
 """Folders as Flash-Splat's authors and NeRFReN's published theirs: known when seen, as good as the RAW files they were
 made of; dense clouds to start from. Needs Debian's python3-numpy and python3-opencv; skipped without."""
 import json
-import pathlib
 import re
 import shutil
-import tempfile
 
 import common
 from common import FolderTest, run
@@ -30,9 +28,7 @@ def read_points(path):
 class Authors(FolderTest):
     @classmethod
     def setUpClass(cls):
-        holder = tempfile.TemporaryDirectory(prefix="flashsplat-authors-")
-        cls.addClassCleanup(holder.cleanup)
-        cls.made = pathlib.Path(holder.name)
+        cls.made = cls.shared_folder()
         cls.capture, cls.raw, cls.scene = cls.made / "capture", cls.made / "raw", cls.made / "scene"
         cls.good("synth", "-o", cls.capture, "--width", 192, "--height", 128, "--photos", 12, "--held-out", 2, "--seed",
                  31)
@@ -42,9 +38,7 @@ class Authors(FolderTest):
 
     @classmethod
     def good(cls, *words):
-        process = run(*words, timeout=300)
-        assert process.returncode == 0, process.stdout + process.stderr
-        return process
+        return cls.assert_works(run(*words, timeout=300))
 
     def psnr(self, out, layer="T_N"):
         truth, renders = self.capture / "truth", self.dir / f"renders-{out.name}"

@@ -9,8 +9,7 @@ class Bench(FolderTest):
     def measure(self, word):
         path = self.dir / "cases.json"
         path.unlink(missing_ok=True)
-        process = run("bench", "--cases", word, "--threads", 2, "--json", path)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(run("bench", "--cases", word, "--threads", 2, "--json", path))
         cases = {c["name"]: c for c in json.loads(path.read_text())}
         self.assertLessEqual({"peak/fma", "peak/copy"}, set(cases))
         for case in cases.values():
@@ -45,8 +44,7 @@ class Bench(FolderTest):
         a, b = self.dir / "a.json", self.dir / "b.json"
         a.write_text(json.dumps([case, {"name": "only/a", "ms": 1.0, "cpu_ms": 1.0}]))
         b.write_text(json.dumps([dict(case, ms=4.0, cpu_ms=10.0)]))
-        process = run("bench", "--compare", f"{a},{b}")
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(run("bench", "--compare", f"{a},{b}"))
         line = next(l for l in process.stdout.splitlines() if l.startswith("step/20k"))
         self.assertIn("2.50x", line)
         self.assertIn("2.00x", line)

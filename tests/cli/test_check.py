@@ -6,7 +6,6 @@ import pathlib
 import random
 import shutil
 import struct
-import tempfile
 import zlib
 
 import common
@@ -59,12 +58,9 @@ def shake(row):
 class Check(FolderTest):
     @classmethod
     def setUpClass(cls):
-        holder = tempfile.TemporaryDirectory(prefix="flashsplat-check-")
-        cls.addClassCleanup(holder.cleanup)
-        cls.made = pathlib.Path(holder.name) / "made"
-        process = run("synth", "-o", cls.made, "--width", WIDTH, "--height", HEIGHT, "--photos", 20, "--held-out", 0,
-                      timeout=600)
-        assert process.returncode == 0, process.stderr
+        cls.made = cls.shared_folder() / "made"
+        cls.assert_works(run("synth", "-o", cls.made, "--width", WIDTH, "--height", HEIGHT, "--photos", 20, "--held-out", 0,
+                             timeout=600))
         views = json.loads((cls.made / "truth/cameras.json").read_text())["images"]
         cls.flash = {view["name"]: view["flash"] for view in views}
 
@@ -347,9 +343,8 @@ class Check(FolderTest):
     def test_stranger(self):
         """Photos of another place, at the end and between the others."""
         other = self.dir / "other"
-        process = run("synth", "-o", other, "--seed", 2, "--width", WIDTH, "--height", HEIGHT, "--photos", 4,
-                      "--held-out", 0)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(run("synth", "-o", other, "--seed", 2, "--width", WIDTH, "--height", HEIGHT, "--photos", 4,
+                              "--held-out", 0))
         strangers = sorted((other / "capture/raw").iterdir())[1:3]
         shutil.copy(strangers[0], self.photos / "IMG_0021.DNG")
         shutil.copy(strangers[1], self.some(True, 4))
@@ -380,16 +375,14 @@ class Check(FolderTest):
         change_pixels(self.some(True, 5), lambda row: shake(shake(shake(shake(row)))))
         change_pixels(self.some(False, 7), lambda row: [8 * v for v in row])
         change_pixels(self.some(False, 2), lambda row: [v / 100 for v in row])
-        process = run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(run("ingest", self.photos, "-o", self.dir / "out", "--long-edge", 240))
         self.assertIn("blurred: " + self.some(True, 5).name, process.stderr)
         self.assertIn("clipped: " + self.some(False, 7).name, process.stderr)
         self.assertIn("very dark: " + self.some(False, 2).name, process.stderr)
         self.assertIn("blurred: " + self.some(True, 5).name, (self.dir / "out/warnings/ingest.txt").read_text())
         for words in (["poses", self.dir / "out", "--poses", self.made / "truth/sparse"],
                       ["initialise", self.dir / "out", "--init-count", 500]):
-            process = run(*words)
-            self.assertEqual(process.returncode, 0, process.stderr)
+            process = self.assert_works(run(*words))
         self.assertIn("1 blurred photos are left out, here and in training", process.stdout)
 
 

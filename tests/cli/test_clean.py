@@ -2,11 +2,9 @@
 """Photos without the reflection at their full size, of a made capture that is trained small: how near they are to the
 truth, what other programs read in them, and what happens where the photos are not what they were."""
 import json
-import pathlib
 import shutil
 import struct
 import subprocess
-import tempfile
 
 import common
 
@@ -21,8 +19,7 @@ WIDTH, HEIGHT, EDGE = 480, 320, 120
 def exiftool(*arguments):
     process = subprocess.run(["exiftool", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                              text=True, check=False)
-    assert process.returncode == 0, process.stderr
-    return process.stdout
+    return common.ProgramTest.assert_works(process).stdout
 
 
 def tags(path):
@@ -30,9 +27,7 @@ def tags(path):
 
 
 def fine(*arguments, **options):
-    process = common.run(*arguments, timeout=300, **options)
-    assert process.returncode == 0, process.stderr
-    return process.stdout
+    return common.ProgramTest.assert_works(common.run(*arguments, timeout=300, **options)).stdout
 
 
 def display_p3():
@@ -75,9 +70,7 @@ class Clean(common.FolderTest):
     @classmethod
     def setUpClass(cls):
         """One capture with a lens that distorts, one training."""
-        holder = tempfile.TemporaryDirectory(prefix="flashsplat-clean-")
-        cls.addClassCleanup(holder.cleanup)
-        cls.top = pathlib.Path(holder.name)
+        cls.top = cls.shared_folder()
         cls.photos, cls.out = cls.top / "photos", cls.top / "out"
         fine("synth", "-o", cls.top / "cap", "--seed", "31", "--width", WIDTH, "--height", HEIGHT, "--photos", "12",
              "--held-out", "0", "--field", "distortion")
@@ -220,8 +213,7 @@ class Clean(common.FolderTest):
         shutil.copytree(self.out, out)
         (out / "originals.json").unlink()
         (out / "originals.json").mkdir()
-        process = common.run("ingest", self.photos, "-o", out, "--long-edge", EDGE, "--masks", self.masks, timeout=300)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(common.run("ingest", self.photos, "-o", out, "--long-edge", EDGE, "--masks", self.masks, timeout=300))
         self.assertIn("done already", process.stdout)
         self.assertIn("--originals", process.stderr)
 

@@ -34,8 +34,7 @@ class Compare(FolderTest):
 
     def test_compare(self):
         scene, others = self.dir / "scenes/small", self.dir / "others/small"
-        process = run("synth", "-o", scene, "--width", 96, "--height", 64, "--photos", 8, "--held-out", 2, "--seed", 5)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(run("synth", "-o", scene, "--width", 96, "--height", 64, "--photos", 8, "--held-out", 2, "--seed", 5))
         give_points(scene / "truth")
         (self.dir / "scenes/README.md").write_text(
             "| scene | variant, steps | T_N | R |\n|---|---|---|---|\n| small | full, 5000 | 31.25 / 0.950 | - |\n")
@@ -67,8 +66,7 @@ class Compare(FolderTest):
         process = self.compare(*wanted, "--method", f"copy={self.dir / 'typo'}")
         self.assertEqual(process.returncode, 2)
         self.assertIn("copy: no folder", process.stderr)
-        process = self.compare(*wanted)
-        self.assertEqual(process.returncode, 0, process.stdout + process.stderr)
+        self.assert_works(self.compare(*wanted))
 
         with open(self.dir / "out/compare.csv", newline="") as f:
             rows = list(csv.DictReader(f))
@@ -133,7 +131,7 @@ class Compare(FolderTest):
 
         logs = {p: p.stat().st_size for p in (self.dir / "out").glob("*.json")}
         before = (self.dir / "out/small-true/clouds/T_N.ply").stat().st_mtime_ns
-        self.assertEqual(self.compare(*wanted).returncode, 0)
+        self.assert_works(self.compare(*wanted))
         self.assertEqual((self.dir / "out/small-true/clouds/T_N.ply").stat().st_mtime_ns, before)  # kept, not trained
         self.assertEqual({p: p.stat().st_size for p in (self.dir / "out").glob("*.json")}, logs)
         self.assertEqual(self.data()["scenes"], data["scenes"])

@@ -18,9 +18,6 @@ class Dirt(FolderTest):
         super().setUp()
         self.scene = self.dir / "scene"
 
-    def assert_works(self, process):
-        self.assertEqual(process.returncode, 0, process.stdout + process.stderr)
-
     def figures_of(self, out):
         views, truth, report = self.dir / "views", self.scene / "truth", self.dir / f"{out.name}.json"
         self.assert_works(run("render", out, "--output", views, "--cameras", truth / "cameras.json", "--layers", "R,T_F", "--force"))
@@ -39,8 +36,7 @@ class Dirt(FolderTest):
                                   *(["--field", faults] if faults else [])))
             for option in ("--dirt", "--no-dirt"):
                 out = self.dir / f"out{faults}{option}"
-                process = run("run", self.scene / "capture/raw", "-o", out, *words, *start, option)
-                self.assert_works(process)
+                process = self.assert_works(run("run", self.scene / "capture/raw", "-o", out, *words, *start, option))
                 found = bool(faults) and option == "--dirt"
                 self.assertEqual(found, "found dirt on the glass" in process.stdout + process.stderr)
                 self.assertEqual(found, "There is dirt on the glass" in (out / "index.html").read_text())

@@ -190,8 +190,7 @@ class Export(common.FolderTest):
         make_project(out, 40, normal)
         mirror = [[(i == j) - 2 * normal[i] * normal[j] for j in range(3)] for i in range(3)]
         for options, distance in ((["--pane-distance", "0.75"], 0.75), ([], None)):
-            process = common.run("export", out, "--formats", "ply", "--unmirror", *options)
-            self.assertEqual(process.returncode, 0, process.stderr)
+            self.assert_works(common.run("export", out, "--formats", "ply", "--unmirror", *options))
             seen, room = read_ply(out / "export/R.ply"), read_ply(out / "export/room.ply")
             if distance is None:
                 distance = min(sum(n * row[k] for n, k in zip(normal, "xyz")) for row in read_ply(out / "export/T_N.ply"))
@@ -212,8 +211,7 @@ class Export(common.FolderTest):
         out, meshes = self.dir / "wall", []
         make_wall(out)
         for threads in (1, 3):
-            process = common.run("export", out, "--formats", "mesh", "--threads", threads, "--force")
-            self.assertEqual(process.returncode, 0, process.stderr)
+            self.assert_works(common.run("export", out, "--formats", "mesh", "--threads", threads, "--force"))
             meshes.append((out / "export/T_N.mesh.ply").read_bytes())
         self.assertEqual(meshes[0], meshes[1])
         self.assertEqual({p.name for p in (out / "export").iterdir()}, {"T_N.mesh.ply", "T_F.mesh.ply"})
@@ -260,8 +258,7 @@ class Export(common.FolderTest):
         """COLMAP reads the model; its one photo is T as the camera sees it, in the colours of the clouds."""
         out = self.dir / "wall"
         make_wall(out)
-        process = common.run("export", out, "--formats", "ply", "--dataset")
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(common.run("export", out, "--formats", "ply", "--dataset"))
         text = self.dir / "text"
         text.mkdir()
         subprocess.run(["colmap", "model_converter", "--input_path", out / "export/dataset/sparse/0", "--output_path",
@@ -295,8 +292,7 @@ class Export(common.FolderTest):
                 pictures.png_of_rows(4, 3, [bytes([0, 0, 255, 255])] + [b"\xff" * 4] * 2, grey=True))
         pictures.model(out / "sparse", ["a", "b", "c"], 4, 3)
         (out / "sparse/points3D.txt").write_text("1 1 2 3 9 8 7 0.5\n")
-        process = common.run("export", out, "--formats", "ply", "--dataset", "--dataset-of", "photos")
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(common.run("export", out, "--formats", "ply", "--dataset", "--dataset-of", "photos"))
         data = out / "export/dataset"
         lines = [line.split("\t") for line in (data / "pairs.txt").read_text().splitlines()]
         self.assertEqual(lines, [["a.png", "c.png", "0.1"]])
@@ -308,7 +304,7 @@ class Export(common.FolderTest):
             self.assertEqual([list(r) for r in mask], [[0, 255, 255, 255]] + [[255] * 4] * 2)
         points = struct.unpack_from("<QQ3d3B", (data / "sparse/0/points3D.bin").read_bytes())
         self.assertEqual(points, (1, 1, 1, 2, 3, 9, 8, 7))
-        self.assertEqual(common.run("export", out, "--formats", "ply", "--dataset").returncode, 0)
+        self.assert_works(common.run("export", out, "--formats", "ply", "--dataset"))
         self.assertFalse((data / "pairs.txt").exists() or (data / "masks").exists())  # they are of the photos
 
     def test_far_and_small(self):
@@ -320,8 +316,7 @@ class Export(common.FolderTest):
             row[10] = -abs(row[10]) - 0.1
         for name, rows in self.rows.items():
             write_cloud(self.out / f"clouds/{name}.ply", rows, name == "T_N")
-        process = common.run("export", self.out, "--formats", "spz,points")
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(common.run("export", self.out, "--formats", "spz,points"))
         self.assertIn("R: spz: ", process.stderr)
         self.assertNotIn("T_N: spz: ", process.stderr)
         self.assertIn("R: no points", process.stderr)
@@ -346,8 +341,7 @@ class Export(common.FolderTest):
         """What no viewer can show is left out with a warning; the rest is finite in every format."""
         out = self.dir / "hostile"
         make_hostile(out)
-        process = common.run("export", out, "--formats", ALL, "--unmirror")
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(common.run("export", out, "--formats", ALL, "--unmirror"))
         self.assertIn("T_N: 3 of 30 Gaussians are left out", process.stderr)
         self.assertIn("T_F: 3 of 30 Gaussians are left out", process.stderr)
         self.assertIn("R: 30 of 30 Gaussians are left out", process.stderr)

@@ -5,7 +5,6 @@ import pathlib
 import re
 import resource
 import shutil
-import tempfile
 
 import common
 import pictures
@@ -20,23 +19,20 @@ PHOTOS = int(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / (16 * PI
 class Fit(FolderTest):
     @classmethod
     def setUpClass(cls):
-        holder = tempfile.TemporaryDirectory(prefix="flashsplat-fit-")
-        cls.addClassCleanup(holder.cleanup)
-        cls.scene, cls.start = pathlib.Path(holder.name) / "scene", pathlib.Path(holder.name) / "start"
+        made = cls.shared_folder()
+        cls.scene, cls.start = made / "scene", made / "start"
         poses = ["--poses", cls.scene / "truth/sparse"]
         stages = (["synth", "-o", cls.scene, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 1, "--seed", 5],
                   ["ingest", cls.scene / "capture/raw", "-o", cls.start, "--long-edge", 96],
                   ["poses", cls.start, *poses], ["initialise", cls.start, *START[2:]])
         for words in stages:
-            process = run(*words)
-            if process.returncode:
-                raise AssertionError(process.stderr)
+            cls.assert_works(run(*words))
             if words[0] == "synth":
                 pictures.give_points(cls.scene / "truth")
         cls.poses = poses
 
     def steps_said(self, process, words):
-        self.assertEqual(process.returncode, 0, process.stdout + process.stderr)
+        self.assert_works(process)
         said = re.search(words, process.stdout)
         self.assertIsNotNone(said, process.stdout)
         return int(said[1])

@@ -9,7 +9,6 @@ import random
 import shutil
 import signal
 import subprocess
-import tempfile
 import time
 
 import common
@@ -41,17 +40,13 @@ def clouds(out):
 class Layouts(FolderTest):
     @classmethod
     def setUpClass(cls):
-        holder = tempfile.TemporaryDirectory(prefix="flashsplat-folders-")
-        cls.addClassCleanup(holder.cleanup)
-        cls.made = pathlib.Path(holder.name)
+        cls.made = cls.shared_folder()
         cls.scene, cls.done = cls.made / "scene", cls.made / "done"
         for seed, name in ((5, "scene"), (6, "other")):
-            process = run("synth", "-o", cls.made / name, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 1,
-                          "--seed", seed)
-            assert process.returncode == 0, process.stderr
+            cls.assert_works(run("synth", "-o", cls.made / name, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 1,
+                                 "--seed", seed))
         give_points(cls.scene / "truth")
-        process = run("run", cls.scene / "capture/raw", "-o", cls.done, "--poses", cls.scene / "truth/sparse", *QUICK)
-        assert process.returncode == 0, process.stderr
+        cls.assert_works(run("run", cls.scene / "capture/raw", "-o", cls.done, "--poses", cls.scene / "truth/sparse", *QUICK))
 
     def setUp(self):
         super().setUp()
@@ -75,7 +70,7 @@ class Layouts(FolderTest):
             self.assertEqual(look(path), was, path)
 
     def works(self, process, out=None):
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(process)
         self.kept()
         if out is not False:
             self.assertEqual(clouds(out or self.out), clouds(self.done))
@@ -338,7 +333,7 @@ class Layouts(FolderTest):
         self.keep()
         self.refuses(self.job(), "only flash photos")
         for more in (["--separation", "none"], ["--lighting", "flash"]):
-            self.assertEqual(self.job(*more).returncode, 0)
+            self.assert_works(self.job(*more))
 
     # ---- interruptions ----
 
@@ -383,7 +378,7 @@ class Layouts(FolderTest):
                     time.sleep(0.1)
                 for second in (self.job(), run("train", self.out, *TRAIN), run("ingest", self.photos, "-o", self.out)):
                     self.refuses(second, self.out, "another flashsplat")
-                self.assertEqual(run("info", self.out).returncode, 0)
+                self.assert_works(run("info", self.out))
                 self.assertIsNone(first.poll())
             finally:
                 first.kill()
@@ -402,7 +397,7 @@ class Layouts(FolderTest):
                 while not (self.out / "checkpoint").exists() and first.poll() is None:
                     time.sleep(0.1)
                 self.assert_fails(run("render", self.out, "-o", self.out / "renders", *views), 1, "another flashsplat")
-                self.assertEqual(run("render", self.out, "-o", self.dir / "views", *views).returncode, 0)
+                self.assert_works(run("render", self.out, "-o", self.dir / "views", *views))
                 self.assertIsNone(first.poll())
             finally:
                 first.kill()
@@ -448,14 +443,14 @@ class Layouts(FolderTest):
         self.assertNotIn('"dssim": 0.5', (self.out / "done/train.json").read_text())
         self.assert_fails(run("train", self.out, *TRAIN, "--lighting", "flash", "--resume"), 1,
                           "the setting lighting was both and is flash now")  # of fewer photos, too
-        self.assertEqual(run(*more).returncode, 0)
+        self.assert_works(run(*more))
         self.assertNotEqual(clouds(self.out), clouds(self.done))
         mark = json.loads((self.out / "done/train.json").read_text())
         self.assertEqual(mark["settings"]["dssim"], 0.5)
         self.assertNotEqual(mark["settings"]["cpu"], "best")
         if mark["settings"]["cpu"] != "scalar":
             self.assert_fails(run(*more, "--resume", "--cpu", "scalar"), 1, "the setting cpu was")
-        self.assertEqual(run(*more, "--resume").returncode, 0)  # nothing differs
+        self.assert_works(run(*more, "--resume"))  # nothing differs
         self.works(self.job())
 
     def test_changed_settings_of_the_stages_before(self):
@@ -471,19 +466,17 @@ class Layouts(FolderTest):
         process = self.job("--resume")
         self.assertIn("goes on from the checkpoint", process.stdout)
         self.works(process)
-        process = self.job("--init-count", 301)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(self.job("--init-count", 301))
 
     def test_renders_of_an_earlier_training(self):
         out = self.copy()
-        process = run("train", out, *TRAIN, "--dssim", 0.5)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(run("train", out, *TRAIN, "--dssim", 0.5))
         self.assert_fails(run("evaluate", out, self.scene / "truth", "--views", "all"), 1, "renders", "earlier")
         self.assertFalse((out / "evaluate.json").exists())
-        self.assertEqual(run("render", out).returncode, 0)
-        self.assertEqual(run("evaluate", out, self.scene / "truth", "--views", "all").returncode, 0)
+        self.assert_works(run("render", out))
+        self.assert_works(run("evaluate", out, self.scene / "truth", "--views", "all"))
         self.assertIn("Against the truth", (out / "index.html").read_text())
-        self.assertEqual(run("train", out, *TRAIN, "--dssim", 0.4).returncode, 0)
+        self.assert_works(run("train", out, *TRAIN, "--dssim", 0.4))
         self.assertFalse((out / "evaluate.json").exists())  # of the training before
         for path in sorted(out.rglob("*"), reverse=True):  # as in a copy: clouds may be older than what is made of them
             os.utime(path)
@@ -498,7 +491,7 @@ class Layouts(FolderTest):
         out, truth = self.copy(), self.scene / "truth"
         for words in (["ingest", self.photos, "-o", out, "--long-edge", 90], ["poses", out, "--poses", self.model],
                       ["initialise", out, "--init-count", 300]):
-            self.assertEqual(run(*words).returncode, 0)
+            self.assert_works(run(*words))
         self.assertTrue((out / "clouds/T_N.ply").exists())
         for words in (["render", out], ["export", out], ["evaluate", out, truth, "--views", "capture"]):
             self.assert_fails(run(*words), 1, "train was not done since initialise was", "flashsplat train")
@@ -507,22 +500,21 @@ class Layouts(FolderTest):
 
     def test_figures_stay_where_nothing_can_be_measured(self):
         out, truth = self.copy(), self.scene / "truth"
-        self.assertEqual(run("evaluate", out, truth, "--views", "capture").returncode, 0)
+        self.assert_works(run("evaluate", out, truth, "--views", "capture"))
         self.assert_fails(run("evaluate", out, truth), 1, "no picture of the truth at held_out views")
         self.assertTrue((out / "done/evaluate.json").exists())
 
     def test_depths_in_another_unit(self):
         out, scale = self.copy(), "--metres-per-unit"
-        self.assertEqual(run("render", out, scale, 1, "--layers", "T_N,depth_T").returncode, 0)
-        self.assertEqual(run("render", out, scale, 1, "--layers", "T_N").returncode, 0)
+        self.assert_works(run("render", out, scale, 1, "--layers", "T_N,depth_T"))
+        self.assert_works(run("render", out, scale, 1, "--layers", "T_N"))
         self.assertTrue(list(out.glob("renders/depth_T/*.png")))
-        self.assertEqual(run("render", out, scale, 3, "--layers", "R").returncode, 0)
+        self.assert_works(run("render", out, scale, 3, "--layers", "R"))
         self.assertFalse((out / "renders/depth_T").exists())
         self.assertTrue(list(out.glob("renders/T_N/*.png")))
 
     def test_anew_is_anew(self):
-        process = run("train", self.copy(), *TRAIN, "--force", "--resume")
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(run("train", self.copy(), *TRAIN, "--force", "--resume"))
         self.assertNotIn("goes on", process.stdout)
 
     def test_notes_beside_a_model(self):
@@ -535,16 +527,15 @@ class Layouts(FolderTest):
         out, views = self.copy(), self.dir / "views"
         render = ["render", out, "-o", views, "--cameras", self.scene / "truth/cameras.json", "--layers"]
         evaluate = ["evaluate", out, self.scene / "truth", "--output", views, "--views", "capture"]
-        self.assertEqual(run(*render, "T_N,R").returncode, 0)
+        self.assert_works(run(*render, "T_N,R"))
         self.put(views / "R/mine.png")
         self.assertNotIn("another training", run(*evaluate).stderr)
-        self.assertEqual(run("train", out, *TRAIN, "--dssim", 0.5).returncode, 0)
-        process = run(*evaluate)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(run("train", out, *TRAIN, "--dssim", 0.5))
+        process = self.assert_works(run(*evaluate))
         self.assertIn(f"{views}: of another training than the clouds in {out}", process.stderr)
-        self.assertEqual(run(*render, "T_N").returncode, 0)
+        self.assert_works(run(*render, "T_N"))
         self.assertEqual([p.name for p in (views / "R").iterdir()], ["mine.png"])
-        self.assertEqual(run(*render, "T_F").returncode, 0)  # of the same training: beside it
+        self.assert_works(run(*render, "T_F"))  # of the same training: beside it
         self.assertTrue(list(views.glob("T_N/*.png")))
         self.assertNotIn("another training", run(*evaluate).stderr)
 
@@ -560,8 +551,7 @@ class Layouts(FolderTest):
             self.assert_fails(run("render", out, "--cameras", self.dir / "moved.json", *more), 1, "moved.json", "-o DIR")
         self.assertEqual(contents(out / "renders"), was)
         self.assertTrue((out / "done/render.json").exists())
-        process = run("render", out, "--cameras", self.dir / "moved.json", "-o", self.dir / "views", "--layers", "R")
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(run("render", out, "--cameras", self.dir / "moved.json", "-o", self.dir / "views", "--layers", "R"))
         self.assertIn("rendered as they are", process.stderr)
 
     def test_views_beside_the_photos(self):
@@ -630,8 +620,7 @@ class Layouts(FolderTest):
     def test_clouds_that_are_gone(self):
         """Are trained again; a page without them would be no result."""
         shutil.rmtree(self.copy() / "clouds")
-        process = self.job()
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(self.job())
         self.assertIn("train: done again, what it wrote is gone", process.stdout)
         self.assertTrue((self.out / "clouds/T_N.ply").exists())
         self.assertIn("scene.js", (self.out / "index.html").read_text())
@@ -667,17 +656,17 @@ class Layouts(FolderTest):
     def test_path_of_an_earlier_training(self):
         """Goes with the renders, and they with the path; what the user put there stays, and what is of now."""
         out, path = self.copy(), ["--path", "spiral", "--path-views", 2]
-        self.assertEqual(run("render", out, *path).returncode, 0)
+        self.assert_works(run("render", out, *path))
         self.assertTrue(list(out.glob("path/T_N/*.png")))
         self.assertTrue(list(out.glob("renders/T_N/*.png")))  # not trained since
         (out / "path/T_N/mine.png").write_text("the user's")
         os.utime(out / "path/T_N/mine.png", (1, 1))
-        self.assertEqual(run("train", out, *TRAIN, "--dssim", 0.5).returncode, 0)
+        self.assert_works(run("train", out, *TRAIN, "--dssim", 0.5))
         process = run("render", out)
         self.assertIn("files of an earlier training", process.stdout)
         self.assertEqual([p.name for p in (out / "path").rglob("*")], ["T_N", "mine.png"])
-        self.assertEqual(run("train", out, *TRAIN, "--dssim", 0.4).returncode, 0)
-        self.assertEqual(run("render", out, *path).returncode, 0)
+        self.assert_works(run("train", out, *TRAIN, "--dssim", 0.4))
+        self.assert_works(run("render", out, *path))
         self.assertFalse((out / "renders").exists())
         (out / "path/T_N/mine.png").unlink()
         self.assertEqual(len(list(out.glob("path/T_N/*.png"))), 2)
@@ -694,8 +683,7 @@ class Layouts(FolderTest):
             with self.subTest(what=what):
                 self.assert_fails(self.job("--resume"), 1, self.out / "checkpoint", f"{what} changed", "without --resume")
                 self.assertEqual(clouds(self.out), clouds(self.done))
-                process = self.job()
-                self.assertEqual(process.returncode, 0, process.stderr)
+                process = self.assert_works(self.job())
                 self.assertIn(f"{stage}: done again, {what} changed", process.stdout)
                 self.assertNotEqual(clouds(self.out), clouds(self.done))
                 clouds_then = clouds(self.out)

@@ -8,7 +8,6 @@ import shutil
 import signal
 import struct
 import subprocess
-import tempfile
 import unittest
 import zlib
 
@@ -71,8 +70,7 @@ class Captures(FolderTest):
 
     def leaves_out(self, name):
         """A damaged photo does not stop the others: a warning names it."""
-        process = run("ingest", self.photos, "-o", self.out, *FLASH, "--force")
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(run("ingest", self.photos, "-o", self.out, *FLASH, "--force"))
         self.assertRegex(process.stderr, rf"(?m)^warning: .*{re.escape(name)}: ")
 
     def test_damaged_photos(self):
@@ -167,7 +165,7 @@ class Captures(FolderTest):
     def test_json_in_the_way(self):
         """--json replaces what the same command wrote, and no other file of ours."""
         pictures.photos(self.photos, 3)
-        self.assertEqual(run("ingest", self.photos, "-o", self.out, *FLASH).returncode, 0)
+        self.assert_works(run("ingest", self.photos, "-o", self.out, *FLASH))
         wanted = {path: path.read_bytes() for path in (self.out / "ingest.json", next(self.out.glob("linear/*.tif")))}
         for path, data in wanted.items():
             self.assert_fails(run("check", self.photos, *FLASH, "--json", path), 1, path, "in the way")
@@ -208,16 +206,12 @@ class Finished(FolderTest):
 
     @classmethod
     def setUpClass(cls):
-        holder = tempfile.TemporaryDirectory(prefix="flashsplat-hostile-")
-        cls.addClassCleanup(holder.cleanup)
-        cls.made = pathlib.Path(holder.name)
+        cls.made = cls.shared_folder()
         cls.scene, cls.done = cls.made / "scene", cls.made / "done"
-        process = run("synth", "-o", cls.scene, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 1, "--seed", 5)
-        assert process.returncode == 0, process.stderr
+        cls.assert_works(run("synth", "-o", cls.scene, "--width", 96, "--height", 64, "--photos", 6, "--held-out", 1, "--seed", 5))
         pictures.give_points(cls.scene / "truth")
         cls.job = ["run", cls.scene / "capture/raw", "--poses", cls.scene / "truth/sparse", *SMALL]
-        process = run(*cls.job, "-o", cls.done)
-        assert process.returncode == 0, process.stderr
+        cls.assert_works(run(*cls.job, "-o", cls.done))
 
     def setUp(self):
         super().setUp()
@@ -245,7 +239,7 @@ class Finished(FolderTest):
         self.assert_fails(run(*self.job, "-o", new, "--cpu", other), 2, "--cpu", other)
         self.assertEqual(list(new.glob("*")), [])
         truth = self.scene / "truth"
-        self.assertEqual(run("evaluate", self.out, truth, "--views", "capture").returncode, 0)
+        self.assert_works(run("evaluate", self.out, truth, "--views", "capture"))
         before = self.names()
         self.assert_fails(run("evaluate", self.out, truth, "--method", "x"), 2, "--method", "NAME=DIR")
         self.assert_fails(run("evaluate", self.out, truth, "--method", "x=nosuch"), 1, "nosuch")
@@ -288,7 +282,7 @@ class Finished(FolderTest):
         self.assert_fails(run("check", self.out), 1, self.out, "flashsplat made")
 
     def test_all_among_others(self):
-        self.assertEqual(run("render", self.out, "--layers", "R,all", "-o", self.dir / "renders").returncode, 0)
+        self.assert_works(run("render", self.out, "--layers", "R,all", "-o", self.dir / "renders"))
         self.assertTrue((self.dir / "renders/T_N").exists())
 
 
@@ -324,7 +318,7 @@ class FullDisk(FolderTest):
         out = self.dir / "out"
         for limit in (0, 100, 4096):
             self.check(self.ingest(out, limit), out)
-        self.assertEqual(self.ingest(out, 10**8).returncode, 0)
+        self.assert_works(self.ingest(out, 10**8))
 
     def test_single_files_that_cannot_be_written(self):
         photos, file = pictures.photos(self.dir / "photos", 3), self.dir / "file"
@@ -356,15 +350,12 @@ class Odd(FolderTest):
 
     def made(self, width, height):
         self.scene, self.out = self.dir / "scene", self.dir / "out"
-        process = run("synth", "-o", self.scene, "--width", width, "--height", height, "--photos", 6, "--held-out", 1)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(run("synth", "-o", self.scene, "--width", width, "--height", height, "--photos", 6, "--held-out", 1))
         pictures.give_points(self.scene / "truth")
         return ["--poses", self.scene / "truth/sparse", "--init-count", 300, "--max-splats", 400, "--threads", 1]
 
     def works(self, *words):
-        process = run(*words)
-        self.assertEqual(process.returncode, 0, process.stderr)
-        return process
+        return self.assert_works(run(*words))
 
     def test_nothing_mirrored(self):
         """Where R's Gaussians all are transparent there is none to put the others beside: R is empty."""

@@ -18,8 +18,7 @@ class Info(FolderTest):
         return path
 
     def info(self, path):
-        process = run("info", path)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(run("info", path))
         self.assertEqual(process.stderr, "")
         return process.stdout
 

@@ -33,9 +33,6 @@ class Learned(FolderTest):
         read = lambda name: json.loads((self.out / "clouds" / name).read_text())
         return read("model.json"), {p["name"]: p for p in read("photos.json")["photos"]}
 
-    def assert_works(self, process):
-        self.assertEqual(process.returncode, 0, process.stdout + process.stderr)
-
     def composite_psnr(self):
         truth = self.scene / "truth"
         self.assert_works(run("render", self.out, "--output", self.dir / "views", "--cameras", truth / "cameras.json", "--layers", "I_N,I_F"))
@@ -125,8 +122,7 @@ class Learned(FolderTest):
             self.assert_works(run("synth", "-o", self.scene, *size, "--photos", 16, "--held-out", 4, "--seed", 301))
             for option in ("--bars", "--no-bars"):
                 out = self.dir / f"out{hard}{option}"
-                process = run("run", self.scene / "capture/raw", "-o", out, *words, *start, option)
-                self.assert_works(process)
+                process = self.assert_works(run("run", self.scene / "capture/raw", "-o", out, *words, *start, option))
                 found = bool(hard) and option == "--bars"
                 self.assertEqual(found, "where nothing is mirrored" in process.stdout + process.stderr)
                 self.assertEqual(found, json.loads((out / "clouds/photos.json").read_text())["bars"] > 0.02)
@@ -147,8 +143,7 @@ class Learned(FolderTest):
                               "--held-out", 4, "--seed", 301))
         self.assert_works(run("run", self.scene / "capture/raw", "-o", self.out, *words, "--steps", 20))
         self.bars_to_mirrored()
-        process = run("train", self.out, "--preset", "preview", "--steps", 1250, "--max-splats", 9000, "--no-photographer", "--no-dirt", "--force")
-        self.assert_works(process)
+        process = self.assert_works(run("train", self.out, "--preset", "preview", "--steps", 1250, "--max-splats", 9000, "--no-photographer", "--no-dirt", "--force"))
         self.assertIn("found bars, where nothing is mirrored", process.stdout + process.stderr)
         self.assertGreater(json.loads((self.out / "clouds/photos.json").read_text())["bars"], 0.02)
 
@@ -303,8 +298,7 @@ class Learned(FolderTest):
 
     def test_shutter(self):
         truth = self.make("shutter=0.9")
-        process = run("run", self.scene / "capture/raw", "-o", self.out, "--poses", self.scene / "truth/sparse", *TRAIN, "--steps", 20)
-        self.assert_works(process)
+        process = self.assert_works(run("run", self.scene / "capture/raw", "-o", self.out, "--poses", self.scene / "truth/sparse", *TRAIN, "--steps", 20))
         views = {v["name"]: v for v in json.loads((self.out / "views.json").read_text())["views"]}
         flash = [p for p in truth["photos"] if p["flash"]]
         self.assertGreater(len({p["shutter"] for p in flash}), 1)
@@ -327,8 +321,7 @@ class Little(FolderTest):
                            0, "--reflection", share],
                           ["ingest", made / "capture/raw", "-o", out, "--long-edge", 240],
                           ["poses", out, "--poses", made / "truth/sparse"], ["initialise", out, "--init-count", 3000]):
-                process = run(*words)
-                self.assertEqual(process.returncode, 0, process.stderr)
+                process = self.assert_works(run(*words))
             self.assertEqual("little is mirrored" in process.stdout, little)
             self.assertEqual(json.loads((out / "start/model.json").read_text())["rare"] > 0, little)
 

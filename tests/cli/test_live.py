@@ -12,9 +12,8 @@ class Live(common.FolderTest):
     def setUp(self):
         super().setUp()
         self.scene, self.out = self.dir / "scene", self.dir / "out <&>"
-        made = common.run("synth", "-o", self.scene, "--photos", 12, "--held-out", 0, "--width", 192, "--height", 128,
-                          "--seed", 31, "--threads", 1)
-        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assert_works(common.run("synth", "-o", self.scene, "--photos", 12, "--held-out", 0, "--width", 192, "--height", 128,
+                                     "--seed", 31, "--threads", 1))
 
     def words(self, steps):
         return list(map(str, ["run", self.scene / "capture/raw", "-o", self.out, "--poses", self.scene / "truth/sparse",
@@ -49,8 +48,7 @@ class Live(common.FolderTest):
         last = (self.out / "index.html").read_text()
         self.assertNotIn('http-equiv="refresh"', last)
         self.assertIn('id="viewer"', last)
-        again = common.run(*self.words(60))  # all is done: the page stays a viewer
-        self.assertEqual(again.returncode, 0, again.stderr)
+        again = self.assert_works(common.run(*self.words(60)))  # all is done: the page stays a viewer
         self.assertNotIn("watch it in", again.stdout)
         said = common.run("info", self.out).stdout
         self.assertIn("layers at the end of training", said)

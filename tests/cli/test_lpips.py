@@ -148,11 +148,9 @@ class Lpips(common.FolderTest):
         for net, save in (("alex", save_zip), ("vgg", save_legacy)):
             save(self.dir / f"{net}.pth", trunk_arrays(net, weights[net][0]))
             (save_legacy if save is save_zip else save_zip)(self.dir / f"{net}_lin.pth", lin_arrays(weights[net][1]))
-        done = convert("-o", self.dir / "w", "--alexnet", self.dir / "alex.pth", "--alexnet-lin",
-                       self.dir / "alex_lin.pth", "--vgg", self.dir / "vgg.pth", "--vgg-lin", self.dir / "vgg_lin.pth")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        run = self.evaluate("--lpips-weights", self.dir / "w", "--json", self.dir / "j.json")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assert_works(convert("-o", self.dir / "w", "--alexnet", self.dir / "alex.pth", "--alexnet-lin",
+                                  self.dir / "alex_lin.pth", "--vgg", self.dir / "vgg.pth", "--vgg-lin", self.dir / "vgg_lin.pth"))
+        run = self.assert_works(self.evaluate("--lpips-weights", self.dir / "w", "--json", self.dir / "j.json"))
         self.assertIn("LPIPS-A LPIPS-V", run.stdout)
         layer = json.loads((self.dir / "j.json").read_text())["methods"]["flashsplat"]["layers"]["T_N"]
         gain = np.array(layer["gain"])
@@ -166,16 +164,14 @@ class Lpips(common.FolderTest):
                     self.assertAlmostEqual(layer["views"][view][key] / expected, 1, delta=2e-4)
         self.assertIn("lpips_vgg_paper", layer)
         # One network alone: only its column.
-        done = convert("-o", self.dir / "w", "--alexnet", self.dir / "alex.pth", "--alexnet-lin", self.dir / "alex_lin.pth")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assert_works(convert("-o", self.dir / "w", "--alexnet", self.dir / "alex.pth", "--alexnet-lin", self.dir / "alex_lin.pth"))
         run = self.evaluate("--lpips-weights", self.dir / "w", "--json", self.dir / "one.json")
         self.assertIn("LPIPS-A", run.stdout)
         self.assertNotIn("LPIPS-V", run.stdout)
         self.assertNotIn("lpips_vgg", (self.dir / "one.json").read_text())
 
     def test_without_weights(self):
-        run = self.evaluate()
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.assert_works(self.evaluate())
         self.assertIn("tools/lpips_convert.py", run.stdout + run.stderr)
         self.assertNotIn("LPIPS-A", run.stdout)
 

@@ -26,9 +26,7 @@ class Masks(FolderTest):
         self.photos = self.scene / "capture/raw"
 
     def works(self, *words):
-        process = run(*words)
-        self.assertEqual(process.returncode, 0, process.stdout + process.stderr)
-        return process
+        return self.assert_works(run(*words))
 
     def ingest(self, *options):
         return self.works("ingest", self.photos, "-o", self.out, "--long-edge", W // 2, *options)

@@ -17,7 +17,7 @@ class Models(FolderTest):
         super().setUp()
         self.out = self.dir / "out"
         self.names = [p.name for p in sorted(pictures.photos(self.dir / "photos", 6).iterdir())]
-        self.assertEqual(run("ingest", self.dir / "photos", "-o", self.out, *FLASH).returncode, 0)
+        self.assert_works(run("ingest", self.dir / "photos", "-o", self.out, *FLASH))
 
     def refuses(self, model, *words):
         process = run("poses", self.out, "--poses", model)
@@ -76,14 +76,11 @@ class Frames(FolderTest):
         super().setUp()
         self.made, self.out = self.dir / "made", self.dir / "out"
         self.model = self.made / "truth/sparse"
-        process = run("synth", "-o", self.made, "--width", 240, "--height", 160, "--photos", 12, "--held-out", 0)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(run("synth", "-o", self.made, "--width", 240, "--height", 160, "--photos", 12, "--held-out", 0))
 
     def pose(self, photos):
-        process = run("ingest", photos, "-o", self.out, "--long-edge", 240, "--force")
-        self.assertEqual(process.returncode, 0, process.stderr)
-        process = run("poses", self.out, "--poses", self.model, "--force")
-        self.assertEqual(process.returncode, 0, process.stderr)
+        self.assert_works(run("ingest", photos, "-o", self.out, "--long-edge", 240, "--force"))
+        process = self.assert_works(run("poses", self.out, "--poses", self.model, "--force"))
         views = json.loads((self.out / "views.json").read_text())["views"]
         self.assertEqual(len(views), 12)
         return process.stdout, views[0]

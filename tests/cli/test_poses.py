@@ -42,8 +42,7 @@ class Failures(FolderTest):
         super().setUp()
         self.out = self.dir / "out"
         pictures.photos(self.dir / "photos", 4)
-        done = run("ingest", self.dir / "photos", "-o", self.out, "--flash-glob", "F_*", "--long-edge", 48)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assert_works(run("ingest", self.dir / "photos", "-o", self.out, "--flash-glob", "F_*", "--long-edge", 48))
 
     def poses(self, says, status, *options, extracts="", features=1):
         path = self.dir / "stand-in"

@@ -9,10 +9,8 @@ import os
 import pathlib
 import shutil
 import sys
-import tempfile
 import threading
 import time
-import unittest
 
 import browsers
 import common
@@ -73,12 +71,10 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
         pass
 
 
-class SuperSplat(unittest.TestCase):
+class SuperSplat(common.ProgramTest):
     @classmethod
     def setUpClass(cls):
-        holder = tempfile.TemporaryDirectory(prefix="flashsplat-supersplat-")
-        cls.addClassCleanup(holder.cleanup)
-        cls.dir = pathlib.Path(holder.name)
+        cls.dir = cls.shared_folder()
         scene, cls.out = cls.dir / "scene", cls.dir / "out"
         cls.ok("synth", "-o", scene, "--photos", 8, "--held-out", 0, "--width", WIDTH, "--height", HEIGHT,
                "--seed", 31)
@@ -93,9 +89,7 @@ class SuperSplat(unittest.TestCase):
 
     @classmethod
     def ok(cls, *words):
-        process = common.run(*words, "--threads", 1, timeout=300)
-        if process.returncode:
-            raise AssertionError(process.stderr)
+        cls.assert_works(common.run(*words, "--threads", 1, timeout=300))
 
     @classmethod
     def serve(cls):

@@ -67,8 +67,7 @@ class Terminal(FolderTest):
         self.assertIn("4 with flash", process.stdout)
 
     def test_quiet(self):
-        process = run(*self.words, "--quiet")
-        self.assertEqual(process.returncode, 0)
+        process = self.assert_works(run(*self.words, "--quiet"))
         self.assertEqual(process.stdout, "")
         for line in process.stderr.splitlines():
             self.assertTrue(line.startswith("warning: "), line)

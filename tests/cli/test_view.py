@@ -35,8 +35,7 @@ class View(common.FolderTest):
         os.mkfifo(self.out / "report/pipe.js")
 
     def test_without_a_display_it_names_the_page(self):
-        process = common.run("view", self.out, env=BARE)
-        self.assertEqual(process.returncode, 0, process.stderr)
+        process = self.assert_works(common.run("view", self.out, env=BARE))
         self.assertEqual(process.stdout, f"{self.out.resolve()}/index.html\n")
         self.assert_fails(common.run("view", self.dir), 1, "index.html", "flashsplat run")
         self.assertEqual(common.run("view").returncode, 2)
@@ -47,11 +46,10 @@ class View(common.FolderTest):
         (tools / "xdg-open").write_text(f'#!/bin/sh\necho "$1" >{self.dir}/opened\n')
         (tools / "xdg-open").chmod(0o755)
         path = f"{tools}:{os.environ['PATH']}"
-        self.assertEqual(common.run("view", self.out, env={**BARE, "DISPLAY": ":9", "PATH": path}).returncode, 0)
+        self.assert_works(common.run("view", self.out, env={**BARE, "DISPLAY": ":9", "PATH": path}))
         self.assertEqual((self.dir / "opened").read_text(), f"{self.out.resolve()}/index.html\n")
         (tools / "xdg-open").write_text("#!/bin/sh\nexit 3\n")
-        process = common.run("view", self.out, env={**BARE, "WAYLAND_DISPLAY": "w", "PATH": path})
-        self.assertEqual(process.returncode, 0)
+        process = self.assert_works(common.run("view", self.out, env={**BARE, "WAYLAND_DISPLAY": "w", "PATH": path}))
         self.assertIn("warning: xdg-open", process.stderr)
 
     def a_browser_that_stays(self):
@@ -72,7 +70,7 @@ class View(common.FolderTest):
         self.assertEqual(process.wait(20), 0)
         os.kill(int((self.dir / "browser").read_text()), 0)  # Ctrl-C is not for it
         os.kill(int((self.dir / "browser").read_text()), signal.SIGKILL)
-        self.assertEqual(common.run("view", self.out, env=env).returncode, 0)
+        self.assert_works(common.run("view", self.out, env=env))
         self.assertLess(time.monotonic() - begin, 60)
 
     def serve(self, env=BARE):

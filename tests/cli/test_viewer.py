@@ -7,7 +7,6 @@ import os
 import pathlib
 import shutil
 import sys
-import tempfile
 import unittest
 
 import browsers
@@ -67,12 +66,10 @@ def decode(url):
     return cv2.imdecode(numpy.frombuffer(base64.b64decode(url.split(",")[1]), numpy.uint8), cv2.IMREAD_COLOR)
 
 
-class Viewer(unittest.TestCase):
+class Viewer(common.ProgramTest):
     @classmethod
     def setUpClass(cls):
-        holder = tempfile.TemporaryDirectory(prefix="flashsplat-viewer-")
-        cls.addClassCleanup(holder.cleanup)
-        cls.dir = pathlib.Path(holder.name)
+        cls.dir = cls.shared_folder()
         scene = cls.dir / "scene"
         cls.ok("synth", "-o", scene, "--photos", 12, "--held-out", 2, "--width", 192, "--height", 128, "--seed", 31)
         cls.make("one", "--init-count", 2000, "--steps", 80)
@@ -98,9 +95,7 @@ class Viewer(unittest.TestCase):
 
     @classmethod
     def ok(cls, *words):
-        process = common.run(*words, "--threads", 1, timeout=300)
-        if process.returncode:
-            raise AssertionError(process.stderr)
+        cls.assert_works(common.run(*words, "--threads", 1, timeout=300))
 
     def each(self, kinds=None, out=None):
         for kind in kinds or browsers.found():

@@ -11,7 +11,7 @@
 #include "../unit/temp_dir.h"
 #include "base/owned.h"
 #include "image/tone.h"
-#include "model/cameras_file.h"
+#include "model/dataset.h"
 #include "model/scene.h"
 #include "model/rendered_from.h"
 

@@ -5,6 +5,7 @@
 #include <cmocka.h>
 #include <string.h>
 
+#include "../unit/said.h"
 #include "../unit/temp_dir.h"
 #include "base/owned.h"
 #include "image/image.h"
@@ -205,15 +206,6 @@ static void figures_of_other_renders_are_left_out(void **state)
     }
 }
 
-static char said[4000];
-
-static void on_log(void *user, FsLogLevel level, const char *message)
-{
-    (void)user, (void)level;
-    size_t n = strlen(said);
-    snprintf(said + n, sizeof said - n, "%s\n", message);
-}
-
 // By its step: names of more than five digits come before others.
 static void the_newest_progress_picture_is_shown(void **state)
 {
@@ -223,7 +215,7 @@ static void the_newest_progress_picture_is_shown(void **state)
     ReportLive *live;
     put_image(out, "progress", "100000", ".png", 3, 0.5f);
     put_image(out, "progress", "99500", ".png", 3, 0.5f);
-    const FsCallbacks callbacks = {.log = on_log};
+    const FsCallbacks callbacks = {.log = said_keep};
     fs_info_results(out, &callbacks);
     assert_non_null(strstr(said, "progress/100000.png"));
     assert_int_equal(fs_project_open(&project, out, settings, NULL, NULL), 0);

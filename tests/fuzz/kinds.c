@@ -41,65 +41,53 @@ static void check(bool kept, const char *what, const char *detail)
     abort();
 }
 
-static char *in(const char *dir, const char *name)
+static char *in(const char *dir, const char *name) // stays for thirty-one more calls
 {
-    char *path = fs_file_path("%s/%s", dir, name);
-    check(path != NULL, "memory for a path", name);
-    return path;
+    static FilePath path[32];
+    static int next;
+    FilePath *at = &path[next++ % 32];
+    *at = fs_file_at("%s/%s", dir, name);
+    return at->text;
 }
 
 // ---- photos ----
 
-static int read_image(const char *dir, const char *name, int (*read)(const char *, Image *, FsError *), FsError *err)
+typedef int ReadTag(const char *path, LightTag *tag, FsError *err);
+typedef int ReadImage(const char *path, Image *image, FsError *err);
+
+static int read_image(const char *path, ReadTag *read_tag, ReadImage *read, FsError *err)
 {
+    LightTag tag;
     Image image = {0};
-    char *path = in(dir, name);
+    read_tag(path, &tag, NULL);
+    fs_profile_tag_free(&tag);
     int rc = read(path, &image, err);
     if (rc == 0) check(image.width > 0 && image.height > 0 && image.px && image.channels % 2, "an image", path);
     fs_image_free(&image);
-    free(path);
     return rc;
 }
 
 static int read_png(const char *dir, FsError *err)
 {
-    LightTag tag;
-    char *path = in(dir, "a.png");
-    fs_png_read_tag(path, &tag, NULL);
-    fs_profile_tag_free(&tag);
-    free(path);
-    return read_image(dir, "a.png", fs_png_read, err);
+    return read_image(in(dir, "a.png"), fs_png_read_tag, fs_png_read, err);
 }
 
 static int read_tiff(const char *dir, FsError *err)
 {
-    LightTag tag;
-    char *path = in(dir, "a.tif");
-    fs_tiff_read_tag(path, &tag, NULL);
-    fs_profile_tag_free(&tag);
-    free(path);
-    return read_image(dir, "a.tif", fs_tiff_read, err);
+    return read_image(in(dir, "a.tif"), fs_tiff_read_tag, fs_tiff_read, err);
 }
 
 static int read_jpeg(const char *dir, FsError *err)
 {
-    LightTag tag;
-    char *path = in(dir, "a.jpg");
-    fs_jpeg_read_tag(path, &tag, NULL);
-    fs_profile_tag_free(&tag);
-    free(path);
-    return read_image(dir, "a.jpg", fs_jpeg_read, err);
+    return read_image(in(dir, "a.jpg"), fs_jpeg_read_tag, fs_jpeg_read, err);
 }
 
 static int read_heif(const char *dir, FsError *err)
 {
-    LightTag tag;
     ExifInfo exif;
-    char *path = in(dir, "a.heic");
-    if (fs_heif_read_tag(path, &tag, NULL) == 0) fs_profile_tag_free(&tag);
+    const char *path = in(dir, "a.heic");
     check(fs_exif_read(path, &exif, NULL) < 0 || (exif.orientation >= 1 && exif.orientation <= 8), "EXIF", path);
-    free(path);
-    return read_image(dir, "a.heic", fs_heif_read, err);
+    return read_image(path, fs_heif_read_tag, fs_heif_read, err);
 }
 
 static int read_raw(const char *dir, FsError *err)
@@ -111,7 +99,6 @@ static int read_raw(const char *dir, FsError *err)
     if (rc == 0) check(info.orientation >= 1 && info.orientation <= 8, "an orientation", path);
     if (rc == 0) rc = fs_raw_read(path, (double[3]){1, 1, 1}, false, &sizes, err);
     fs_sizes_free(&sizes);
-    free(path);
     return rc;
 }
 
@@ -128,7 +115,6 @@ static int read_npy(const char *dir, FsError *err)
     for (size_t i = 0; rc == 0 && i < fs_image_values(&sizes.size[0].rgb); i++)
         check(isfinite(sizes.size[0].rgb.px[i]), "finite light", path);
     fs_sizes_free(&sizes);
-    free(path);
     return rc;
 }
 
@@ -149,7 +135,6 @@ static int read_exif(const char *dir, FsError *err)
         check(size < 65527, "the tags", path);
     free(block);
     fs_tags_free(&tags);
-    free(path);
     // what nothing was found in is taken all the same
     return exif.flash >= 0 || exif.make[0] || exif.iso > 0 || exif.orientation > 1 ? rc : -1;
 }
@@ -159,7 +144,6 @@ static int read_icc(const char *dir, FsError *err)
     char *path = in(dir, "a.icc"), *data;
     size_t size;
     int rc = fs_file_read(path, MAX_FILE, &data, &size, err);
-    free(path);
     if (rc < 0) return rc;
     void *exact = malloc(size ? size : 1); // without the 0 behind it
     memcpy(exact, data, size);
@@ -189,7 +173,6 @@ static int read_ply(const char *dir, FsError *err)
     int rc = fs_cloud_ply_read(&cloud, path, err);
     if (rc == 0) check_finite(&cloud);
     fs_cloud_free(&cloud);
-    free(path);
     return rc;
 }
 
@@ -201,7 +184,6 @@ static int read_points(const char *dir, FsError *err)
     int rc = fs_points_ply_read(path, &xyz, &n, err);
     for (int i = 0; i < 3 * n; i++) check(isfinite(xyz[i]), "a finite point", path);
     free(xyz);
-    free(path);
     return rc;
 }
 
@@ -232,18 +214,12 @@ static int read_cameras(const char *path, FsError *err)
 
 static int read_cameras_json(const char *dir, FsError *err)
 {
-    char *path = in(dir, "cameras.json");
-    int rc = read_cameras(path, err);
-    free(path);
-    return rc;
+    return read_cameras(in(dir, "cameras.json"), err);
 }
 
 static int read_bounds(const char *dir, FsError *err)
 {
-    char *path = in(dir, "poses_bounds.npy");
-    int rc = read_cameras(path, err);
-    free(path);
-    return rc;
+    return read_cameras(in(dir, "poses_bounds.npy"), err);
 }
 
 static int read_dataset(const char *dir, FsError *err)
@@ -252,7 +228,6 @@ static int read_dataset(const char *dir, FsError *err)
     char *path = in(dir, "views.json");
     int rc = fs_dataset_read(&dataset, path, err);
     fs_dataset_free(&dataset);
-    free(path);
     return rc;
 }
 
@@ -271,7 +246,6 @@ static int read_database(const char *dir, FsError *err)
               "a feature", path);
     fs_database_features_free(&features);
     fs_database_close(database);
-    free(path);
     return rc;
 }
 
@@ -311,12 +285,8 @@ static int read_owned(const char *dir, FsError *err)
     for (int i = 0; i < 5; i++) {
         bool stays = fs_file_exists(path[i]) || fs_file_is_dir(path[i]);
         check(stays ? !ours[i] : !there[i] || listed[i], "what is ours goes, all else stays", path[i]);
-        free(path[i]);
     }
     free(list);
-    free(made);
-    free(all);
-    free(out);
     return rc;
 }
 
@@ -342,9 +312,7 @@ static int read_flash_list(const char *dir, FsError *err)
         photo[i].name = names[i], photo[i].file = photo[i].path = file[i];
     }
     FsProject project = {.set = {.flash_list = path, .separation = "full", .lighting = "both"}};
-    int rc = fs_photos_find_flash(&photos, &project, err);
-    free(path);
-    return rc;
+    return fs_photos_find_flash(&photos, &project, err);
 }
 
 // Weights are megabytes: here the byte 0xee and a count in three bytes stand for as many zeros.
@@ -373,9 +341,7 @@ static int read_lpips(const char *dir, FsError *err)
     char *packed = in(dir, "packed"), *path = in(dir, "weights.bin");
     unpack_zeros(packed, path);
     int rc = fs_lpips_read(&lpips, path, err);
-    free(packed);
     fs_lpips_free(lpips);
-    free(path);
     return rc;
 }
 
@@ -401,18 +367,13 @@ fail:
     fs_truth_free(&pictures);
     fs_truth_free(&depths);
     fs_dataset_free(&cameras);
-    free(path);
     return rc;
 }
 
 static int read_bench(const char *dir, FsError *err)
 {
-    char *a = in(dir, "a.json"), *b = in(dir, "b.json"), *both = fs_file_path("%s,%s", a, b);
-    int rc = fs_result_compare(both, &(const Log){0}, err);
-    free(both);
-    free(a);
-    free(b);
-    return rc;
+    FilePath both = fs_file_at("%s,%s", in(dir, "a.json"), in(dir, "b.json"));
+    return fs_result_compare(both.text, &(const Log){0}, err);
 }
 
 static int read_project(const char *dir, FsError *err)
@@ -442,7 +403,6 @@ static void fill_in_made_from(FsProject *project, const char *dir)
         json_dump_file(state, path, JSON_REAL_PRECISION(17));
     }
     json_decref(state);
-    free(path);
 }
 
 static int read_checkpoint(const char *dir, FsError *err)
@@ -481,9 +441,7 @@ static int read_info(const char *dir, FsError *err)
         if (i > 0) check(symlink(first, path) == 0 || fs_file_exists(path), "a link", path);
         int rc = fs_info_run(path, &(const Log){0}, err);
         if (rc == 0) taken = 0;
-        free(path);
     }
-    free(first);
     return taken;
 }
 
@@ -557,7 +515,6 @@ static void write_part(const char *dir, const char *name, const uint8_t *data, s
     FILE *f = fopen(path, "wb");
     check(f && (size == 0 || fwrite(data, size, 1, f) == 1), "writing", path);
     fclose(f);
-    free(path);
 }
 
 int fuzz_run(const FuzzKind *kind, const uint8_t *data, size_t size, FsError *err)
@@ -579,6 +536,5 @@ int fuzz_run(const FuzzKind *kind, const uint8_t *data, size_t size, FsError *er
         check(err->code < 0 && strstr(err->message, dir), "a refusal names the file", err->message);
         check(!strchr(err->message, '\n'), "a refusal is one line", err->message);
     }
-    free(dir);
     return rc;
 }

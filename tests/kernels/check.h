@@ -8,8 +8,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
+#include "base/order.h"
 #include "base/rng.h"
 #include "kernels/kernels.h"
 
@@ -46,7 +47,7 @@ __attribute__((unused)) static Planes random_planes(int width, int height, int c
     p.px = aligned_alloc(64, n * sizeof(float));
     if (!p.px) abort();
     for (size_t i = 0; i < n; i++)
-        p.px[i] = (int)(i % (size_t)p.stride) < width ? lo + (hi - lo) * fs_rng_uniform(rng) : (i & 1 ? 1e30f : -1e30f);
+        p.px[i] = (int)(i % (size_t)p.stride) < width ? fs_rng_range(rng, lo, hi) : (i & 1 ? 1e30f : -1e30f);
     return p;
 }
 __attribute__((unused)) static Planes copy_planes(const Planes *from)
@@ -94,19 +95,11 @@ __attribute__((unused)) static double median_seconds(void (*f)(void *), void *co
     double t[ROUNDS];
     f(context);
     for (int i = 0; i < ROUNDS; i++) {
-        struct timespec a, b;
-        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &a);
+        double begin = fs_clock_of(CLOCK_THREAD_CPUTIME_ID);
         f(context);
-        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &b);
-        t[i] = (double)(b.tv_sec - a.tv_sec) + 1e-9 * (double)(b.tv_nsec - a.tv_nsec);
+        t[i] = fs_clock_of(CLOCK_THREAD_CPUTIME_ID) - begin;
     }
-    for (int i = 1; i < ROUNDS; i++)
-        for (int j = i; j > 0 && t[j - 1] > t[j]; j--) {
-            double swap = t[j];
-            t[j] = t[j - 1];
-            t[j - 1] = swap;
-        }
-    return t[ROUNDS / 2];
+    return fs_order_median(t, ROUNDS);
 }
 #define BENCH(name, level, unit, count, f, context)                                                                    \
     do {                                                                                                               \

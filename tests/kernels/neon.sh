@@ -20,10 +20,7 @@ fi
 
 flags="-std=c17 -O1 -Wall -Wextra -Werror -Wno-psabi -Wno-missing-field-initializers -D_GNU_SOURCE -ffp-contract=fast -I$root/include -I$root/src"
 objects=
-for source in "$root"/src/base/cpu.c "$root"/src/base/error.c "$root"/src/kernels/*.c "$root"/src/engine/gain_graph.c; do
-    case $source in
-    *_avx2.c | *_avx512.c) continue ;;
-    esac
+for source in "$root"/src/base/cpu.c "$root"/src/base/error.c "$root"/src/base/order.c "$root"/src/kernels/*.c "$root"/src/engine/gain_graph.c; do
     object=$work/$(basename "$source" .c).o
     $cc $flags -c "$source" -o "$object"
     objects="$objects $object"
@@ -33,7 +30,7 @@ for test in "$root"/tests/kernels/test_*.c; do
     grep -q cmocka "$test" && continue # needs libraries of this machine
     name=$(basename "$test" .c)
     # -fno-tree-vectorize: GCC 12 for ARM stumbles over a loop of a test
-    $cc $flags -fno-tree-vectorize "$test" "$root/tests/kernels/vmath_neon.c" $objects -static -lm -o "$work/$name"
+    $cc $flags -fno-tree-vectorize "$test" "$root/tests/kernels/vmath_simd.c" $objects -static -lm -o "$work/$name"
     printf '%s: ' "$name"
     "$qemu" "$work/$name" || failed=1
 done

@@ -6,8 +6,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "engine/engine.h"
-
 enum { DRAWN_MOST = 32 }; // Gaussians of a cloud
 
 typedef struct Drawn {

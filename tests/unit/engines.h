@@ -10,10 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/order.h"
 #include "base/rng.h"
 #include "engine/engine.h"
-#include "kernels/pane.h"
-#include "kernels/shade.h"
 #include "model/settings.h"
 
 enum { W = 26, H = 37, N = 14 };
@@ -146,23 +145,17 @@ static inline void load_photo(Engine *engine, const Camera *camera, bool flash)
     load_photo_with(engine, camera, flash, &unlike);
 }
 
-static inline int compare_places(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 static inline void send_neighbours(Engine *engine, const Cloud *cloud)
 {
     int list[(N + 3) * ENGINE_NEIGHBOURS];
     for (int i = 0; i < cloud->n; i++) { // the first eight others, in a made-up order of places
-        float at[N + 3][2];
+        Ranked at[N + 3];
         for (int j = 0; j < cloud->n; j++) {
-            at[j][0] = j == i ? INFINITY : fabsf(cloud->field[CLOUD_MEANS][3 * i] - cloud->field[CLOUD_MEANS][3 * j]);
-            at[j][1] = (float)j;
+            float apart = fabsf(cloud->field[CLOUD_MEANS][3 * i] - cloud->field[CLOUD_MEANS][3 * j]);
+            at[j] = (Ranked){j == i ? INFINITY : (double)apart, j};
         }
-        qsort(at, (size_t)cloud->n, sizeof *at, compare_places);
-        for (int k = 0; k < ENGINE_NEIGHBOURS; k++) list[i * ENGINE_NEIGHBOURS + k] = (int)at[k][1];
+        fs_order_ranked(at, (size_t)cloud->n);
+        for (int k = 0; k < ENGINE_NEIGHBOURS; k++) list[i * ENGINE_NEIGHBOURS + k] = at[k].index;
     }
     assert_int_equal(fs_engine_neighbours(engine, list, NULL), 0);
 }

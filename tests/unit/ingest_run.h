@@ -3,19 +3,11 @@
 #define TESTS_INGEST_RUN_H
 
 #include "photos.h"
+#include "said.h"
 
 #include <jansson.h>
 
-static char said[20000];
 static int polls_left = 1000000;
-
-static void on_log(void *user, FsLogLevel level, const char *message)
-{
-    (void)user;
-    size_t used = strlen(said);
-    if (level != FS_LOG_DEBUG)
-        snprintf(said + used, sizeof said - used, "%s%s\n", level == FS_LOG_WARN ? "W " : "", message);
-}
 
 static bool on_poll(void *user)
 {
@@ -28,14 +20,14 @@ static inline int ingest(const char *photos, const char *const settings[], FsErr
 {
     FsSettings *set = fs_settings_new();
     FsProject *project;
-    FsCallbacks callbacks = {.log = on_log, .cancelled = on_poll};
+    FsCallbacks callbacks = {.log = said_keep, .cancelled = on_poll};
     for (; settings && *settings; settings++) {
         char name[40];
         const char *equals = strchr(*settings, '=');
         snprintf(name, sizeof name, "%.*s", (int)(equals - *settings), *settings);
         assert_int_equal(fs_settings_set(set, name, equals + 1, NULL), 0);
     }
-    said[0] = 0;
+    said_forget();
     assert_int_equal(fs_project_open(&project, temp("out"), set, &callbacks, NULL), 0);
     *err = (FsError){0};
     int rc = fs_ingest(project, temp(photos), err);

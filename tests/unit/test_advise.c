@@ -9,15 +9,9 @@
 #include <cmocka.h>
 
 #include "initialise/start.h"
+#include "said.h"
 
 enum { POINTS = 400 };
-static char warnings[4000];
-
-static void keep_warning(void *user, FsLogLevel level, const char *message)
-{
-    (void)user;
-    if (level == FS_LOG_WARN) strncat(warnings, message, sizeof warnings - strlen(warnings) - 1);
-}
 
 // `lit` points whose contrast grows by `growth`, the rest mirrored; n_flash flash photos `apart` to the right of
 // n_other without, each 5 cm from the next; the scene is 2 m away.
@@ -38,10 +32,10 @@ static const char *say(int lit, int reflected, double growth, int n_flash, int n
         cue[i].log_slope += 0.05f * (float)(i % 5 - 2);
     }
     FlashLight light = {.color = {1, 1, 1}, .distance = 2};
-    Log log = {.log = keep_warning};
-    warnings[0] = 0;
+    Log log = {.log = said_keep};
+    said_forget();
     fs_advise(&views, &(SparsePoints){.n = POINTS, .cue = cue, .kind = kind}, &light, &log);
-    return warnings;
+    return warned;
 }
 
 static void test_sound(void **state)
@@ -55,14 +49,14 @@ static void test_warns(void **state)
 {
     (void)state;
     say(250, 120, 1.07, 15, 15, 0.05);
-    assert_non_null(strstr(warnings, "weak flash: contrast behind the pane grows only 1.07 times"));
-    assert_non_null(strstr(warnings, "only 0.2 errors of a point"));
+    assert_non_null(strstr(warned, "weak flash: contrast behind the pane grows only 1.07 times"));
+    assert_non_null(strstr(warned, "only 0.2 errors of a point"));
     assert_non_null(strstr(say(40, 200, 2.0, 15, 15, 0.05), "only 40 points are surely behind"));
     assert_non_null(strstr(say(250, 30, 2.0, 15, 15, 0.05), "only 30 points are surely mirrored"));
     assert_non_null(strstr(say(250, 120, 2.0, 3, 15, 0.05), "only 3 photos with the flash"));
     assert_non_null(strstr(say(250, 120, 2.0, 15, 2, 0.05), "only 2 photos without the flash"));
     assert_non_null(strstr(say(250, 120, 2.0, 15, 15, 0.4), "20 % of the scene's distance"));
-    assert_null(strstr(warnings, "weak"));
+    assert_null(strstr(warned, "weak"));
     assert_non_null(strstr(say(0, 0, 2.0, 15, 15, 0.4), "only 0 points are surely behind"));
 }
 

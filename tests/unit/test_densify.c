@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "train/cloud_edit.h"
-#include "train/train.h"
 #include "train/train_constants.h"
 #include "train/trainer.h"
 

@@ -1,5 +1,6 @@
 // What every device must do: gradients of the whole step against finite differences through the seam.
 #include "engines.h"
+#include "kernels/shade.h"
 
 // ---- gradients of a whole step ----
 

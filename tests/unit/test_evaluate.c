@@ -9,35 +9,24 @@
 #include <cmocka.h>
 #include <jansson.h>
 
-#include "base/rng.h"
 #include "evaluate/evaluate.h"
 #include "evaluate/metrics.h"
 #include "evaluate/truth.h"
 #include "image/tone.h"
+#include "said.h"
 #include "temp_dir.h"
 
 #ifndef FIXTURE
 #error "FIXTURE must name tests/data/evaluate"
 #endif
 
-typedef struct Said {
-    char text[1 << 16];
-} Said;
-
-static void on_log(void *user, FsLogLevel level, const char *message)
-{
-    Said *said = user;
-    size_t n = strlen(said->text);
-    snprintf(said->text + n, sizeof said->text - n, "%s%s\n", level == FS_LOG_WARN ? "warning: " : "", message);
-}
-
 // Runs on a fresh OUT with name/value settings; the JSON, or NULL and the error.
-static json_t *evaluate(const char *dir, const char *truth, const char *const *settings, Said *said, FsError *err)
+static json_t *evaluate(const char *dir, const char *truth, const char *const *settings, FsError *err)
 {
     FsSettings *set = fs_settings_new();
     for (int i = 0; settings[i]; i += 2) assert_int_equal(fs_settings_set(set, settings[i], settings[i + 1], err), 0);
-    said->text[0] = 0;
-    struct FsProject project = {.out = fs_file_path("%s/out", dir), .set = *set, .log = {.log = on_log, .user = said}};
+    said_forget();
+    struct FsProject project = {.out = fs_file_path("%s/out", dir), .set = *set, .log = {.log = said_keep}};
     assert_int_equal(fs_file_mkdirs(project.out, NULL), 0);
     char *path = fs_file_path("%s/evaluate.json", project.out);
     int rc = fs_evaluate_run(&project, truth, err);
@@ -81,13 +70,12 @@ static void test_agrees(void **state)
 {
     static const char *const which[] = {"held_out", "capture", "all"};
     for (int k = 0; k < 3; k++) {
-        Said said;
         FsError err;
         char name[64];
         snprintf(name, sizeof name, "expected_%s.json", which[k]);
         json_t *expected = load(name);
         json_t *root = evaluate(*state, FIXTURE "/truth",
-                                (const char *[]){"views", which[k], "output", FIXTURE "/renders", NULL}, &said, &err);
+                                (const char *[]){"views", which[k], "output", FIXTURE "/renders", NULL}, &err);
         const char *layer;
         json_t *wanted;
         json_object_foreach(expected, layer, wanted)
@@ -103,8 +91,8 @@ static void test_agrees(void **state)
                             json_number_value(json_array_get(json_object_get(found, "gain"), c)), 6e-4);
         }
         assert_int_equal(json_object_size(expected), k == 1 ? 3 : 5);
-        assert_true(!strstr(said.text, "warning: evaluate: 1 of 2 views are missing, the first one") == (k == 1));
-        assert_true(!strstr(said.text, "no I_N at capture views") == (k != 1));
+        assert_true(!strstr(said, "W evaluate: 1 of 2 views are missing, the first one") == (k == 1));
+        assert_true(!strstr(said, "no I_N at capture views") == (k != 1));
         json_decref(root);
         json_decref(expected);
     }
@@ -112,12 +100,11 @@ static void test_agrees(void **state)
 
 static void test_more_metrics(void **state)
 {
-    Said said;
     FsError err;
     json_t *expected = load("expected_extra.json"), *wanted;
     json_t *root =
         evaluate(*state, FIXTURE "/truth",
-                 (const char *[]){"output", FIXTURE "/renders", "method", "same=" FIXTURE "/truth", NULL}, &said, &err);
+                 (const char *[]){"output", FIXTURE "/renders", "method", "same=" FIXTURE "/truth", NULL}, &err);
     json_t *views = json_object_get(json_object_get(layers_of(root, "flashsplat"), "T_N"), "views");
     const char *name;
     json_object_foreach(json_object_get(expected, "T_N"), name, wanted)
@@ -134,7 +121,7 @@ static void test_more_metrics(void **state)
     assert_near("psnr of the truth", 120, number(perfect, "psnr"), 1e-9);
     assert_near("ssim of the truth", 1, number(perfect, "ssim"), 1e-12);
     assert_near("ms_ssim of the truth", 1, number(perfect, "ms_ssim"), 1e-12);
-    assert_non_null(strstr(said.text, "layer | flashsplat     | same"));
+    assert_non_null(strstr(said, "layer | flashsplat     | same"));
     json_decref(root);
     json_decref(expected);
 }
@@ -167,13 +154,11 @@ static void write_as_others(const char *dir, Encoding encoding, const char *endi
 
 static double others_psnr(const char *dir, const char *folder, const char *encoding, double *n)
 {
-    Said said;
     FsError err;
     FilePath method = fs_file_at("x=%s", folder);
     json_t *root = evaluate(
         dir, FIXTURE "/truth",
-        (const char *[]){"output", FIXTURE "/renders", "method", method.text, "method-encoding", encoding, NULL}, &said,
-        &err);
+        (const char *[]){"output", FIXTURE "/renders", "method", method.text, "method-encoding", encoding, NULL}, &err);
     if (!root) fail_msg("%s", err.message);
     json_t *layer = json_object_get(layers_of(root, "x"), "T_N");
     double psnr = *n > 0 ? number(layer, "psnr") : 0;
@@ -250,15 +235,14 @@ static void copy_layer(const char *layer, const char *to, const char *as)
 // Where the truth has no composites, the paired difference is that of T_F and T_N.
 static void test_paired_difference_of_T(void **state)
 {
-    Said said;
     FsError err;
     FilePath truth = fs_file_at("%s/of_T", (char *)*state);
     copy_layer("I_N", truth.text, "T_N");
     copy_layer("I_F", truth.text, "T_F");
     copy_file(FIXTURE "/truth/cameras.json", fs_file_at("%s/cameras.json", truth.text).text);
     const char *const renders[] = {"output", FIXTURE "/renders", NULL};
-    json_t *of_I = evaluate(*state, FIXTURE "/truth", renders, &said, &err);
-    json_t *of_T = evaluate(*state, truth.text, renders, &said, &err);
+    json_t *of_I = evaluate(*state, FIXTURE "/truth", renders, &err);
+    json_t *of_T = evaluate(*state, truth.text, renders, &err);
     assert_near("psnr_paper", number(json_object_get(layers_of(of_I, "flashsplat"), "T_N"), "psnr_paper"),
                 number(json_object_get(layers_of(of_T, "flashsplat"), "T_N"), "psnr_paper"), 1e-9);
     json_decref(of_I);
@@ -268,7 +252,6 @@ static void test_paired_difference_of_T(void **state)
 // Two pictures that may be meant are no missing one.
 static void test_two_that_may_be_meant(void **state)
 {
-    Said said;
     FsError err;
     FilePath others = fs_file_at("%s/two", (char *)*state);
     FileList list = {0};
@@ -285,7 +268,7 @@ static void test_two_that_may_be_meant(void **state)
     fs_file_list_free(&list);
     FilePath method = fs_file_at("two=%s", others.text);
     assert_null(evaluate(*state, FIXTURE "/truth",
-                         (const char *[]){"output", FIXTURE "/renders", "method", method.text, NULL}, &said, &err));
+                         (const char *[]){"output", FIXTURE "/renders", "method", method.text, NULL}, &err));
     assert_non_null(strstr(err.message, "2 pictures may be of"));
 }
 
@@ -307,9 +290,8 @@ static void check_depth(void **state, const char *layer)
     for (int i = 0; i < depth.width * depth.height; i++) depth.px[i] *= 65.535f * 4; // a unit of 25 cm
     depth.px[100] = NAN;
     assert_int_equal(fs_tiff_write_float(fs_file_at("%s/TEST_01.tif", folder[3].text).text, &depth, NULL), 0);
-    Said said;
     FsError err;
-    json_t *root = evaluate(at, truth.text, (const char *[]){"output", renders.text, NULL}, &said, &err);
+    json_t *root = evaluate(at, truth.text, (const char *[]){"output", renders.text, NULL}, &err);
     json_t *method = json_object_get(json_object_get(root, "methods"), "flashsplat");
     json_t *found = json_object_get(method, layer);
     assert_near("error", 3, number(found, "median_relative_error"), 1e-5);
@@ -331,11 +313,9 @@ static void test_threads(void **state)
 {
     char *text[2];
     for (int k = 0; k < 2; k++) {
-        Said said;
         FsError err;
-        json_t *root =
-            evaluate(*state, FIXTURE "/truth",
-                     (const char *[]){"output", FIXTURE "/renders", "threads", k ? "3" : "1", NULL}, &said, &err);
+        json_t *root = evaluate(*state, FIXTURE "/truth",
+                                (const char *[]){"output", FIXTURE "/renders", "threads", k ? "3" : "1", NULL}, &err);
         text[k] = json_dumps(root, JSON_SORT_KEYS);
         json_decref(root);
     }
@@ -346,9 +326,8 @@ static void test_threads(void **state)
 
 static void expect_error(const char *dir, const char *truth, const char *const *settings, int code, const char *word)
 {
-    Said said;
     FsError err = {0};
-    json_t *root = evaluate(dir, truth, settings, &said, &err);
+    json_t *root = evaluate(dir, truth, settings, &err);
     assert_null(root);
     assert_int_equal(err.code, code);
     if (!strstr(err.message, word)) fail_msg("'%s' lacks '%s'", err.message, word);
@@ -384,7 +363,6 @@ static void test_errors(void **state)
 // Of another program: what cannot be measured is refused, and what is measured otherwise is told.
 static void test_pictures_of_others(void **state)
 {
-    Said said;
     FsError err;
     Image image, half;
     FilePath others = fs_file_at("%s/others", (char *)*state), method = fs_file_at("x=%s", others.text);
@@ -395,15 +373,15 @@ static void test_pictures_of_others(void **state)
     copy_layer("T_N", others.text, "T_N");
     assert_int_equal(fs_png_read(FIXTURE "/renders/T_N/TEST_01.png", &image, NULL), 0);
     assert_int_equal(fs_png_write(fs_file_at("%s/TEST_01.png", eyes.text).text, &image, 8, NULL), 0);
-    json_decref(evaluate(*state, FIXTURE "/truth", settings, &said, &err));
-    assert_non_null(strstr(said.text, "warning: evaluate: 1 pictures in"));
-    assert_null(strstr(said.text, "may score higher"));
+    json_decref(evaluate(*state, FIXTURE "/truth", settings, &err));
+    assert_non_null(strstr(said, "W evaluate: 1 pictures in"));
+    assert_null(strstr(said, "may score higher"));
 
     assert_int_equal(fs_image_resize_area(&image, image.width / 2, image.height / 2, &half, NULL), 0);
     assert_int_equal(fs_png_write(fs_file_at("%s/TEST_01.png", layer.text).text, &half, 8, NULL), 0);
-    json_t *root = evaluate(*state, FIXTURE "/truth", settings, &said, &err);
+    json_t *root = evaluate(*state, FIXTURE "/truth", settings, &err);
     assert_near("width", half.width, number(json_object_get(layers_of(root, "x"), "T_N"), "width"), 0);
-    assert_non_null(strstr(said.text, "may score higher"));
+    assert_non_null(strstr(said, "may score higher"));
     json_decref(root);
 
     assert_int_equal(fs_png_write(fs_file_at("%s/TEST_01.PNG", layer.text).text, &half, 8, NULL), 0);

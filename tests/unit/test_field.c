@@ -10,6 +10,7 @@
 #include <libraw/libraw.h>
 
 #include "base/json_file.h"
+#include "image/bilinear.h"
 #include "image/tone.h"
 #include "model/colmap_model.h"
 #include "synth/nuisance.h"
@@ -294,14 +295,6 @@ static void test_blur(void **state)
     }
 }
 
-static float bilinear_green(const Image *image, double x, double y)
-{
-    int i = (int)x, j = (int)y;
-    float a = (float)(x - i), b = (float)(y - j);
-    return (1 - b) * ((1 - a) * fs_image_at(image, i, j)[1] + a * fs_image_at(image, i + 1, j)[1]) +
-           b * ((1 - a) * fs_image_at(image, i, j + 1)[1] + a * fs_image_at(image, i + 1, j + 1)[1]);
-}
-
 static void test_distortion(void **state) // undistorted with sparse_opencv's lens, the photos are the ideal ones
 {
     FsError err;
@@ -324,7 +317,8 @@ static void test_distortion(void **state) // undistorted with sparse_opencv's le
                 if (hypot(at[0] - x - 0.5, at[1] - y - 0.5) < 1) continue; // the middle
                 float green = fs_image_at(&ideal, x, y)[1];
                 straight += fabs((double)(fs_image_at(&seen, x, y)[1] - green));
-                bent += fabs((double)(bilinear_green(&seen, at[0] - 0.5, at[1] - 0.5) - green));
+                const Bilinear from = fs_bilinear_at(at[0] - 0.5, at[1] - 0.5, W, H);
+                bent += fabs((double)(fs_bilinear_value(&from, seen.px, 3, 1) - green));
             }
         assert_true(straight > 0 && bent < 0.6 * straight);
         fs_image_free(&ideal);

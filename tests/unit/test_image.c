@@ -23,7 +23,7 @@ static Image noise(int width, int height, int channels, float low, float high)
     Image image;
     Rng rng = fs_rng_new(7);
     assert_int_equal(fs_image_new(&image, width, height, channels, NULL), 0);
-    for (int i = 0; i < width * height * channels; i++) image.px[i] = low + (high - low) * fs_rng_uniform(&rng);
+    for (int i = 0; i < width * height * channels; i++) image.px[i] = fs_rng_range(&rng, low, high);
     return image;
 }
 

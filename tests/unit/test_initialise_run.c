@@ -11,16 +11,10 @@
 #include "made_capture.h"
 #include "model/colmap_model.h"
 #include "model/scene.h"
+#include "said.h"
 #include "temp_dir.h"
 
 enum { POINTS = 300, COUNT = 1500 };
-static char warnings[4000];
-
-static void keep_warning(void *user, FsLogLevel level, const char *message)
-{
-    (void)user;
-    if (level == FS_LOG_WARN) strncat(warnings, message, sizeof warnings - strlen(warnings) - 1);
-}
 
 static void write_photos(const char *out, const SmallViews *views)
 {
@@ -78,7 +72,7 @@ static const char *separation = "full";
 static int run(const char *out, const char *threads, const char *geometry, FsError *err)
 {
     FsSettings *settings = fs_settings_new();
-    FsCallbacks callbacks = {.log = keep_warning};
+    FsCallbacks callbacks = {.log = said_keep};
     FsProject project = {(char *)out, {0}, callbacks};
     char count[20];
     snprintf(count, sizeof count, "%d", COUNT);
@@ -89,7 +83,7 @@ static int run(const char *out, const char *threads, const char *geometry, FsErr
     assert_int_equal(fs_settings_set(settings, "separation", separation, NULL), 0);
     assert_int_equal(fs_settings_set(settings, "force", "true", NULL), 0);
     fs_settings_copy(&project.set, settings, NULL);
-    warnings[0] = 0;
+    said_forget();
     int rc = fs_initialise_run(&project, err);
     fs_settings_clear(&project.set);
     free(project.fingerprint);
@@ -153,7 +147,7 @@ static void test_run(void **state)
     write_points(out, &views, POINTS);
     FsError err = {0};
     if (run(out, "1", "shared", &err) < 0) fail_msg("%s", err.message);
-    assert_null(strstr(warnings, "weak flash"));
+    assert_null(strstr(warned, "weak flash"));
     assert_true(fs_file_exists(points));
     assert_int_equal(fs_scene_read(&scene, start, NULL), 0);
     assert_true(scene.shared_geometry && scene.pane_beta && scene.extent > 0 && scene.flash_distance > 1);
@@ -203,7 +197,7 @@ static void test_weak_flash(void **state)
     write_photos(out, &views);
     write_points(out, &views, POINTS);
     assert_int_equal(run(out, "2", "shared", NULL), 0);
-    assert_non_null(strstr(warnings, "flash")); // it says so, and still makes a start
+    assert_non_null(strstr(warned, "flash")); // it says so, and still makes a start
     fs_small_views_free(&views);
 }
 

@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -11,26 +12,17 @@
 
 #include "base/rng.h"
 #include "image/image.h"
+#include "image/tags.h"
 #include "pair/pair.h"
+#include "said.h"
 #include "temp_dir.h"
 
-typedef struct Said {
-    char text[8192];
-} Said;
-
-static void on_log(void *user, FsLogLevel level, const char *message)
-{
-    Said *said = user;
-    size_t n = strlen(said->text);
-    snprintf(said->text + n, sizeof said->text - n, "%s%s\n", level == FS_LOG_WARN ? "warning: " : "", message);
-}
-
-static int pair(const char *flash, const char *noflash, const char *out, bool linear, const char *long_edge, Said *said,
+static int pair(const char *flash, const char *noflash, const char *out, bool linear, const char *long_edge,
                 FsError *err)
 {
     FsSettings *set = fs_settings_new();
-    said->text[0] = 0;
-    Log log = {.log = on_log, .user = said};
+    said_forget();
+    Log log = {.log = said_keep};
     set->linear = linear;
     if (long_edge) assert_int_equal(fs_settings_set(set, "long-edge", long_edge, NULL), 0);
     int rc = fs_pair_run(flash, noflash, out, set, &log, err);
@@ -47,28 +39,27 @@ static void make(Image *image, int width, int height, uint64_t seed, float low, 
 {
     Rng rng = fs_rng_new(seed);
     assert_int_equal(fs_image_new(image, width, height, 3, NULL), 0);
-    for (int i = 0; i < width * height * 3; i++) image->px[i] = low + (high - low) * fs_rng_uniform(&rng);
+    for (int i = 0; i < width * height * 3; i++) image->px[i] = fs_rng_range(&rng, low, high);
 }
 
 static void test_difference(void **state)
 {
     char *f = in(state, "f.tif"), *n = in(state, "n.tif"), *out = in(state, "d.png"), *tif = in(state, "d.tif");
     Image a, b, linear, shown;
-    Said said;
     make(&a, 31, 17, 1, 0.1f, 0.9f);
     make(&b, 31, 17, 2, -0.01f, 0.3f);
     assert_int_equal(fs_tiff_write_float(f, &a, NULL) | fs_tiff_write_float(n, &b, NULL), 0);
-    assert_int_equal(pair(f, n, out, false, NULL, &said, NULL), 0);
+    assert_int_equal(pair(f, n, out, false, NULL, NULL), 0);
     assert_false(fs_file_exists(tif));
     FsError err = {0};
     FILE *edited = fopen(out, "ab");
     assert_int_equal(fputc(0, edited), 0);
     assert_int_equal(fclose(edited), 0);
-    assert_int_equal(pair(f, n, out, true, NULL, &said, &err), FS_ERR_INPUT); // not as it was written
+    assert_int_equal(pair(f, n, out, true, NULL, &err), FS_ERR_INPUT); // not as it was written
     assert_non_null(strstr(err.message, out));
     unlink(out);
-    assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
-    assert_non_null(strstr(said.text, "taken to be the same"));
+    assert_int_equal(pair(f, n, out, true, NULL, NULL), 0);
+    assert_non_null(strstr(said, "taken to be the same"));
     assert_int_equal(fs_tiff_read(tif, &linear, NULL) | fs_png_read(out, &shown, NULL), 0);
     for (int i = 0; i < 31 * 17 * 3; i++) {
         float d = a.px[i] - b.px[i];
@@ -79,12 +70,12 @@ static void test_difference(void **state)
     // The light added is said: sums over all pixels.
     double sum_a = 0, sum_b = 0, gain;
     for (int i = 0; i < 31 * 17 * 3; i++) sum_a += a.px[i], sum_b += b.px[i];
-    assert_int_equal(sscanf(said.text + (strstr(said.text, "added ") - said.text), "added %lf times", &gain), 1);
+    assert_int_equal(sscanf(said + (strstr(said, "added ") - said), "added %lf times", &gain), 1);
     assert_true(fabs(gain / (sum_a / sum_b - 1) - 1) < 5e-3);
     // At a smaller size: the mean of the difference stays.
     fs_image_free(&linear);
     unlink(out), unlink(tif);
-    assert_int_equal(pair(f, n, out, true, "10", &said, NULL), 0);
+    assert_int_equal(pair(f, n, out, true, "10", NULL), 0);
     assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
     assert_int_equal(linear.width, 10);
     double small = 0;
@@ -92,41 +83,37 @@ static void test_difference(void **state)
     assert_true(fabs(small / (linear.width * linear.height * 3) - (sum_a - sum_b) / (31 * 17 * 3)) < 1e-4);
     // The wrong way round: said so.
     unlink(out);
-    assert_int_equal(pair(n, f, out, false, NULL, &said, NULL), 0);
-    assert_non_null(strstr(said.text, "hardly brighter"));
+    assert_int_equal(pair(n, f, out, false, NULL, NULL), 0);
+    assert_non_null(strstr(said, "hardly brighter"));
     fs_image_free(&a), fs_image_free(&b), fs_image_free(&linear), fs_image_free(&shown);
     free(f), free(n), free(out), free(tif);
 }
 
-// A TIFF block with exposure time 1/shutter, ISO, and the Flash field.
-static size_t make_exif(unsigned char *block, uint32_t shutter, uint16_t iso, uint16_t flash)
+// Writes and frees them: a JPEG that says so of itself.
+static void write_with(const char *path, const Image *image, Tags *tags)
 {
-    const uint16_t exif_tag = 0x8769, time_tag = 0x829a, iso_tag = 0x8827, flash_tag = 0x9209;
-    memset(block, 0, 128);
-    memcpy(block, "II*\0\x08\0\0\0", 8);
-    uint16_t one = 1, three = 3, long_type = 4, rational = 5, short_type = 3;
-    uint32_t count = 1, exif_at = 26, time_at = 68;
-    memcpy(block + 8, &one, 2);
-    memcpy(block + 10, &exif_tag, 2), memcpy(block + 12, &long_type, 2), memcpy(block + 14, &count, 4);
-    memcpy(block + 18, &exif_at, 4);
-    memcpy(block + 26, &three, 2);
-    const uint16_t tags[3] = {time_tag, iso_tag, flash_tag}, types[3] = {rational, short_type, short_type};
-    for (int i = 0; i < 3; i++) {
-        unsigned char *e = block + 28 + 12 * i;
-        memcpy(e, &tags[i], 2), memcpy(e + 2, &types[i], 2), memcpy(e + 4, &count, 4);
-    }
-    memcpy(block + 36, &time_at, 4), memcpy(block + 48, &iso, 2), memcpy(block + 60, &flash, 2);
-    uint32_t numerator = 1;
-    memcpy(block + 68, &numerator, 4), memcpy(block + 72, &shutter, 4);
-    return 76;
+    unsigned char *exif;
+    size_t size;
+    assert_int_equal(fs_tags_build(tags, 8, &exif, &size, NULL), 0);
+    assert_int_equal(fs_jpeg_write(path, image, 100, &(JpegExtras){.exif = exif, .exif_size = size}, NULL), 0);
+    free(exif);
+    fs_tags_free(tags);
 }
 
-// A TIFF block with the tag of orientation alone.
-static size_t make_turned(unsigned char *block, unsigned char orientation)
+static void write_exposed(const char *path, const Image *image, uint32_t shutter, uint32_t iso, uint32_t flash)
 {
-    memcpy(block, "II*\0\10\0\0\0\1\0\x12\1\3\0\1\0\0\0\0\0\0\0\0\0\0\0", 26);
-    block[18] = orientation;
-    return 26;
+    Tags tags = {0};
+    assert_int_equal(fs_tags_put_ratio(&tags, TAGS_EXIF, 0x829a, 1, shutter, NULL), 0);
+    assert_int_equal(fs_tags_put_number(&tags, TAGS_EXIF, 0x8827, TAG_SHORT, iso, NULL), 0);
+    assert_int_equal(fs_tags_put_number(&tags, TAGS_EXIF, 0x9209, TAG_SHORT, flash, NULL), 0);
+    write_with(path, image, &tags);
+}
+
+static void write_turned(const char *path, const Image *image, uint32_t orientation)
+{
+    Tags tags = {0};
+    assert_int_equal(fs_tags_put_number(&tags, TAGS_MAIN, 0x0112, TAG_SHORT, orientation, NULL), 0);
+    write_with(path, image, &tags);
 }
 
 static float decode_srgb(float v)
@@ -137,27 +124,22 @@ static float decode_srgb(float v)
 static void test_exposure(void **state)
 {
     char *f = in(state, "f.jpg"), *n = in(state, "n.jpg"), *out = in(state, "e.png"), *tif = in(state, "e.tif");
-    unsigned char exif[128];
     Image a, b, linear;
-    Said said;
     make(&a, 32, 32, 1, 0.8f, 0.8f);
     make(&b, 32, 32, 2, 0.4f, 0.4f);
-    JpegExtras extras = {.exif = exif};
-    extras.exif_size = make_exif(exif, 50, 400, 9);
-    assert_int_equal(fs_jpeg_write(f, &a, 100, &extras, NULL), 0);
-    extras.exif_size = make_exif(exif, 100, 200, 16);
-    assert_int_equal(fs_jpeg_write(n, &b, 100, &extras, NULL), 0);
-    assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
-    assert_non_null(strstr(said.text, "multiplied by 4"));
-    assert_non_null(strstr(said.text, "not RAW"));
-    assert_null(strstr(said.text, "EXIF says"));
+    write_exposed(f, &a, 50, 400, 9);
+    write_exposed(n, &b, 100, 200, 16);
+    assert_int_equal(pair(f, n, out, true, NULL, NULL), 0);
+    assert_non_null(strstr(said, "multiplied by 4"));
+    assert_non_null(strstr(said, "not RAW"));
+    assert_null(strstr(said, "EXIF says"));
     assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
     float expected = decode_srgb(0.8f) - 4 * decode_srgb(0.4f);
     assert_true(fabsf(linear.px[500] - expected) < 5e-3f);
     unlink(out), unlink(tif);
-    assert_int_equal(pair(n, f, out, true, NULL, &said, NULL), 0); // swapped
-    assert_non_null(strstr(said.text, "EXIF says that the flash did not fire"));
-    assert_non_null(strstr(said.text, "EXIF says that the flash fired"));
+    assert_int_equal(pair(n, f, out, true, NULL, NULL), 0); // swapped
+    assert_non_null(strstr(said, "EXIF says that the flash did not fire"));
+    assert_non_null(strstr(said, "EXIF says that the flash fired"));
     fs_image_free(&a), fs_image_free(&b), fs_image_free(&linear);
     free(f), free(n), free(out), free(tif);
 }
@@ -166,23 +148,20 @@ static void test_exposure(void **state)
 static void test_turned(void **state)
 {
     char *f = in(state, "tf.jpg"), *n = in(state, "tn.jpg"), *out = in(state, "t.png"), *tif = in(state, "t.tif");
-    unsigned char exif[32];
     Image a, b, linear, turned;
-    Said said;
     make(&a, 32, 16, 1, 0.8f, 0.8f);
     make(&b, 32, 16, 2, 0.4f, 0.4f);
     for (int i = 0; i < 8 * 32 * 3; i++) a.px[i] = 0.6f, b.px[i] = 0.2f; // the upper half is dark
-    JpegExtras extras = {.exif = exif, .exif_size = make_turned(exif, 1)};
-    assert_int_equal(fs_jpeg_write(f, &a, 100, &extras, NULL) | fs_jpeg_write(n, &b, 100, &extras, NULL), 0);
-    assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
-    assert_null(strstr(said.text, "turned"));
+    write_turned(f, &a, 1);
+    write_turned(n, &b, 1);
+    assert_int_equal(pair(f, n, out, true, NULL, NULL), 0);
+    assert_null(strstr(said, "turned"));
     assert_int_equal(fs_tiff_read(tif, &linear, NULL), 0);
     for (int k = 0; k < 2; k++) { // half a turn, then a quarter
-        extras.exif_size = make_turned(exif, k ? 6 : 3);
-        assert_int_equal(fs_jpeg_write(n, &b, 100, &extras, NULL), 0);
+        write_turned(n, &b, k ? 6 : 3);
         unlink(out), unlink(tif);
-        assert_int_equal(pair(f, n, out, true, NULL, &said, NULL), 0);
-        assert_non_null(strstr(said.text, "both are turned as that one"));
+        assert_int_equal(pair(f, n, out, true, NULL, NULL), 0);
+        assert_non_null(strstr(said, "both are turned as that one"));
         assert_int_equal(fs_tiff_read(tif, &turned, NULL), 0);
         assert_memory_equal(turned.px, linear.px, fs_image_values(&linear) * sizeof(float));
         fs_image_free(&turned);
@@ -201,7 +180,6 @@ static void test_errors(void **state)
 {
     char *a = in(state, "a.tif"), *b = in(state, "b.tif"), *out = in(state, "x.png"), *bad = in(state, "bad.dng");
     Image image;
-    Said said;
     FsError err;
     make(&image, 40, 20, 1, 0, 1);
     assert_int_equal(fs_tiff_write_float(a, &image, NULL), 0);
@@ -209,19 +187,19 @@ static void test_errors(void **state)
     make(&image, 20, 10, 1, 0, 1); // the same proportions, which a small --long-edge would hide
     assert_int_equal(fs_tiff_write_float(b, &image, NULL), 0);
     fs_image_free(&image);
-    assert_int_equal(pair(a, b, out, false, "10", &said, &err), FS_ERR_INPUT);
+    assert_int_equal(pair(a, b, out, false, "10", &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "20 x 10 pixels"));
     FsSettings *set = fs_settings_new();
     assert_int_equal(fs_pair_run(a, a, out, set, &(Log){.cancelled = stop}, &err), FS_ERR_CANCELLED);
     assert_false(fs_file_exists(out));
     fs_settings_free(set);
-    assert_int_equal(pair(a, "/nonexistent.png", out, false, NULL, &said, &err), FS_ERR_INPUT);
+    assert_int_equal(pair(a, "/nonexistent.png", out, false, NULL, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, "/nonexistent.png"));
-    assert_int_equal(pair(a, a, a, false, NULL, &said, &err), FS_ERR_USAGE);
+    assert_int_equal(pair(a, a, a, false, NULL, &err), FS_ERR_USAGE);
     assert_int_equal(fs_file_write(bad, "II*\0", 4, NULL), 0);
-    assert_int_equal(pair(bad, a, out, false, NULL, &said, &err), FS_ERR_INPUT);
+    assert_int_equal(pair(bad, a, out, false, NULL, &err), FS_ERR_INPUT);
     assert_non_null(strstr(err.message, bad));
-    assert_int_equal(pair(a, a, "/nonexistent/x.png", false, NULL, &said, &err), FS_ERR_IO);
+    assert_int_equal(pair(a, a, "/nonexistent/x.png", false, NULL, &err), FS_ERR_IO);
     free(a), free(b), free(out), free(bad);
 }
 

@@ -8,7 +8,6 @@
 #include <cmocka.h>
 
 #include "base/process.h"
-#include "model/cameras_file.h"
 #include "model/project.h"
 #include "poses/colmap.h"
 #include "poses/poses.h"

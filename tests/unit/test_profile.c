@@ -8,7 +8,6 @@
 #include <tiffio.h>
 
 #include "base/rng.h"
-#include "image/exif.h"
 #include "image/photo.h"
 #include "image/profile.h"
 

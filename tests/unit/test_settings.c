@@ -9,7 +9,6 @@
 #include <cmocka.h>
 #include <jansson.h>
 
-#include "engine/engine.h"
 #include "export/clean.h"
 #include "export/formats.h"
 #include "model/settings.h"

@@ -8,15 +8,9 @@
 #include <cmocka.h>
 
 #include "render/verdict.h"
+#include "said.h"
 
 enum { W = 40, H = 30 };
-static char warnings[2000];
-
-static void keep_warning(void *user, FsLogLevel level, const char *message)
-{
-    (void)user;
-    if (level == FS_LOG_WARN) strncat(warnings, message, sizeof warnings - strlen(warnings) - 1);
-}
 
 static void fill(Image *image, float value)
 {
@@ -30,7 +24,7 @@ static const char *say(float t, float r, int black, float fit, bool of_other_siz
     Renders renders = {0};
     Image photo = {0}, mask = {0};
     Verdict verdict = {0};
-    Log log = {.log = keep_warning};
+    Log log = {.log = said_keep};
     fill(&renders.layer[RENDER_T_N], t);
     fill(&renders.layer[RENDER_T_F], 2.5f * t);
     fill(&renders.layer[RENDER_R], r);
@@ -46,13 +40,13 @@ static const char *say(float t, float r, int black, float fit, bool of_other_siz
     for (int i = 0; i < W * 3; i++) photo.px[i] = 50;
     if (of_other_size) photo.width = W - 1;
     for (int view = 0; view < 3; view++) fs_verdict_add(&verdict, &renders, &renders.layer[RENDER_I_F], &photo, &mask);
-    warnings[0] = 0;
+    said_forget();
     fs_verdict_tell(&verdict, &log);
     photo.width = W;
     fs_image_free(&photo);
     fs_image_free(&mask);
     fs_engine_renders_free(&renders);
-    return warnings;
+    return warned;
 }
 
 static void test_sound(void **state)
@@ -60,9 +54,9 @@ static void test_sound(void **state)
     (void)state;
     assert_string_equal(say(0.06f, 0.05f, 0, 1, false), "");
     assert_string_equal(say(0.06f, 0.05f, 1, 1.05f, false), ""); // 3 % of the picture, 5 % of brightness
-    warnings[0] = 0;
-    fs_verdict_tell(&(Verdict){0}, &(Log){.log = keep_warning}); // nothing was rendered
-    assert_string_equal(warnings, "");
+    said_forget();
+    fs_verdict_tell(&(Verdict){0}, &(Log){.log = said_keep}); // nothing was rendered
+    assert_string_equal(warned, "");
 }
 
 static void test_failed(void **state)

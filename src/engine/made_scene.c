@@ -1,4 +1,4 @@
-#include "model/made_scene.h"
+#include "engine/made_scene.h"
 
 #include <math.h>
 
@@ -37,11 +37,18 @@ void fs_made_scene_fill(Cloud *cloud, double size)
     }
 }
 
-int fs_made_scene_photo(const Camera *camera, Image *photo, Image *mask, FsError *err)
+int fs_made_scene_load(Engine *engine, const Camera *camera, FsError *err)
 {
-    MUST(fs_image_new(photo, camera->width, camera->height, 3, err));
-    MUST(fs_image_new(mask, camera->width, camera->height, 1, err));
-    for (size_t i = 0; i < fs_image_pixels(mask); i++) mask->px[i] = 1;
-    for (size_t i = 0; i < fs_image_values(photo); i++) photo->px[i] = 0.2f + 0.15f * sinf(0.05f * (float)i);
-    return 0;
+    Image photo = {0}, mask = {0};
+    int rc;
+    TRY(fs_image_new(&photo, camera->width, camera->height, 3, err));
+    TRY(fs_image_new(&mask, camera->width, camera->height, 1, err));
+    for (size_t i = 0; i < fs_image_pixels(&mask); i++) mask.px[i] = 1;
+    for (size_t i = 0; i < fs_image_values(&photo); i++) photo.px[i] = 0.2f + 0.15f * sinf(0.05f * (float)i);
+    for (int flash = 0; flash < 2; flash++)
+        TRY(fs_engine_load_view(engine, &(EngineView){camera, flash, &photo, &mask}, err));
+fail:
+    fs_image_free(&photo);
+    fs_image_free(&mask);
+    return rc;
 }

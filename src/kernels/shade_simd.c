@@ -1,7 +1,6 @@
 // SIMD twin of shade.c: one Gaussian per lane.
 #include "kernels/shade.h"
 
-
 #include "kernels/simd.h"
 
 #define FN INLINE

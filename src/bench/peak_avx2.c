@@ -1,1 +1,0 @@
-#include "bench/peak_simd.h" // compiled for AVX2

@@ -1,1 +1,0 @@
-#include "kernels/adam_simd.h" // compiled for AVX2

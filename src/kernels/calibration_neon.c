@@ -1,1 +1,0 @@
-#include "kernels/calibration_simd.h"

@@ -1,1 +1,0 @@
-#include "kernels/compose_simd.h" // compiled for AVX-512

@@ -1,1 +1,0 @@
-#include "kernels/gain_simd.h"

@@ -1,1 +1,0 @@
-#include "kernels/hashgrid_simd.h" // compiled for AVX2

@@ -1,1 +1,0 @@
-#include "kernels/mlp_simd.h" // compiled for AVX-512

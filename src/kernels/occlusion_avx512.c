@@ -1,1 +1,0 @@
-#include "kernels/occlusion_simd.h"

@@ -1,1 +1,0 @@
-#include "kernels/pane_simd.h"

@@ -1,1 +1,0 @@
-#include "kernels/pearson_simd.h" // compiled for AVX-512

@@ -1,1 +1,0 @@
-#include "kernels/photometric_simd.h" // compiled for NEON

@@ -1,1 +1,0 @@
-#include "kernels/pixelwise_simd.h"

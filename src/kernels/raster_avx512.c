@@ -1,1 +1,0 @@
-#include "kernels/raster_simd.h"

@@ -1,1 +1,0 @@
-#include "kernels/shade_simd.h"

@@ -1,1 +1,0 @@
-#include "kernels/smooth_simd.h" // compiled for AVX2

@@ -1,1 +1,0 @@
-#include "kernels/veil_simd.h"

@@ -1,1 +1,0 @@
-#include "kernels/volume_simd.h" // compiled for NEON
