@@ -147,6 +147,11 @@ enum {
 #define COLORS_UNSEEN_LEFT 0.5f    // -          share of it that is R's
 #define COLORS_ENOUGH_SEEDS 0.6f   // -          seeds per pixel from which on every pixel is drawn, not every other
 #define COLORS_ALPHA_NOISE 0.15f   // -          gains near or below this tell little
+#define COLORS_BLACK 1e-4f         // -          light too dark to tell a colour by
+#define COLORS_DARK_PHOTOS 0.15f   // experiment share of the photos that may be darker than T_N there
+#define COLORS_ROOM_TAKEN 0.65f    // experiment of the light that photos leave room for, T_N is at least
+#define COLORS_ROOM_MOST 20.0f     // -          factor
+#define COLORS_GAIN_MOST 2.0f      // -          that gains (logarithms) change by
 #define COLORED_GUESS_FARTHER 2.0f // -          a mirrored scene without points is this many times as far as the other
 #define RESIDUAL_SEEDS_PER_PIXEL 1.0f // -          of the scene that is subtracted
 #define BLOB_OPACITY 0.5f             // experiment at the start; faint blobs that hide each other hold the start up

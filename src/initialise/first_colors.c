@@ -1,7 +1,9 @@
 // The flash's difference gives the transmitted scene, T_N = (I_F - I_N) / alpha, where I_F and I_N are averages over
-// the photos of each lighting at a seed's place: what lies at another depth moves under it and averages out. Then the
-// two scenes are freed from each other in turns: each scene's seeds, drawn into every photo, are taken off that
-// photo, and what is left is averaged at the other scene's seeds.
+// the photos of each lighting at a seed's place: what lies at another depth moves under it and averages out. That
+// alpha may be of another place, where there was texture to measure it by; but as the mirrored scene only adds light,
+// T_N is no brighter than the darkest photos without the flash, and mostly not much darker. Then the two scenes are
+// freed from each other in turns: each scene's seeds, drawn into every photo, are taken off that photo, and what is
+// left is averaged at the other scene's seeds. At last the gains are what T_F / T_N says.
 #include "initialise/first_colors.h"
 
 #include <math.h>
@@ -154,6 +156,54 @@ static void average(ColorWork *p, Ordered of, const Drawn *own, const Drawn *oth
     fs_threads_for(threads, (of.seeds->n + CHUNK - 1) / CHUNK, average_job, p);
 }
 
+// ---- how bright the photos let the transmitted scene be ----
+
+enum { LEAST_MOST = 32 }; // photos of which the darkest are kept
+
+typedef struct Least {
+    float factor[LEAST_MOST]; // growing
+    int n;                    // photos looked at
+} Least;
+
+static void keep_least(Least *least, float factor)
+{
+    int k = least->n < LEAST_MOST ? least->n : LEAST_MOST - 1;
+    if (least->n++ >= LEAST_MOST && least->factor[k] <= factor) return;
+    for (; k > 0 && least->factor[k - 1] > factor; k--) least->factor[k] = least->factor[k - 1];
+    least->factor[k] = factor;
+}
+
+// Of the transmitted seeds: the factor by which color[0] becomes as bright as the darkest photos without the flash, but
+// for a share of them, in the channel where there is least room. 1 where none sees it.
+static void room_job(void *context, int job, int worker)
+{
+    (void)worker;
+    const ColorWork *p = context;
+    const int first = job * CHUNK, count = p->of.seeds->n - first < CHUNK ? p->of.seeds->n - first : CHUNK;
+    const Ranked *seed = p->of.order + first;
+    Least least[CHUNK];
+    for (int i = 0; i < count; i++) least[i].n = 0;
+    for (int f = 0; f < p->views->n; f++) {
+        const SmallView *view = &p->views->view[f];
+        for (int i = 0; i < count && !view->flash; i++) {
+            const float *color = p->color[0] + 3 * (size_t)seed[i].index;
+            float rgb[3], own[4], inverse, factor = INFINITY;
+            double pixel[2];
+            if (!place(&view->camera, p->of.seeds->xyz + 3 * (size_t)seed[i].index, pixel, &inverse)) continue;
+            if (!fs_small_views_sample(view, pixel[0], pixel[1], rgb)) continue;
+            sample_drawn(&p->own[f], pixel, own);
+            if (inverse < COLORS_HIDDEN * own[3]) continue;
+            for (int c = 0; c < 3; c++) factor = fminf(factor, rgb[c] / fmaxf(color[c], COLORS_BLACK));
+            keep_least(&least[i], factor);
+        }
+    }
+    for (int i = 0; i < count; i++) {
+        int rank = (int)(COLORS_DARK_PHOTOS * (float)least[i].n);
+        rank = rank < LEAST_MOST ? rank : LEAST_MOST - 1;
+        p->sum[0][seed[i].index] = least[i].n ? least[i].factor[rank] : 1;
+    }
+}
+
 static float either(float a, float b, float otherwise)
 {
     return isfinite(a) ? a : isfinite(b) ? b : otherwise;
@@ -187,6 +237,37 @@ static Drawn *drawn_new(const SmallViews *views, int n_seeds, Arena *arena)
         d->px = ARENA_NEW(arena, float, 4 * (size_t)d->width * (size_t)d->height);
     }
     return drawn;
+}
+
+// T_N no brighter than the photos let it be, and not much darker. T: T_N and T_F drawn.
+static void use_room(ColorWork *p, Ordered of, const Drawn *T, const float *I_N, float *T_N, float *room,
+                     Threads *threads)
+{
+    p->of = of;
+    p->own = T;
+    p->color[0] = T_N;
+    p->sum[0] = room;
+    fs_threads_for(threads, (of.seeds->n + CHUNK - 1) / CHUNK, room_job, p);
+    for (size_t i = 0; i < 3 * (size_t)of.seeds->n; i++) {
+        float factor = fminf(fmaxf(room[i / 3], 1 / COLORS_ROOM_MOST), COLORS_ROOM_MOST);
+        T_N[i] = clamp_share(T_N[i] * fminf(factor, fmaxf(1, COLORS_ROOM_TAKEN * factor)), I_N[i]);
+    }
+}
+
+// Gains that agree with T_N and T_F, where these are not far from what was measured.
+static void fit_gains(ColoredSeeds *seeds)
+{
+    for (size_t i = 0; i < (size_t)seeds->T.n; i++) {
+        const float *N = seeds->T_N + 3 * i, *F = seeds->T_F + 3 * i, *alpha = seeds->alpha + 3 * i;
+        float added = 0, meant = 0;
+        for (int c = 0; c < 3; c++) {
+            added += fmaxf(F[c] - N[c], 0);
+            meant += N[c] * alpha[c];
+        }
+        if (meant > 0)
+            seeds->gain[i] +=
+                fminf(fmaxf(logf(fmaxf(added, COLORS_BLACK) / meant), -COLORS_GAIN_MOST), COLORS_GAIN_MOST);
+    }
 }
 
 typedef struct Buffers {
@@ -224,6 +305,8 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
         b.I_F[i] = fmaxf(either(b.I_F[i], b.I_N[i], COLORS_UNSEEN), 0);
     }
     first_split(T->n, alpha, b.I_N, b.I_F, T_N, T_F);
+    TRY(draw(&p, T, T_N, T_F, b.T, threads, err));
+    use_room(&p, b.of_T, b.T, b.I_N, T_N, b.left_N, threads);
     for (int turn = 0; turn < COLORS_TURNS; turn++) {
         TRY(draw(&p, T, T_N, T_F, b.T, threads, err));
         average(&p, b.of_R, turn ? b.R : NULL, b.T, b.left_N, b.left_F, threads);
@@ -241,6 +324,7 @@ int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *
             if (isfinite(b.left_F[i])) T_F[i] = clamp_share(b.left_F[i], b.I_F[i]);
         }
     }
+    fit_gains(seeds);
 fail:
     fs_arena_free(&arena);
     return rc;

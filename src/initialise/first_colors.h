@@ -12,7 +12,8 @@ typedef struct ColoredSeeds {
     Arena arena;                // of the colours
 } ColoredSeeds;
 
-// From the seeds and alpha: T_N, T_F, R_color; none negative, and T + R about the photos.
+// From the seeds and alpha: T_N, T_F, R_color; none negative, and T + R about the photos. gain, which was alpha's, then
+// is that of T_F / T_N.
 int fs_first_colors_find(const SmallViews *views, ColoredSeeds *seeds, Threads *threads, FsError *err);
 
 // The photos' own colours instead, of both lightings and whatever else is seen at a seed, as points of a dense cloud
