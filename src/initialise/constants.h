@@ -149,7 +149,7 @@ enum {
 #define COLORS_ALPHA_NOISE 0.15f   // -          gains near or below this tell little
 #define COLORS_BLACK 1e-4f         // -          light too dark to tell a colour by
 #define COLORS_DARK_PHOTOS 0.15f   // experiment share of the photos that may be darker than T_N there
-#define COLORS_ROOM_TAKEN 0.65f    // experiment of the light that photos leave room for, T_N is at least
+#define COLORS_ROOM_TAKEN 0.4f     // experiment of the light that photos leave room for, T_N is at least
 #define COLORS_ROOM_MOST 20.0f     // -          factor
 #define COLORS_GAIN_MOST 2.0f      // -          that gains (logarithms) change by
 #define COLORED_GUESS_FARTHER 2.0f // -          a mirrored scene without points is this many times as far as the other
