@@ -236,16 +236,16 @@ static void test_first_colors(void **state)
     static float alpha[3 * COLORED], T_N[3 * COLORED], T_F[3 * COLORED], R_color[3 * COLORED], gain[COLORED];
     ColoredSeeds seeds = {.T_N = T_N, .T_F = T_F, .R_color = R_color, .alpha = alpha, .gain = gain};
     // Alpha as measured; six times that, as carried over from what the flash lights more. With that T_N would be a
-    // sixth of what it is, 0.16 off, and gains 7.2, if no photo had a say.
+    // sixth of what it is, 0.15 to 0.16 off at the end, and gains 7.2, if no photo had a say.
     for (int k = 1; k <= 6; k += 5) {
         double error_T, error_R, ratio = 0, gains = 0;
         found_colors(&seeds, (float)k * MADE_ALPHA, &error_T, &error_R);
         for (int i = 0; i < 3 * COLORED; i++) ratio += (double)(T_F[i] / T_N[i]) / (3 * COLORED);
         for (int i = 0; i < COLORED; i++) gains += exp((double)gain[i]) / COLORED;
-        assert_true(error_T < (k == 1 ? 0.03 : 0.12)); // of 0.2; half of the light would be 0.05 off by texture alone
-        assert_true(error_R < (k == 1 ? 0.03 : 0.12));
+        assert_true(error_T < (k == 1 ? 0.03 : 0.14)); // of 0.2; half of the light would be 0.05 off by texture alone
+        assert_true(error_R < (k == 1 ? 0.03 : 0.14));
         assert_true(k > 1 || fabs(ratio - (double)(1 + MADE_ALPHA)) < 0.3);
-        assert_true(gains < (k == 1 ? 1.3 : 3));
+        assert_true(gains < (k == 1 ? 1.3 : 4));
         fs_seeds_free(&seeds.T);
         fs_seeds_free(&seeds.R);
     }
