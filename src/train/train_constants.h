@@ -95,18 +95,21 @@ enum {
 #define PORTRAIT_STANDS_OUT 0.3f // experiment  of what is around it, so much
 #define PORTRAIT_OUTLINE 0.3f    // experiment  where they end
 #define PORTRAIT_SURE 0.45f      // experiment  and at last, when more of them shows
+#define PORTRAIT_MOVES 0.03      // captures    of the misfit, less than with what stands still (false 0.014, true 0.05)
+#define PORTRAIT_PASSES 0.12     // captures    tangent, rms: so much does that move in the photos
+#define PORTRAIT_TILT 0.35       // -           sine of how far photos look down or up through an upright pane, at most
 #define PORTRAIT_PULL 0.3f       // experiment  of that cost, towards what is hidden within, while training
 #define PORTRAIT_MOST 0.35       // -           of the photos' area; more is what the scenes do not explain
 #define PORTRAIT_REACH 1.1       // -           tangent of how far to the sides it goes
 #define PORTRAIT_HEIGHT 3.0      // -           of the figure, in its widths
 #define PORTRAIT_SHARE 0.25      // -           of the steps, at most, in the first round
 enum {
-    PORTRAIT_SIDE = 100,    // -           pixels of the longer side, at most
-    PORTRAIT_VISITS = 16,   // experiment  of each photo in a round
-    PORTRAIT_ROUNDS = 2,    // experiment
-    PORTRAIT_GAP = 2,       // experiment  cells
-    PORTRAIT_NEAR = 3,      // -           cells around the outline, where photos may differ
-    PORTRAIT_LEAST = 20,    // -           cells of 16384
+    PORTRAIT_SIDE = 100,  // -           pixels of the longer side, at most
+    PORTRAIT_VISITS = 16, // experiment  of each photo in a round
+    PORTRAIT_ROUNDS = 2,  // experiment
+    PORTRAIT_GAP = 2,     // experiment  cells
+    PORTRAIT_NEAR = 3,    // -           cells around the outline, where photos may differ
+    PORTRAIT_LEAST = 20,  // -           cells of 16384
 };
 
 // Who walks by (passers_by.c).
