@@ -21,7 +21,8 @@
 #define POSES_STEPS 80e-6      // a pixel of a picture: its features and points at known poses
 #define POSES_BYTES 4.0        // a pixel of a picture, of all photos: features
 #define COLMAP_BYTES 520.0     // a pixel of a picture, by each thread of COLMAP
-#define COLMAP_STEPS 25.0      // a photo, on one thread: its pose by COLMAP, up to a hundred photos
+#define COLMAP_STEPS 6.5       // a photo, on one thread: its pose by COLMAP, up to a hundred photos
+#define COLMAP_MATCHES 24e-6   // a pixel of a picture: what more features cost there
 #define WRITE_STEPS 20e-6      // a pixel of a view: its layers as files
 #define PROGRAM_BYTES 3e7
 enum { LEAST_STEPS = 200 }; // of a run that is worth a trial
@@ -92,8 +93,10 @@ static int find_seconds(const FsProject *project, Estimate *e, double begin, dou
     step = fmin(step, early);
     e->initialise.seconds = step * INITIALISE_STEPS * n * initialise_pixels(&e->size) / INITIALISE_PIXELS;
     if (!fs_initialise_looks(&project->set)) e->initialise.seconds *= INITIALISE_PLAIN;
-    e->poses.seconds = step * n * POSES_STEPS * fs_poses_pixels(project, &e->size);
-    if (!*project->set.poses) e->poses.seconds += step * threads * COLMAP_STEPS * n * fmax(1, n / 100);
+    double pixels = fs_poses_pixels(project, &e->size);
+    e->poses.seconds = step * n * POSES_STEPS * pixels;
+    if (!*project->set.poses)
+        e->poses.seconds += step * n * fmax(1, n / 100) * (threads * COLMAP_STEPS + COLMAP_MATCHES * pixels);
     if (e->done & FS_STAGE_INGEST) e->ingest.seconds = 0;
     if (e->done & FS_STAGE_POSES) e->poses.seconds = 0;
     if (e->done & FS_STAGE_INITIALISE) e->initialise.seconds = 0;
