@@ -24,7 +24,7 @@
 typedef struct Portrait {
     PortraitKind kind;
     PortraitAxes *axes; // (n_views)
-    double misfit;      // DSSIM of the steps
+    double misfit;      // DSSIM, summed over the last quarter of a first round
     float q[PORTRAIT_CELLS];
     bool seen[PORTRAIT_CELLS]; // by any photo
     Region figure, near;       // near: with some cells around it
@@ -210,7 +210,7 @@ int fs_photographer_steps(const Settings *set, int photos)
 {
     int round = PORTRAIT_VISITS * photos;
     bool pays = round <= PORTRAIT_SHARE * set->steps;
-    return set->photographer && fs_train_cost_mirrors(set) && pays ? 2 * round : 0; // turned, and not
+    return set->photographer && fs_train_cost_mirrors(set) && pays ? round : 0;
 }
 
 int fs_photographer_find(Trainer *trainer, FsError *err)

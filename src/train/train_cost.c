@@ -34,8 +34,8 @@ enum {
 #define BYTES_VOLUME 35e6 // samples of a step
 
 // A step that looks around first, of one with the start's clouds: for the photographer at the coarsest size, which is
-// larger than that look's, and half as many again where somebody is found; at the pane at the size that it is looked
-// at, with the search for dirt.
+// larger than that look's (two more such looks where somebody is found, one over a display case); at the pane at the
+// size that it is looked at, with the search for dirt.
 #define PHOTOGRAPHER_STEP 0.68
 #define PANE_STEP 1.5
 
