@@ -54,6 +54,7 @@ static int flood(Region *r, int first, unsigned char to)
 
 enum { OUT, IN, LOOKED_AT, KEPT, LEFT_OUT };
 enum { BESIDE = 1, AROUND = 4 }; // cells from a region to what is around it
+enum { PARTS_MOST = 64 };
 
 // The mean of a region's cells less the mean around it.
 static float contrast(const Region *r, const float *cells, unsigned char value)
@@ -92,8 +93,40 @@ static void fill(Region *r, unsigned char value)
     }
 }
 
+typedef struct Part { // cells that hang together
+    int first, left, right;
+    double sum; // of its cells' values
+} Part;
+
+static Part part_of(const Region *r, const float *cells, unsigned char value)
+{
+    Part part = {.first = -1, .left = r->width, .right = -1};
+    for (int i = 0; i < r->width * r->height; i++) {
+        if (r->in[i] != value) continue;
+        if (part.first < 0) part.first = i;
+        part.left = i % r->width < part.left ? i % r->width : part.left;
+        part.right = i % r->width > part.right ? i % r->width : part.right;
+        part.sum += (double)cells[i];
+    }
+    return part;
+}
+
+// A figure stands upright: what reaches farther to a side than half the width of its largest part is none of it.
+static void leave_one(Region *r, const Part *part, int n)
+{
+    int main = 0;
+    for (int i = 1; i < n; i++)
+        if (part[i].sum > part[main].sum) main = i;
+    int reach = n ? (part[main].right - part[main].left + 2) / 2 : 0;
+    for (int i = 0; i < n; i++)
+        if (part[i].left < part[main].left - reach || part[i].right > part[main].right + reach)
+            flood(r, part[i].first, LEFT_OUT);
+}
+
 void fs_region_find(Region *r, const float *cells, const RegionRule *rule)
 {
+    Part part[PARTS_MOST];
+    int parts = 0;
     const int n = r->width * r->height;
     for (int i = 0; i < n; i++) r->in[i] = mean(r, cells, i % r->width, i / r->width) > rule->threshold ? IN : OUT;
     fs_region_spread(r, IN, rule->gap);
@@ -101,11 +134,15 @@ void fs_region_find(Region *r, const float *cells, const RegionRule *rule)
     for (int i = 0; i < n; i++) {
         if (r->in[i] != IN) continue;
         bool keep = flood(r, i, LOOKED_AT) >= rule->least && contrast(r, cells, LOOKED_AT) >= rule->stands_out;
+        if (keep && rule->one && parts < PARTS_MOST) part[parts++] = part_of(r, cells, LOOKED_AT);
         if (keep && !rule->one) fill(r, LOOKED_AT);
         for (int k = 0; k < n; k++)
             if (r->in[k] == LOOKED_AT) r->in[k] = keep ? KEPT : LEFT_OUT;
     }
-    if (rule->one) fill(r, KEPT);
+    if (rule->one) {
+        leave_one(r, part, parts);
+        fill(r, KEPT);
+    }
     for (int i = 0; i < n; i++) r->in[i] = r->in[i] == KEPT;
 }
 

@@ -104,6 +104,24 @@ static void test_parts_are_one(void **state)
     assert_false(region.in[15 * W + 12]);
 }
 
+// A figure, and a bright strip above it that reaches far to a side: the strip is none of it, a hat would be.
+static void test_what_is_beside_the_figure(void **state)
+{
+    (void)state;
+    memset(cells, 0, sizeof cells);
+    box(12, 10, 20, 27, 1);
+    box(10, 3, 36, 6, 1);
+    find((RegionRule){0.3f, 0.3f, 1, 20, true});
+    assert_true(region.in[15 * W + 15]);
+    assert_false(region.in[4 * W + 15] || region.in[4 * W + 30] || region.in[8 * W + 15]);
+    find((RegionRule){0.3f, 0.3f, 1, 20, false});
+    assert_true(region.in[4 * W + 30]);
+    box(10, 3, 36, 6, 0);
+    box(9, 3, 23, 6, 1);
+    find((RegionRule){0.3f, 0.3f, 1, 20, true});
+    assert_true(region.in[4 * W + 15] && region.in[8 * W + 15] && region.in[15 * W + 15]);
+}
+
 // Shoulders and a head; 3 of 6 columns are 18 rows from the top.
 static void test_figure_is_completed(void **state)
 {
@@ -203,6 +221,7 @@ int main(void)
                                        cmocka_unit_test(test_beside_what_is_not_seen),
                                        cmocka_unit_test(test_bite_is_filled),
                                        cmocka_unit_test(test_parts_are_one),
+                                       cmocka_unit_test(test_what_is_beside_the_figure),
                                        cmocka_unit_test(test_figure_is_completed),
                                        cmocka_unit_test(test_clarity),
                                        cmocka_unit_test(test_passers_by)};
