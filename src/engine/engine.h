@@ -83,9 +83,11 @@ typedef struct EngineView {
     const Camera *camera;
     bool flash;
     const Image *photo, *mask;
-    PhotoState state;    // to go on from; {0}: nothing is known
-    float flash_gain;    // known beforehand, beside PHOTO_FLASH; 0: 1
-    float exposure_gain; // what the photo's values were multiplied with after they were linearised; 0: 1
+    PhotoState state;           // to go on from; {0}: nothing is known
+    float flash_gain;           // known beforehand, beside PHOTO_FLASH; 0: 1
+    float exposure_gain;        // what the photo's values were multiplied with after they were linearised; 0: 1
+    const unsigned char *lamps; // (OCCLUSION_CELLS) 0: what is clipped there is mirrored (StepArgs.lamps_mirrored);
+                                // NULL: 0 everywhere
 } EngineView;
 int fs_engine_load_view(Engine *engine, const EngineView *view, FsError *err);
 int fs_engine_photos_down(Engine *engine, PhotoState *states, FsError *err); // of all photos
@@ -122,8 +124,9 @@ typedef struct StepArgs {
     bool blind;                // colours of fields are taken to be the same from everywhere
     int every;                 // of the samples along a ray of fields, only one of so many; 0: all
     double darkest[LAYERS];    // least tone-mapped colour of a Gaussian; least beta of one of beta's
-    bool lamps_mirrored;       // T learns nothing of what photos without the flash show clipped, where both lightings
-                               // are of the same Gaussians (Scene.shared_geometry)
+    bool lamps_mirrored;       // T learns nothing of what photos without the flash show clipped, but where
+                               // EngineView.lamps says so, if both lightings are of the same Gaussians
+                               // (Scene.shared_geometry)
     bool statistics;           // keep CloudState.screen
     unsigned learn;            // of the camera (LEARN_*)
     double settle;             // factor on the rates of what is learned of the camera

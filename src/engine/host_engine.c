@@ -240,6 +240,7 @@ static int load_view(Engine *base, const EngineView *view, FsError *err)
     v->mask = fs_planes_over(v->memory + three, w, h, 1);
     from_image(view->photo, &v->photo, true);
     from_image(view->mask, &v->mask, false);
+    if (view->lamps) memcpy(v->lamps, view->lamps, sizeof v->lamps);
     return 0;
 }
 

@@ -16,8 +16,9 @@ typedef struct HostView {
     Planes mask;  // (1, h, w)
     PhotoState state;
     float flash_gain, exposure_gain;
-    float *memory;             // of all the planes
-    OcclusionState *occlusion; // NULL: nobody
+    float *memory;                        // of all the planes
+    OcclusionState *occlusion;            // NULL: nobody
+    unsigned char lamps[OCCLUSION_CELLS]; // EngineView.lamps
 } HostView;
 
 enum { TASK_T, TASK_R, TASK_BETA, TASK_OTHER_T, TASK_LIT_R, HOST_TASKS };

@@ -221,17 +221,19 @@ static void forward_job(void *context, int strip, int worker)
 }
 
 // What is clipped without the flash, and its edge, is mostly a lamp, and lamps are mostly mirrored: T and R could each
-// be as bright.
+// be as bright. Those known to be behind the pane both learn.
 static void leave_lamps(const Step *s, int y0, int y1)
 {
     const HostEngine *e = s->engine;
     const bool gaussians = e->scene.shared_geometry && !fs_radiance_is(&e->scene.field);
     if (!s->args->lamps_mirrored || s->view->flash || !s->images.R || !gaussians) return;
+    const int width = s->pixels.camera.width, height = s->pixels.camera.height;
     for (int y = y0; y < y1; y++) {
         const float *trust = fs_planes_row(&s->pixels.trust, 0, y);
+        const unsigned char *lamps = s->view->lamps + y * OCCLUSION_HEIGHT / height * OCCLUSION_WIDTH;
         for (int c = 0; c < s->images.T->colors; c++) {
             float *d = fs_planes_row(&s->images.T->d_feature, c, y);
-            for (int x = 0; x < s->pixels.camera.width; x++) d[x] = trust[x] < 1 ? 0 : d[x];
+            for (int x = 0; x < width; x++) d[x] = trust[x] < 1 && !lamps[x * OCCLUSION_WIDTH / width] ? 0 : d[x];
         }
     }
 }

@@ -66,7 +66,7 @@ enum {
 #define CLASSIFY_RAY_MOST 4         // -          of such neighbours that count, all told
 #define CLASSIFY_NEAR_WEIGHT 0.5f   // -
 #define CLASSIFY_RAY_WEIGHT 0.5f    // -
-#define CLASSIFY_DEPTH_MOST 2.5f    // -          most that the depth alone may say, log of odds
+#define CLASSIFY_DEPTH_MOST 1.5f    // captures        most that the depth alone may say, log of odds
 #define CLASSIFY_DEPTH_KERNEL 0.15f // -          in log depth
 #define CLASSIFY_DULL_SLOPE 0.3f    // -          log; what grows less tells nothing, at first, of lit depths
 #define CLASSIFY_DULL 0.3f          // -          probability of "transmitted" below which a point is dull,
@@ -173,11 +173,11 @@ enum {
 #define LAMP_BETTER 0.1   // -   so much more of them must agree on a place before the room
 enum {
     LAMP_DEPTHS = 64,  // -   that are tried
+    LAMP_CELL = 16,    // -   pixels a side, of which those around tell which scene is there
     LAMP_PIXELS = 400, // -   of a photo that are looked at
     LAMP_POINTS = 20,  // -   of a scene that a view sees, at least
     LAMP_OTHERS = 64,  // -   photos of all that a place is looked for in
     LAMP_VIEWS = 3,    // -   that see a place, at least
-    LAMP_FEWEST = 30,  // -   pixels that tell
 };
 // Radiance fields (first_field.c).
 #define FIELD_POINTS_OUT 0.005    // -   share of the points that may lie out of the fields at either end

@@ -1,4 +1,3 @@
-#include "initialise/lamp_depth.h"
 #include "initialise/start.h"
 
 #include <math.h>
@@ -159,11 +158,6 @@ int fs_first_scene_make(const Start *start, const Settings *set, Scene *scene, F
                      .flash_distance = start->light->distance,
                      .rare = (double)start->odds->rare};
     fs_scene_set_kind(scene, set);
-    TRY(fs_lamp_depth_behind(start->views, start->dense, start->threads, &scene->lamps_behind, err));
-    if (scene->lamps_behind > 0)
-        fs_log_info(start->log,
-                    "initialise: %.0f %% of what is clipped without the flash lies before the mirrored room",
-                    100 * scene->lamps_behind);
     scene->flash_return = fs_scene_lit(scene) && scene->pane_beta ? PANE_RETURN : 0;
     for (int k = 0; k < 3; k++) {
         scene->pane.normal[k] = start->views->forward[k];

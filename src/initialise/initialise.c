@@ -10,6 +10,7 @@
 #include "initialise/depth_cue.h"
 #include "initialise/given_points.h"
 #include "initialise/intensity_cue.h"
+#include "initialise/lamp_depth.h"
 #include "initialise/start.h"
 #include "model/colmap_model.h"
 #include "model/photos.h"
@@ -105,18 +106,33 @@ static int write_dense(const char *path, const PointList *points, unsigned char 
     return rc;
 }
 
-static int write_start(const FsProject *project, const SparsePoints *points, const PointList dense[2],
-                       const Scene *scene, FsError *err)
+// The lamps behind the pane, for training.
+static int write_lamps(const char *path, const Start *start, FsError *err)
+{
+    PointList lamps;
+    int rc, judged;
+    TRY(fs_lamp_depth_find(start->views, start->dense, start->threads, &lamps, &judged, err));
+    if (lamps.n)
+        fs_log_info(start->log, "initialise: %.0f %% of what is clipped without the flash is behind the pane",
+                    100.0 * lamps.n / judged);
+    TRY(write_dense(path, &lamps, 255, err));
+fail:
+    fs_points_list_free(&lamps);
+    return rc;
+}
+
+static int write_start(const FsProject *project, const Start *start, const Scene *scene, FsError *err)
 {
     int rc = 0;
     static const char *const kind[2] = {"transmitted", "reflected"};
     FilePath dir = fs_file_at("%s/start", project->out);
     TRY(fs_file_mkdirs(dir.text, err));
+    TRY(write_lamps(fs_file_at("%s/lamps.ply", dir.text).text, start, err));
     for (int k = 0; k < 2; k++) {
         FilePath sparse = fs_file_at("%s/%s.ply", dir.text, kind[k]);
         FilePath surface = fs_file_at("%s/%s_surface.ply", dir.text, kind[k]);
-        TRY(write_kind(sparse.text, points, k ? POINT_REFLECTED : POINT_TRANSMITTED, err));
-        TRY(write_dense(surface.text, &dense[k], k ? 128 : 224, err));
+        TRY(write_kind(sparse.text, start->points, k ? POINT_REFLECTED : POINT_TRANSMITTED, err));
+        TRY(write_dense(surface.text, start->dense[k], k ? 128 : 224, err));
     }
     TRY(fs_scene_write(scene, dir.text, err));
 fail:
@@ -285,7 +301,7 @@ int fs_initialise_run(FsProject *project, FsError *err)
     fs_log_progress(log, "initialise", 3, 4, "making the first clouds");
     TRY(fs_first_scene_make(&start, &project->set, &scene, err));
     fs_scene_lift(&scene, 1 / views.lift);
-    TRY(write_start(project, &points, dense, &scene, err));
+    TRY(write_start(project, &start, &scene, err));
     TRY(fs_project_mark_done(project, FS_STAGE_INITIALISE, err));
     fs_log_progress(log, "initialise", 4, 4, "done");
 fail:

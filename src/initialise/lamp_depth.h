@@ -1,14 +1,15 @@
 // Lamps behind the pane, or mirrored ones. Neither the flash nor the contrast tells: photos show both clipped. But from
-// place to place they move as what is as far away does, and lamps that are mirrored are with the mirrored room, which
-// mostly begins behind the things: a lamp before all of that is among these.
+// place to place they move as what is as far away does, and the points that are known around there are of one scene or
+// the other.
 #ifndef FS_INITIALISE_LAMP_DEPTH_H
 #define FS_INITIALISE_LAMP_DEPTH_H
 
 #include "initialise/points.h"
 
-// Which share (0..1) of what photos without the flash show clipped lies before the mirrored room; dense[2]: points of
-// what is behind the pane and of the room. 0 where little is clipped, or there is no room.
-int fs_lamp_depth_behind(const SmallViews *views, const PointList *const dense[2], Threads *threads, double *behind,
-                         FsError *err);
+// Places of some of what photos without the flash show clipped and is behind the pane; judged: of so many pixels.
+// dense[2]: points of what is behind the pane and of the mirrored room; where a view sees too few of either, nothing is
+// told. The caller frees `behind`.
+int fs_lamp_depth_find(const SmallViews *views, const PointList *const dense[2], Threads *threads, PointList *behind,
+                       int *judged, FsError *err);
 
 #endif

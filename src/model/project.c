@@ -30,7 +30,7 @@ const ProjectStage fs_project_stages[PROJECT_STAGES] = {
     {"poses", FS_STAGE_POSES, INGEST, {"ingest.json", "linear"},
      {"views.json", "images/%.tif", "images/%_mask.png", "sparse/*.txt", "sparse/*.bin"}},
     {"initialise", FS_STAGE_INITIALISE, POSES, {"views.json", "images", "sparse"},
-     {"start/&.ply", "start/field.bin", "start/model.json", "start/transmitted.ply", "start/transmitted_surface.ply",
+     {"start/&.ply", "start/field.bin", "start/model.json", "start/lamps.ply", "start/transmitted.ply", "start/transmitted_surface.ply",
       "start/reflected.ply", "start/reflected_surface.ply"}},
     {"train", FS_STAGE_TRAIN, INITIALISE, {"views.json", "images", "start"},
      {"=clouds/&.ply", "=clouds/field.bin", "=clouds/model.json", "=clouds/photos.json", "=clouds/veil.tif", "log.jsonl", "progress/*.png", "checkpoint.old/*", "checkpoint.new/*",

@@ -91,7 +91,6 @@ static const Number numbers[] = {
     {"pane_dimming", offsetof(Scene, pane.dimming), 1, 0, FS_OPTICS_MOST},
     {"flash_return", offsetof(Scene, flash_return), 1, 0, 1},
     {"rare", offsetof(Scene, rare), 1, 0, 1e6, .optional = true},
-    {"lamps_behind", offsetof(Scene, lamps_behind), 1, 0, 1, .optional = true},
     {"gain_color", offsetof(Scene, gain_color), 3, 0, 1e6},
     {"flash_distance", offsetof(Scene, flash_distance), 1, 0, 1e12},
     {"extent", offsetof(Scene, extent), 1, 1e-12, 1e12},

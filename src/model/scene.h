@@ -64,7 +64,6 @@ typedef struct Scene {
                             // R like T, with gain_color times this and no gains
     double rare;            // log of the odds by which mirrored points were held for rare (DepthOdds): above 0 where
                             // little is mirrored
-    double lamps_behind;    // share of what is clipped without the flash that is behind the pane (lamp_depth.h)
     // The camera's, where they were learned (kernels/calibration.h); renders are without them. 0: none.
     double vignetting[FS_OPTICS_VIGNETTING], response[FS_OPTICS_KNOTS];
     Veil veil; // of a scene that is lit; renders are without it

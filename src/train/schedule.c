@@ -102,8 +102,7 @@ void fs_schedule_step(const Settings *set, const Scene *scene, int step, StepArg
     if (scene->separation != SEPARATION_FULL) args->rate[CLOUD_GAINS] = 0;
     args->veil_rate = RATE_VEIL * settle(set, step + 1);
     args->veil_ambient = step >= VEIL_AMBIENT_FROM * set->steps;
-    bool mirrored = scene->rare <= 0 && scene->lamps_behind <= LAMPS_BEHIND;
-    args->lamps_mirrored = mirrored && step < LAMPS_UNTIL * set->steps;
+    args->lamps_mirrored = scene->rare <= 0 && step < LAMPS_UNTIL * set->steps;
     args->field_rate = field_rate(set, step);
     bool two = scene->separation != SEPARATION_NONE;
     double coarse = (two ? FIELDS_COARSE : FIELD_COARSE) * set->steps;

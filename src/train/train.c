@@ -194,6 +194,7 @@ int fs_train_run(FsProject *project, FsError *err)
     TRY(fs_engine_new(&trainer.engine, project->set.device, project->set.cpu, project->set.threads, err));
     if (!(trainer.threads = fs_threads_new(project->set.threads))) TRY(fs_error_memory(err));
     TRY(fs_views_load(&trainer, err));
+    TRY(fs_lamps_behind_read(&trainer, err));
     TRY(resumed = load_scene(&trainer, err));
     RunSize size = fs_trainer_size(&trainer);
     TRY(fs_cost_check(&size, fs_train_bytes(trainer.set, &size), err));

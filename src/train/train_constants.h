@@ -16,7 +16,6 @@
 
 // Lamps, as bright in either scene.
 #define LAMPS_UNTIL 0.4  // experiment  of the steps: R has them by then
-#define LAMPS_BEHIND 0.6 // -           share of them known to be behind the pane: else they are held for mirrored
 
 // Levels, from coarse to fine.
 #define COARSE_UNTIL 0.5 // experiment  share of the steps before the full size

@@ -28,6 +28,7 @@ typedef struct Trainer {
     OcclusionState *occlusion; // (n_views) by the photographer, as last brought down; NULL: not looked for, or nobody
     float *residual;           // (n_views, OCCLUSION_CELLS, 3) as last seen before the full size; NULL: not yet
     unsigned char *passers;    // (n_views, OCCLUSION_CELLS) 1: left out of the photo; NULL: nobody walks by
+    unsigned char *lamps;      // (n_views, OCCLUSION_CELLS) 1: a lamp there is behind the pane
     int *neighbour;            // (N, ENGINE_NEIGHBOURS) of T_N, as the engine has them, or NULL
     int step;                  // steps done
     int first_step;            // at which this run began (a checkpoint's)
@@ -106,6 +107,9 @@ void fs_passers_by_announce(const Trainer *trainer); // says where they are not 
 int fs_passers_by_watch(Trainer *trainer, StepArgs *args, FsError *err);
 int fs_passers_by_find(Trainer *trainer, FsError *err);
 void fs_passers_by_mask(const Trainer *trainer, int view, Image *photo, Image *mask);
+
+// lamps_behind.c: fills in Trainer.lamps, by what the start found; the views are loaded
+int fs_lamps_behind_read(Trainer *trainer, FsError *err);
 
 // checkpoint.c
 int fs_checkpoint_write(Trainer *trainer, FsError *err); // of what the engine holds

@@ -50,9 +50,10 @@ static int load_view(const Trainer *trainer, int number, int halvings, FsError *
     int rc;
     TRY(fs_views_photo(trainer, number, halvings, &camera, &photo, &mask, err));
     fs_passers_by_mask(trainer, number, &photo, &mask);
+    const unsigned char *lamps = trainer->lamps ? trainer->lamps + (size_t)OCCLUSION_CELLS * (size_t)number : NULL;
     TRY(fs_engine_load_view(trainer->engine,
                             &(EngineView){&camera, view->flash, &photo, &mask, trainer->photo[number],
-                                          (float)view->flash_gain, (float)view->exposure_gain},
+                                          (float)view->flash_gain, (float)view->exposure_gain, lamps},
                             err));
 fail:
     fs_image_free(&photo);
@@ -128,6 +129,7 @@ void fs_views_free(Trainer *trainer)
     free(trainer->occlusion);
     free(trainer->residual);
     free(trainer->passers);
+    free(trainer->lamps);
     fs_dataset_free(&trainer->dataset);
 }
 

@@ -83,7 +83,8 @@ static void test_residual(void **state)
 }
 
 // Whether a step at a photo that is clipped everywhere, or next to it, moves the colours of T and of R.
-static void look_at_lamps(const char *device, float trust, bool flash, bool mirrored, bool moved[2])
+// behind: known to be behind the pane.
+static void look_at_lamps(const char *device, float trust, bool flash, int mirrored, bool behind, bool moved[2])
 {
     Scene scene = make_scene(&kinds[0]), after = {0};
     const Camera camera = make_camera();
@@ -93,7 +94,9 @@ static void look_at_lamps(const char *device, float trust, bool flash, bool mirr
     assert_int_equal(fs_image_new(&mask, W, H, 1, NULL), 0);
     for (int i = 0; i < W * H * 3; i++) photo.px[i] = 6, mask.px[i / 3] = trust;
     Engine *engine = open_engine(device, &scene);
-    const EngineView view = {&camera, flash, &photo, &mask, unlike, 0, 0};
+    unsigned char lamps[OCCLUSION_CELLS];
+    memset(lamps, behind, sizeof lamps);
+    const EngineView view = {&camera, flash, &photo, &mask, unlike, 0, 0, lamps};
     StepArgs args = make_args(&scene);
     args.rate[CLOUD_COLORS] = 0.01;
     args.lamps_mirrored = mirrored;
@@ -124,8 +127,10 @@ static void test_lamps(void **state)
         bool moved[2];
         for (int part = 0; part < 3; part++) {
             float trust = part == 2 ? 1 : (float)part * FS_MASK_PART;
-            look_at_lamps(devices[d], trust, flash == 1, mirrored == 1, moved);
-            assert_true(moved[0] == (flash || !mirrored || trust >= 1) && moved[1]);
+            for (int behind = 0; behind < 2; behind++) {
+                look_at_lamps(devices[d], trust, flash == 1, mirrored, behind == 1, moved);
+                assert_true(moved[0] == (flash || !mirrored || trust >= 1 || behind) && moved[1]);
+            }
         }
     }
 }

@@ -402,13 +402,41 @@ static void test_lamp_depth(void **state)
     static const double depth[] = {MADE_DEPTH_T, MADE_DEPTH_R, MADE_DEPTH_T}, radius[] = {0.02, 0.05, 0};
     for (int i = 0; i < 3; i++) {
         SmallViews lit;
-        double behind;
+        PointList behind;
+        int judged;
         assert_int_equal(made_photos(&lit, &texture_T, &texture_R, NULL), 0);
         clip_lamp(&lit, depth[i], radius[i]);
-        assert_int_equal(fs_lamp_depth_behind(&lit, both, NULL, &behind, NULL), 0);
-        assert_true(i == 0 ? behind > 0.95 : behind == 0);
-        assert_int_equal(fs_lamp_depth_behind(&lit, things, NULL, &behind, NULL), 0);
-        assert_true(behind == 0); // no room
+        assert_int_equal(fs_lamp_depth_find(&lit, both, NULL, &behind, &judged, NULL), 0);
+        assert_true(i == 2 ? judged == 0 : judged > 20);
+        assert_true(i == 0 ? behind.n > 0.95 * judged : behind.n == 0);
+        for (int k = 0; k < behind.n; k++) assert_true(fabs((double)behind.xyz[3 * k + 2] / MADE_DEPTH_T - 1) < 0.1);
+        fs_points_list_free(&behind);
+        assert_int_equal(fs_lamp_depth_find(&lit, things, NULL, &behind, &judged, NULL), 0);
+        assert_int_equal(behind.n + judged, 0); // no room
+        fs_small_views_free(&lit);
+    }
+}
+
+// Both scenes reach to the lamp's depth: it belongs to the one that has points around it.
+static void test_lamp_beside(void **state)
+{
+    (void)state;
+    enum { N = 200 };
+    float xyz[2][3 * N];
+    for (int k = 0; k < 2; k++) made_scatter(xyz[k], N, MADE_DEPTH_T, 1 + (uint64_t)k);
+    for (int i = 0; i < N; i++) xyz[1][3 * i] = 0.15f * xyz[1][3 * i] - 0.18f * (float)MADE_DEPTH_T; // at the left edge
+    const PointList around = {.n = N, .xyz = xyz[0]}, aside = {.n = N, .xyz = xyz[1]};
+    for (int k = 0; k < 2; k++) {
+        const PointList *const dense[2] = {k ? &aside : &around, k ? &around : &aside};
+        SmallViews lit;
+        PointList behind;
+        int judged;
+        assert_int_equal(made_photos(&lit, &texture_T, &texture_R, NULL), 0);
+        clip_lamp(&lit, MADE_DEPTH_T, 0.02);
+        assert_int_equal(fs_lamp_depth_find(&lit, dense, NULL, &behind, &judged, NULL), 0);
+        assert_true(judged > 20);
+        assert_true(k ? behind.n == 0 : behind.n > 0.95 * judged);
+        fs_points_list_free(&behind);
         fs_small_views_free(&lit);
     }
 }
@@ -458,7 +486,7 @@ int main(void)
         cmocka_unit_test(test_stereo),        cmocka_unit_test(test_stereo_without_points),
         cmocka_unit_test(test_near_mirrored), cmocka_unit_test(test_dim_transmitted),
         cmocka_unit_test(test_beside_edge),   cmocka_unit_test(test_lamp_depth),
-        cmocka_unit_test(test_edge_windows),
+        cmocka_unit_test(test_lamp_beside),   cmocka_unit_test(test_edge_windows),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

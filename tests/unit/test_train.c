@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/rng.h"
+#include "temp_dir.h"
 #include "train/train.h"
 #include "train/trainer.h"
 
@@ -312,14 +313,44 @@ static void test_response_smooth(void **state)
     }
 }
 
+// What the start found behind the pane, in the cells of a photo that show it, and none where it found nothing.
+static void test_lamps(void **state)
+{
+    char *dir = *state;
+    const View view = {.camera = {640, 480, 600, 600, 320, 240, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}};
+    const View *views[1] = {&view};
+    const float xyz[6] = {0.5f, -0.2f, 2, 0, 0, -2}; // pixel 470, 180, and behind the camera
+    const unsigned char rgb[6] = {0};
+    char *start = fs_file_path("%s/start", dir), *path = fs_file_path("%s/start/lamps.ply", dir);
+    assert_int_equal(fs_file_mkdirs(start, NULL), 0);
+    for (int n = -1; n < 3; n++) { // no file, as radiance fields have none; an empty one
+        FsProject project = {.out = dir};
+        Trainer trainer = {.project = &project, .views = views, .n_views = 1};
+        int marked = 0;
+        if (n >= 0) assert_int_equal(fs_cloud_points_write(path, n, xyz, rgb, NULL, NULL), 0);
+        assert_int_equal(fs_lamps_behind_read(&trainer, NULL), 0);
+        for (int i = 0; i < OCCLUSION_CELLS; i++) marked += trainer.lamps[i];
+        assert_int_equal(marked, n > 0 ? 9 : 0);
+        assert_int_equal(trainer.lamps[18 * OCCLUSION_WIDTH + 47], n > 0);
+        free(trainer.lamps);
+    }
+    free(start);
+    free(path);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_schedule),        cmocka_unit_test(test_levels),
-        cmocka_unit_test(test_stride),          cmocka_unit_test(test_cost),
-        cmocka_unit_test(test_steps_that_fit),  cmocka_unit_test(test_order_of_photos),
-        cmocka_unit_test(test_loss_table),      cmocka_unit_test(test_pane_look),
+        cmocka_unit_test(test_schedule),
+        cmocka_unit_test(test_levels),
+        cmocka_unit_test(test_stride),
+        cmocka_unit_test(test_cost),
+        cmocka_unit_test(test_steps_that_fit),
+        cmocka_unit_test(test_order_of_photos),
+        cmocka_unit_test(test_loss_table),
+        cmocka_unit_test(test_pane_look),
         cmocka_unit_test(test_response_smooth),
+        cmocka_unit_test_setup_teardown(test_lamps, temp_dir_make, temp_dir_remove),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
