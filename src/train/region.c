@@ -53,8 +53,8 @@ static int flood(Region *r, int first, unsigned char to)
 }
 
 enum { OUT, IN, LOOKED_AT, KEPT, LEFT_OUT };
-enum { BESIDE = 1, AROUND = 4 }; // cells from a region to what is around it
-enum { PARTS_MOST = 64 };
+enum { BESIDE = 1, AROUND = 4 };     // cells from a region to what is around it
+enum { PARTS_MOST = 64, STRIP = 3 }; // so many times as wide as high
 
 // The mean of a region's cells less the mean around it.
 static float contrast(const Region *r, const float *cells, unsigned char value)
@@ -94,16 +94,17 @@ static void fill(Region *r, unsigned char value)
 }
 
 typedef struct Part { // cells that hang together
-    int first, left, right;
+    int first, left, right, top, bottom;
     double sum; // of its cells' values
 } Part;
 
 static Part part_of(const Region *r, const float *cells, unsigned char value)
 {
-    Part part = {.first = -1, .left = r->width, .right = -1};
+    Part part = {.first = -1, .left = r->width, .right = -1, .bottom = -1};
     for (int i = 0; i < r->width * r->height; i++) {
         if (r->in[i] != value) continue;
-        if (part.first < 0) part.first = i;
+        if (part.first < 0) part.first = i, part.top = i / r->width;
+        part.bottom = i / r->width;
         part.left = i % r->width < part.left ? i % r->width : part.left;
         part.right = i % r->width > part.right ? i % r->width : part.right;
         part.sum += (double)cells[i];
@@ -111,16 +112,19 @@ static Part part_of(const Region *r, const float *cells, unsigned char value)
     return part;
 }
 
-// A figure stands upright: what reaches farther to a side than half the width of its largest part is none of it.
+// A figure stands upright: a strip that reaches farther to a side than half the width of its largest part is none of
+// it.
 static void leave_one(Region *r, const Part *part, int n)
 {
     int main = 0;
     for (int i = 1; i < n; i++)
         if (part[i].sum > part[main].sum) main = i;
     int reach = n ? (part[main].right - part[main].left + 2) / 2 : 0;
-    for (int i = 0; i < n; i++)
-        if (part[i].left < part[main].left - reach || part[i].right > part[main].right + reach)
-            flood(r, part[i].first, LEFT_OUT);
+    for (int i = 0; i < n; i++) {
+        bool beyond = part[i].left < part[main].left - reach || part[i].right > part[main].right + reach;
+        int width = part[i].right - part[i].left + 1, height = part[i].bottom - part[i].top + 1;
+        if (beyond && width > STRIP * height) flood(r, part[i].first, LEFT_OUT);
+    }
 }
 
 void fs_region_find(Region *r, const float *cells, const RegionRule *rule)

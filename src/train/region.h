@@ -14,8 +14,8 @@ typedef struct Region {
 // Of the cells (height, width) above the threshold, after a mean over 3 x 3: gaps of up to twice `gap` cells are
 // closed, then those that hang together in fewer than `least` cells are left out, and those whose mean is not
 // `stands_out` above that of what is around them (of cells above 0). What lies between two cells of another one in a
-// row or in a column is filled; `one`: of all the others, which are parts of one figure, but for those that reach
-// farther to a side than half the width of the largest beyond it.
+// row or in a column is filled; `one`: of all the others, which are parts of one figure, but for strips, more than
+// three times as wide as high, that reach farther to a side than half the width of the largest beyond it.
 typedef struct RegionRule {
     float threshold, stands_out;
     int gap, least;

@@ -120,6 +120,9 @@ static void test_what_is_beside_the_figure(void **state)
     box(9, 3, 23, 6, 1);
     find((RegionRule){0.3f, 0.3f, 1, 20, true});
     assert_true(region.in[4 * W + 15] && region.in[8 * W + 15] && region.in[15 * W + 15]);
+    box(28, 12, 34, 20, 1); // an arm, farther to the side than that, but no strip
+    find((RegionRule){0.3f, 0.3f, 1, 20, true});
+    assert_true(region.in[15 * W + 30] && region.in[15 * W + 24]);
 }
 
 // Shoulders and a head; 3 of 6 columns are 18 rows from the top.
