@@ -66,7 +66,7 @@ enum {
 #define CLASSIFY_RAY_MOST 4         // -          of such neighbours that count, all told
 #define CLASSIFY_NEAR_WEIGHT 0.5f   // -
 #define CLASSIFY_RAY_WEIGHT 0.5f    // -
-#define CLASSIFY_DEPTH_MOST 1.5f    // captures        most that the depth alone may say, log of odds
+#define CLASSIFY_DEPTH_MOST 1.5f    // captures   most that the depth alone may say, log of odds
 #define CLASSIFY_DEPTH_KERNEL 0.15f // -          in log depth
 #define CLASSIFY_DULL_SLOPE 0.3f    // -          log; what grows less tells nothing, at first, of lit depths
 #define CLASSIFY_DULL 0.3f          // -          probability of "transmitted" below which a point is dull,
